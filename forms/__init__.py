@@ -1,0 +1,1 @@
+"""Hyperelastic potentials in UFL: kinematics, laws, volumetric energy, path-dependent branches."""

@@ -1,0 +1,161 @@
+"""From displacement to deformation: F, C, J and the isochoric measures that the laws are written in.
+
+Everything is written out in components. UFL would otherwise expand ``det``, ``inv`` and ``tr(C*C)`` into sums with
+structural zeros and repeated factors, and the generated kernels grow with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import ufl
+
+from forms.law import Scalar
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """A deformation and its measures, all UFL expressions.
+
+    Attributes
+    ----------
+    F : UFL tensor, shape (3, 3)
+        Deformation gradient; components in (r, theta, Z) or (x, y, z) order.
+    J : UFL scalar
+        det F.
+    weight : UFL scalar or float
+        Volume per area of the mesh: 2 pi R (mm) in an axisymmetric half-plane, 1 in 3-D.
+    I1, I2 : UFL scalar
+        Invariants of the isochoric right Cauchy-Green tensor J^(-2/3) F^T F.
+    power_trace : callable
+        ``power_trace(alpha)`` is the sum of the isochoric principal stretches to the power ``alpha``.
+    """
+
+    F: Scalar
+    J: Scalar
+    weight: Scalar
+    I1: Scalar
+    I2: Scalar
+    power_trace: Callable[[Scalar], Scalar] = field(repr=False)
+
+    @property
+    def C(self) -> Scalar:
+        """Right Cauchy-Green tensor F^T F, shape (3, 3)."""
+        return self.F.T * self.F
+
+
+def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
+    """Return the kinematics of an axisymmetric deformation without twist.
+
+    Parameters
+    ----------
+    u : UFL vector, shape (2,)
+        Displacement (u_r, u_z) in mm over a mesh of the (R, Z) half-plane.
+    R : UFL scalar
+        Reference radius in mm.
+    """
+    G = ufl.grad(u)
+    a, b, c, d, h = 1 + G[0, 0], G[0, 1], G[1, 0], 1 + G[1, 1], 1 + u[0] / R
+    F = ufl.as_matrix(((a, 0, b), (0, h, 0), (c, 0, d)))
+    area = a * d - b * c  # of the half-plane
+    trace = a * a + b * b + c * c + d * d  # of the half-plane's block of C
+    J = area * h
+    s = _isochoric_factor(J)
+
+    def power_trace(alpha: Scalar) -> Scalar:
+        from forms.spectral import block_power_trace
+
+        return block_power_trace(s * trace, s * area, s * h * h, alpha / 2)
+
+    return Kinematics(
+        F=F,
+        J=J,
+        weight=2 * ufl.pi * R,
+        I1=s * (trace + h * h),
+        I2=s * s * (area * area + h * h * trace),
+        power_trace=power_trace,
+    )
+
+
+def axisymmetric_twist(u: Scalar, R: Scalar) -> Kinematics:
+    """Return the kinematics of an axisymmetric deformation with finite twist about the axis.
+
+    The point (R, Theta, Z) moves to r = R + u_r, theta = Theta + phi, z = Z + u_z; F maps the cylindrical basis at the
+    reference place to the one at the current place, and is exact for any twist.
+
+    Parameters
+    ----------
+    u : UFL vector, shape (3,)
+        (u_r in mm, phi in rad, u_z in mm) over a mesh of the (R, Z) half-plane.
+    R : UFL scalar
+        Reference radius in mm.
+
+    References
+    ----------
+    Ogden (1997), Non-Linear Elastic Deformations, Dover, section 2.2 (deformation in cylindrical coordinates).
+    """
+    G = ufl.grad(u)
+    r = R + u[0]
+    F = (
+        (1 + G[0, 0], 0, G[0, 1]),
+        (r * G[1, 0], r / R, r * G[1, 1]),
+        (G[2, 0], 0, 1 + G[2, 1]),
+    )
+    return _general(F, 2 * ufl.pi * R)
+
+
+def cartesian(u: Scalar) -> Kinematics:
+    """Return the kinematics of a 3-D displacement ``u``, shape (3,), in mm."""
+    G = ufl.grad(u)
+    F = tuple(tuple(G[i, j] + (1 if i == j else 0) for j in range(3)) for i in range(3))
+    return _general(F, 1.0)
+
+
+def principal(e1: Scalar, e2: Scalar) -> Kinematics:
+    """Return the isochoric kinematics of the principal log strains ``e1``, ``e2`` and -e1-e2.
+
+    For what needs a law but no body: stability checks and coupon stresses.
+    """
+    e = (e1, e2, -e1 - e2)
+    return Kinematics(
+        F=ufl.diag(ufl.as_vector([ufl.exp(x) for x in e])),
+        J=ufl.as_ufl(1.0),
+        weight=1.0,
+        I1=sum(ufl.exp(2 * x) for x in e),
+        I2=sum(ufl.exp(-2 * x) for x in e),
+        power_trace=lambda alpha: sum(ufl.exp(alpha * x) for x in e),
+    )
+
+
+def _general(F: tuple[tuple[Scalar, ...], ...], weight: Scalar) -> Kinematics:
+    """Return the kinematics of a deformation gradient given in components."""
+    cofactor = [
+        [
+            F[(i + 1) % 3][(j + 1) % 3] * F[(i + 2) % 3][(j + 2) % 3]
+            - F[(i + 1) % 3][(j + 2) % 3] * F[(i + 2) % 3][(j + 1) % 3]
+            for j in range(3)
+        ]
+        for i in range(3)
+    ]
+    J = sum(F[0][j] * cofactor[0][j] for j in range(3))
+    s = _isochoric_factor(J)
+    I1 = s * sum(F[i][j] * F[i][j] for i in range(3) for j in range(3))
+    # The second invariant of C is the squared norm of the cofactor of F.
+    I2 = s * s * sum(cofactor[i][j] * cofactor[i][j] for i in range(3) for j in range(3))
+
+    def power_trace(alpha: Scalar) -> Scalar:
+        from forms.spectral import power_trace as spectral_power_trace
+
+        return spectral_power_trace(ufl.as_matrix(F), s, alpha / 2)
+
+    return Kinematics(F=ufl.as_matrix(F), J=J, weight=weight, I1=I1, I2=I2, power_trace=power_trace)
+
+
+def _isochoric_factor(J: Scalar) -> Scalar:
+    """Return J^(-2/3).
+
+    As an exponential, because its derivatives then reuse one logarithm and one exponential; each derivative of a
+    power is another call of ``pow``.
+    """
+    return ufl.exp(-2 / 3 * ufl.ln(J))
