@@ -1,0 +1,1 @@
+"""What is done to a bushing, solved with PETSc SNES: modes, programs, the march, the reaction."""

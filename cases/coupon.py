@@ -1,0 +1,35 @@
+"""Homogeneous deformation of the unit coupon: driven faces follow u = q X, q = stretch - 1."""
+
+from __future__ import annotations
+
+from cases.mode import Array, Mode, Setting
+
+
+def _affine(x: Array, q: float) -> Array:
+    return q * x
+
+
+def _affine_rate(x: Array, q: float) -> Array:
+    return 1.0 * x
+
+
+def coupon_mode(
+    name: str, summary: str, stretched: str, fixed: str = "", needs_compressibility: bool = False
+) -> Mode:
+    """A coupon mode from the names of the axes that are stretched and of those that keep their length.
+
+    The face at 0 of every axis is a mirror plane, the face at 1 is driven, fixed or free; Q is the nominal
+    stress (MPa) on one driven face.
+    """
+    axis = {"x": 0, "y": 1, "z": 2}
+    return Mode(
+        name=name,
+        summary=summary,
+        specimen="coupon",
+        rotational=False,
+        solid=Setting("cartesian", _affine, _affine_rate),
+        driven={f"face_{a}": (axis[a],) for a in stretched},
+        held={f"mirror_{a}": (axis[a],) for a in axis} | {f"face_{a}": (axis[a],) for a in fixed},
+        shares=len(stretched),
+        needs_compressibility=needs_compressibility,
+    )

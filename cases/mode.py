@@ -1,0 +1,89 @@
+"""What a mode is: which boundaries move, how the generalised displacement q moves them, what stays symmetric.
+
+A mode is data and two small functions, one file each in `cases/modes`. The motion of the driven sleeve is rigid and
+exact for finite rotations; its derivative with respect to q makes the generalised force by virtual work
+(`cases.reaction`).
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Motion = Callable[[Array, float], Array]
+"""Coordinates (d, n) in mm and q -> displacement (c, n), one row per unknown displacement component."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How a mode acts in one kinematic description.
+
+    Attributes
+    ----------
+    kinematics
+        "axisymmetric" (unknowns u_r, u_z), "axisymmetric_twist" (u_r, angle, u_z) or "cartesian" (u_x, u_y, u_z).
+    motion, rate
+        Displacement of the driven boundaries at q, and its derivative with respect to q.
+    mirrors
+        Planes of symmetry of the loaded bushing; the model is cut there and the force multiplied.
+    """
+
+    kinematics: Literal["axisymmetric", "axisymmetric_twist", "cartesian"]
+    motion: Motion
+    rate: Motion
+    mirrors: frozenset[Literal["x", "y", "z"]] = frozenset()
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A deformation mode.
+
+    Attributes
+    ----------
+    specimen
+        "bushing" or "coupon": the shapes that it can load.
+    rotational
+        q is an angle (rad inside, degrees at the door) and Q a moment (N mm).
+    solid
+        The setting in three dimensions, for every shape.
+    section
+        The setting in the half-plane, for shapes of revolution; None where the mode is not axisymmetric.
+    driven, held
+        Boundary name -> displacement components that follow the motion, or stay at zero (None = all).
+    shares
+        Number of equal faces that work on q: the force is divided by it (equibiaxial 2, volumetric 3).
+    """
+
+    name: str
+    summary: str
+    specimen: Literal["bushing", "coupon"]
+    rotational: bool
+    solid: Setting
+    section: Setting | None = None
+    driven: Mapping[str, tuple[int, ...] | None] = None  # type: ignore[assignment]
+    held: Mapping[str, tuple[int, ...] | None] = None  # type: ignore[assignment]
+    shares: int = 1
+    needs_compressibility: bool = False
+
+    def __post_init__(self) -> None:
+        if self.driven is None:
+            object.__setattr__(self, "driven", {"inner": None})
+        if self.held is None:
+            object.__setattr__(self, "held", {"outer": None})
+
+
+@cache
+def modes() -> Mapping[str, Mode]:
+    """All modes by name, discovered in `cases/modes`."""
+    import cases.modes as package
+
+    found = (importlib.import_module(f"{package.__name__}.{m.name}").MODE for m in pkgutil.iter_modules(package.__path__))
+    return {mode.name: mode for mode in sorted(found, key=lambda mode: (mode.specimen, mode.name))}

@@ -1,0 +1,1 @@
+"""One file per deformation mode; every module's `MODE` is found by `cases.mode.modes`."""

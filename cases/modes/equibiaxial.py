@@ -1,0 +1,5 @@
+"""Equibiaxial coupon test: two directions stretched alike, the third free."""
+
+from cases.coupon import coupon_mode
+
+MODE = coupon_mode("equibiaxial", "two directions stretched alike, the third free", "xy")

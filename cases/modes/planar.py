@@ -1,0 +1,5 @@
+"""Planar coupon test: one direction stretched, one kept, the third free (pure shear)."""
+
+from cases.coupon import coupon_mode
+
+MODE = coupon_mode("planar", "one direction stretched, one kept, the third free (pure shear)", "x", fixed="y")

@@ -1,0 +1,26 @@
+"""Radial: the inner sleeve moves normal to the axis, along x; q in mm, Q in N."""
+
+import numpy as np
+
+from cases.mode import Array, Mode, Setting
+
+
+def motion(x: Array, q: float) -> Array:
+    """Translation by q along x."""
+    u = np.zeros((3, x.shape[1]))
+    u[0] = q
+    return u
+
+
+def rate(x: Array, q: float) -> Array:
+    """Derivative of `motion` with respect to q."""
+    return motion(x, 1.0)
+
+
+MODE = Mode(
+    name="radial",
+    summary="inner sleeve normal to the axis",
+    specimen="bushing",
+    rotational=False,
+    solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y", "z"})),
+)

@@ -1,0 +1,39 @@
+"""Torsional: the inner sleeve turns about the axis; q in rad, Q in N mm. Exact for finite angles."""
+
+import numpy as np
+
+from cases.mode import Array, Mode, Setting
+
+
+def motion(x: Array, q: float) -> Array:
+    """Rotation by q about z."""
+    c, s = np.cos(q) - 1.0, np.sin(q)
+    return np.stack([c * x[0] - s * x[1], s * x[0] + c * x[1], np.zeros(x.shape[1])])
+
+
+def rate(x: Array, q: float) -> Array:
+    """Derivative of `motion` with respect to q."""
+    c, s = np.cos(q), np.sin(q)
+    return np.stack([-s * x[0] - c * x[1], c * x[0] - s * x[1], np.zeros(x.shape[1])])
+
+
+def twist(x: Array, q: float) -> Array:
+    """The same rotation where the angle itself is the unknown."""
+    u = np.zeros((3, x.shape[1]))
+    u[1] = q
+    return u
+
+
+def twist_rate(x: Array, q: float) -> Array:
+    """Derivative of `twist` with respect to q."""
+    return twist(x, 1.0)
+
+
+MODE = Mode(
+    name="torsional",
+    summary="inner sleeve turned about the axis",
+    specimen="bushing",
+    rotational=True,
+    section=Setting("axisymmetric_twist", twist, twist_rate, mirrors=frozenset({"z"})),
+    solid=Setting("cartesian", motion, rate, mirrors=frozenset({"z"})),
+)

@@ -1,0 +1,5 @@
+"""Uniaxial coupon test: one direction stretched, the others free."""
+
+from cases.coupon import coupon_mode
+
+MODE = coupon_mode("uniaxial", "one direction stretched, the others free", "x")

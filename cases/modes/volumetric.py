@@ -1,0 +1,5 @@
+"""Volumetric coupon test: all directions stretched alike."""
+
+from cases.coupon import coupon_mode
+
+MODE = coupon_mode("volumetric", "all directions stretched alike", "xyz", needs_compressibility=True)

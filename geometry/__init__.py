@@ -1,0 +1,1 @@
+"""Parametric bushing geometry: shapes, and the Gmsh meshes made of them."""
