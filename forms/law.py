@@ -138,8 +138,12 @@ def laws() -> Mapping[str, Law]:
     """Return all laws found in ``forms/laws``, by name, in alphabetical order."""
     import forms.laws
 
-    found = (importlib.import_module(f"forms.laws.{m.name}") for m in pkgutil.iter_modules(forms.laws.__path__))
-    return MappingProxyType({law.name: law for law in sorted((m.LAW for m in found), key=lambda law: law.name)})
+    found = (
+        importlib.import_module(f"forms.laws.{m.name}") for m in pkgutil.iter_modules(forms.laws.__path__)
+    )
+    return MappingProxyType(
+        {law.name: law for law in sorted((m.LAW for m in found), key=lambda law: law.name)}
+    )
 
 
 def law(name: str) -> Law:
