@@ -1,0 +1,75 @@
+"""Errors that a user can act on: what is wrong, where, what was expected, the nearest valid thing.
+
+They are raised anywhere in `bushcli` and shown by the command line alone, which ends with exit code 2.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with the input.
+
+    Attributes
+    ----------
+    where : str
+        File, and line or key where there is one: ``case.toml``, ``axial.csv:12:3``.
+    what : str
+        The finding: ``material.law = "yeho" is not a law``.
+    nearest : str
+        The nearest valid thing, or empty.
+    expected : str
+        What would be valid, or empty.
+    """
+
+    where: str
+    what: str
+    nearest: str = ""
+    expected: str = ""
+
+    def __str__(self) -> str:
+        """Return ``where: what; did you mean "nearest"? (expected)``."""
+        text = f"{self.where}: {self.what}"
+        if self.nearest:
+            text += f'; did you mean "{self.nearest}"?'
+        if self.expected:
+            text += f" ({self.expected})"
+        return text
+
+
+class InputError(Exception):
+    """A case file, an option or a recording that cannot be used.
+
+    Parameters
+    ----------
+    *problems : Problem
+        All findings, in the order in which they should be read; at least one.
+    """
+
+    exit_code = 2
+
+    def __init__(self, *problems: Problem) -> None:
+        self.problems = problems
+        super().__init__("\n".join(str(problem) for problem in problems))
+
+
+class CaseError(InputError):
+    """A case file or an override that cannot be used."""
+
+
+class RecordingError(InputError):
+    """A recording that cannot be read or makes no sense."""
+
+
+def nearest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """Return the member of ``known`` that is spelled most like ``name``, or an empty string.
+
+    Case does not count; ``cutoff`` is the ratio of `difflib.SequenceMatcher` below which nothing is suggested.
+    """
+    folded = {other.casefold(): other for other in known}
+    found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=cutoff)
+    return folded[found[0]] if found else ""
