@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Literal
 
@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Motion = Callable[[Array, float], Array]
 """Coordinates (d, n) in mm and q -> displacement (c, n), one row per unknown displacement component."""
+Constraints = Mapping[str, tuple[int, ...] | None]
+"""Boundary name -> constrained displacement components (None = all)."""
 
 
 @dataclass(frozen=True)
@@ -68,16 +70,10 @@ class Mode:
     rotational: bool
     solid: Setting
     section: Setting | None = None
-    driven: Mapping[str, tuple[int, ...] | None] = None  # type: ignore[assignment]
-    held: Mapping[str, tuple[int, ...] | None] = None  # type: ignore[assignment]
+    driven: Constraints = field(default_factory=lambda: {"inner": None})
+    held: Constraints = field(default_factory=lambda: {"outer": None})
     shares: int = 1
     needs_compressibility: bool = False
-
-    def __post_init__(self) -> None:
-        if self.driven is None:
-            object.__setattr__(self, "driven", {"inner": None})
-        if self.held is None:
-            object.__setattr__(self, "held", {"outer": None})
 
 
 @cache

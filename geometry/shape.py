@@ -51,16 +51,24 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Interval:
-    """One block along a parameter axis.
+    """One block along a parameter axis, and the vertices of its elements.
 
-    `ratio` is the length of the last element over that of the first (1 = even), so that meshes are fine where the
-    field is not smooth: the edges where bonded and free surface meet.
+    `grading` is the length of the longest element over that of the shortest; the short ones lie at the `fine` end(s).
     """
 
     start: float
     stop: float
     elements: int
-    ratio: float = 1.0
+    grading: float = 1.0
+    fine: Literal["start", "stop", "both"] = "both"
+
+    def vertices(self) -> Array:
+        """The elements' end points, shape (elements + 1,), from start to stop."""
+        k = np.arange(self.elements)
+        n = max(self.elements - 1, 1)
+        depth = {"start": n - k, "stop": k, "both": np.abs(2 * k - n)}[self.fine] / n
+        lengths = self.grading**-depth
+        return self.start + (self.stop - self.start) * np.concatenate([[0.0], np.cumsum(lengths) / lengths.sum()])
 
 
 @dataclass(frozen=True)
@@ -74,8 +82,8 @@ class Blocks:
     region
         Midpoint of a block in parameters -> name of its region, or None where there is nothing.
     face
-        Axis number and parameter value of a bounding face -> its name. Faces that bound a missing
-        block are asked for in the same way; the caller gets the midpoint to tell them apart.
+        Axis normal to a bounding face and the face's midpoint in parameters -> its name. Faces toward a block that
+        is missing are asked for too.
     chart
         Parameters (n, d) -> coordinates (n, d) in mm.
     closed

@@ -1,0 +1,221 @@
+"""What all bushings of the catalogue share: a meridian section swept about the axis, with sleeves and voids."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape, Sleeve
+
+# Defaults with which the force stays within 1 % of the converged one (measured: benchmarks/README.md).
+SECTION = Refinement(across=6, along=None)
+SOLID = Refinement(across=3, along=6, around=12)
+# Length of an element in the middle over that of one at a bond or a free end. The bond edges carry a singularity:
+# in 3-D, where elements are dear, grading is worth more than elements.
+SECTION_GRADING, SOLID_GRADING = 2.0, 3.0
+# Elements of a sleeve, through its thickness: it bends little and is stiff, two second-order elements resolve it.
+SLEEVE_ELEMENTS = 2
+
+
+class Void(NamedTuple):
+    """A kidney void through the whole length: its range of s and of theta (rad)."""
+
+    s: tuple[float, float]
+    theta: tuple[float, float]
+
+
+class Ring(Shape):
+    """A bushing: rubber between two coaxial sleeves, symmetric about its mid-plane; subclasses give the ends."""
+
+    inner_radius: float = Field(gt=0, description="inner radius of the rubber, mm")
+    outer_radius: float = Field(gt=0, description="outer radius of the rubber, mm")
+    inner_sleeve: Sleeve | None = Field(default=None, description="elastic inner sleeve; absent = rigid")
+    outer_sleeve: Sleeve | None = Field(default=None, description="elastic outer sleeve; absent = rigid")
+
+    axisymmetric: ClassVar[bool] = True
+
+    @model_validator(mode="after")
+    def _radii(self) -> Any:
+        if self.inner_radius >= self.outer_radius:
+            raise ValueError(
+                f"inner_radius = {self.inner_radius:g} must be smaller than outer_radius = {self.outer_radius:g} (mm)"
+            )
+        if self.inner_sleeve and self.inner_sleeve.thickness >= self.inner_radius:
+            raise ValueError(
+                f"inner_sleeve.thickness = {self.inner_sleeve.thickness:g} must be smaller than "
+                f"inner_radius = {self.inner_radius:g} (mm)"
+            )
+        return self
+
+    # -- the section ---------------------------------------------------------------------------------------------
+
+    def half_length(self, s: Array) -> Array:
+        """Half the axial length (mm) of the section at s in [0, 1]."""
+        raise TypeError(f"shape {type(self).__name__} does not describe its ends")
+
+    def voids(self) -> tuple[Void, ...]:
+        """The voids, with theta in [0, 2 pi)."""
+        return ()
+
+    @property
+    def thickness(self) -> float:
+        """Radial thickness of the rubber (mm)."""
+        return self.outer_radius - self.inner_radius
+
+    @property
+    def elastic_sleeves(self) -> Mapping[str, Sleeve]:
+        given = {"inner_sleeve": self.inner_sleeve, "outer_sleeve": self.outer_sleeve}
+        return {name: sleeve for name, sleeve in given.items() if sleeve is not None}
+
+    def radius(self, s: Array) -> Array:
+        """Radius (mm) at s in [-1, 2]."""
+        inner = self.inner_sleeve.thickness if self.inner_sleeve else 0.0
+        outer = self.outer_sleeve.thickness if self.outer_sleeve else 0.0
+        knots = [self.inner_radius - inner, self.inner_radius, self.outer_radius, self.outer_radius + outer]
+        return np.interp(s, [-1.0, 0.0, 1.0, 2.0], knots)
+
+    def measures(self) -> Mapping[str, float]:
+        """Volumes (mm^3) of rubber and sleeves and areas (mm^2) of the bonds, exact for ends of up to fourth degree."""
+        nodes, weights = np.polynomial.legendre.leggauss(4)
+        s = 0.5 * (nodes + 1.0)
+        rings = 2 * math.pi * self.radius(s) * 2 * self.half_length(s)
+        volume = float(np.sum(0.5 * weights * rings)) * self.thickness
+        for void in self.voids():
+            low, high = void.s
+            s = low + (high - low) * 0.5 * (nodes + 1.0)
+            slices = (void.theta[1] - void.theta[0]) * self.radius(s) * 2 * self.half_length(s)
+            volume -= float(np.sum(0.5 * weights * slices)) * self.thickness * (high - low)
+        lengths = 2 * self.half_length(np.array([0.0, 1.0]))
+        result = {
+            "rubber": volume,
+            "inner_bond": 2 * math.pi * self.inner_radius * float(lengths[0]),
+            "outer_bond": 2 * math.pi * self.outer_radius * float(lengths[1]),
+        }
+        if self.inner_sleeve:
+            bore = self.inner_radius - self.inner_sleeve.thickness
+            result["inner_sleeve"] = math.pi * (self.inner_radius**2 - bore**2) * float(lengths[0])
+        if self.outer_sleeve:
+            rim = self.outer_radius + self.outer_sleeve.thickness
+            result["outer_sleeve"] = math.pi * (rim**2 - self.outer_radius**2) * float(lengths[1])
+        return result
+
+    # -- the blocks ----------------------------------------------------------------------------------------------
+
+    def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
+        default, grading = (SECTION, SECTION_GRADING) if dimension == 2 else (SOLID, SOLID_GRADING)
+        across = refinement.across or default.across or 6
+        along = refinement.along or default.along or self._along(across)
+        s_axis = self._across_axis(across, grading)
+        t_axis = _along_axis(along, grading, half="z" in mirrors)
+        if dimension == 2:
+            return Blocks((s_axis, t_axis), self._region, self._face_section, self._chart_section)
+        theta_axis = self._around_axis(refinement.around or default.around or 12, mirrors)
+        closed = not mirrors & {"x", "y"}
+        return Blocks((s_axis, theta_axis, t_axis), self._region, self._face_solid, self._chart_solid, closed)
+
+    def _along(self, across: int) -> int:
+        # Elements twice as long as thick: along the axis the field varies near the ends only, where the grading acts.
+        length = 2 * float(self.half_length(np.array([0.0, 1.0])).max())
+        return max(6, round(0.5 * across * length / self.thickness))
+
+    def _across_axis(self, across: int, grading: float) -> tuple[Interval, ...]:
+        cuts = sorted({0.0, 1.0, *(cut for void in self.voids() for cut in void.s)})
+        if len(cuts) == 2:
+            rubber = [Interval(0.0, 1.0, across, grading, "both")]
+        else:
+            rubber = [_share(low, high, across, 1.0) for low, high in zip(cuts, cuts[1:], strict=False)]
+        before = [Interval(-1.0, 0.0, SLEEVE_ELEMENTS)] if self.inner_sleeve else []
+        after = [Interval(1.0, 2.0, SLEEVE_ELEMENTS)] if self.outer_sleeve else []
+        return (*before, *rubber, *after)
+
+    def _around_axis(self, around: int, mirrors: Mirrors) -> tuple[Interval, ...]:
+        if {"x", "y"} <= mirrors:
+            stop = 0.5 * math.pi
+        elif "y" in mirrors:
+            stop = math.pi
+        elif "x" in mirrors:
+            raise ValueError("a model cut at x = 0 must be cut at y = 0 too: turn the mode by 90 degrees")
+        else:
+            stop = 2 * math.pi
+        edges = {round(edge % (2 * math.pi), 12) for void in self.voids() for edge in void.theta}
+        cuts = sorted({0.0, stop, *(edge for edge in edges if 1e-9 < edge < stop - 1e-9)})
+        return tuple(_share(low, high, around, 2 * math.pi) for low, high in zip(cuts, cuts[1:], strict=False))
+
+    def _region(self, middle: Array) -> str | None:
+        s = middle[0]
+        if s < 0:
+            return "inner_sleeve"
+        if s > 1:
+            return "outer_sleeve"
+        if len(middle) == 3:
+            for void in self.voids():
+                if void.s[0] < s < void.s[1] and _within(middle[1], void.theta):
+                    return None
+        return "rubber"
+
+    def _face_section(self, axis: int, middle: Array) -> str | None:
+        s, t = middle
+        if axis == 0:
+            return self._cylinder(s)
+        return "mirror_z" if abs(t) < 1e-9 else self._end(s, t)
+
+    def _face_solid(self, axis: int, middle: Array) -> str | None:
+        s, theta, t = middle
+        if axis == 0:
+            return self._cylinder(s)
+        if axis == 2:
+            return "mirror_z" if abs(t) < 1e-9 else self._end(s, t)
+        for void in self.voids():
+            if void.s[0] < s < void.s[1] and any(_same_angle(theta, edge) for edge in void.theta):
+                return "void"
+        quarter = round(theta / (0.5 * math.pi))
+        return "mirror_y" if quarter % 2 == 0 else "mirror_x"
+
+    def _cylinder(self, s: float) -> str:
+        low, high = (-1.0 if self.inner_sleeve else 0.0), (2.0 if self.outer_sleeve else 1.0)
+        if abs(s - low) < 1e-9:
+            held = self.inner_sleeve is None or self.inner_sleeve.grip == "surface"
+            return "inner" if held else "bore"
+        if abs(s - high) < 1e-9:
+            held = self.outer_sleeve is None or self.outer_sleeve.grip == "surface"
+            return "outer" if held else "rim"
+        return "void"
+
+    def _end(self, s: float, t: float) -> str:
+        if s < 0 and self.inner_sleeve:
+            return "inner" if self.inner_sleeve.grip == "ends" else "inner_sleeve_end"
+        if s > 1 and self.outer_sleeve:
+            return "outer" if self.outer_sleeve.grip == "ends" else "outer_sleeve_end"
+        return "end_top" if t > 0 else "end_bottom"
+
+    def _chart_section(self, p: Array) -> Array:
+        s, t = p[:, 0], p[:, 1]
+        return np.column_stack([self.radius(s), t * self.half_length(np.clip(s, 0.0, 1.0))])
+
+    def _chart_solid(self, p: Array) -> Array:
+        s, theta, t = p.T
+        r = self.radius(s)
+        return np.column_stack([r * np.cos(theta), r * np.sin(theta), t * self.half_length(np.clip(s, 0.0, 1.0))])
+
+
+def _share(low: float, high: float, elements: int, span: float) -> Interval:
+    return Interval(low, high, max(1, round(elements * (high - low) / span)))
+
+
+def _along_axis(along: int, grading: float, half: bool) -> tuple[Interval, ...]:
+    if half:
+        return (Interval(0.0, 1.0, max(1, math.ceil(along / 2)), grading, "stop"),)
+    return (Interval(-1.0, 1.0, along, grading, "both"),)
+
+
+def _within(theta: float, limits: tuple[float, float]) -> bool:
+    turn = 2 * math.pi
+    return (theta - limits[0]) % turn < (limits[1] - limits[0])
+
+
+def _same_angle(a: float, b: float) -> bool:
+    return abs(math.remainder(a - b, 2 * math.pi)) < 1e-9

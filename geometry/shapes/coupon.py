@@ -1,0 +1,28 @@
+"""Coupon: a unit cube in homogeneous deformation, one element."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape
+
+
+class Coupon(Shape):
+    """Unit specimen; a displacement is a strain and a force a nominal stress."""
+
+    name: ClassVar[str] = "coupon"
+    summary: ClassVar[str] = "unit specimen in homogeneous deformation"
+    specimen: ClassVar[Literal["bushing", "coupon"]] = "coupon"
+    # The field is linear: first-order displacement and one pressure represent it exactly.
+    displacement_order: ClassVar[int] = 1
+
+    def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
+        return Blocks(((Interval(0.0, 1.0, 1),),) * 3, lambda middle: "rubber", _face, lambda p: p)
+
+    def measures(self) -> Mapping[str, float]:
+        return {"rubber": 1.0}
+
+
+def _face(axis: int, middle: Array) -> str:
+    return f"{'mirror' if middle[axis] < 0.5 else 'face'}_{'xyz'[axis]}"

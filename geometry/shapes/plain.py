@@ -1,0 +1,23 @@
+"""Plain: a rubber annulus, bonded inside and outside over its whole length."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from geometry.ring import Ring
+from geometry.shape import Array
+
+
+class Plain(Ring):
+    """Rubber annulus with plane free ends."""
+
+    name: ClassVar[str] = "plain"
+    summary: ClassVar[str] = "rubber annulus with plane free ends"
+
+    length: float = Field(gt=0, description="bonded length, mm")
+
+    def half_length(self, s: Array) -> Array:
+        return np.full_like(s, 0.5 * self.length)

@@ -1,0 +1,39 @@
+"""Tapered: the bonds inside and outside have different lengths; the free ends are conical or hollowed."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from geometry.ring import Ring
+from geometry.shape import Array
+
+
+class Tapered(Ring):
+    """Rubber ring with straight conical ends, or with ends hollowed by a parabola of given depth."""
+
+    name: ClassVar[str] = "tapered"
+    summary: ClassVar[str] = "rubber ring with conical or hollowed (concave) free ends"
+
+    inner_length: float = Field(gt=0, description="bonded length on the inner sleeve, mm")
+    outer_length: float = Field(gt=0, description="bonded length on the outer sleeve, mm")
+    profile: Literal["straight", "concave"] = Field(default="straight", description="form of the free ends")
+    profile_depth: float = Field(
+        default=0.0, ge=0, description="how deep each end is hollowed, midway between the bonds, mm"
+    )
+
+    @model_validator(mode="after")
+    def _ends(self) -> Any:
+        if self.profile == "straight" and self.profile_depth > 0:
+            raise ValueError('profile_depth needs profile = "concave"')
+        if self.profile == "concave" and self.profile_depth == 0:
+            raise ValueError('profile = "concave" needs profile_depth > 0 (mm)')
+        if float(self.half_length(np.linspace(0.0, 1.0, 101)).min()) <= 0:
+            raise ValueError(f"profile_depth = {self.profile_depth:g} mm hollows the rubber through")
+        return self
+
+    def half_length(self, s: Array) -> Array:
+        straight = 0.5 * (self.inner_length + s * (self.outer_length - self.inner_length))
+        return straight - self.profile_depth * 4.0 * s * (1.0 - s)
