@@ -5,6 +5,7 @@ Written by the case file, read by `bushcli.recording`; it stands below both, so 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -50,3 +51,26 @@ class Source:
     def label(self) -> str:
         """The channel's name."""
         return self.name or self.mode
+
+
+#: Factor from a unit to the internal one (N, mm, MPa, s, rad, and 1 for stretch and strain), by what is measured.
+UNITS: Mapping[str, Mapping[str, float]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+    "length": {"mm": 1.0, "m": 1e3, "cm": 10.0, "um": 1e-3, "in": 25.4},
+    "angle": {"deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3},
+    "force": {"N": 1.0, "kN": 1e3, "lbf": 4.4482216152605},
+    "moment": {"Nmm": 1.0, "Nm": 1e3, "kNm": 1e6, "Ncm": 10.0, "lbfin": 112.9848290276167},
+    "strain": {"1": 1.0, "percent": 0.01},
+    "stress": {"MPa": 1.0, "kPa": 1e-3, "Pa": 1e-6, "GPa": 1e3, "psi": 6.894757293168e-3},
+}
+
+
+def dimension(quantity: Quantity, specimen: str, rotational: bool) -> str:
+    """Return the key of `UNITS` that applies to a column of a bushing ("bushing") or coupon recording."""
+    if quantity == "time":
+        return "time"
+    if specimen == "coupon":
+        return "strain" if quantity == "displacement" else "stress"
+    if quantity == "displacement":
+        return "angle" if rotational else "length"
+    return "moment" if rotational else "force"

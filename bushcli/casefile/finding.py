@@ -1,0 +1,169 @@
+"""What is wrong with a case, by key: findings, and pydantic's errors turned into them."""
+
+from __future__ import annotations
+
+import json
+import types
+import typing
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import AliasChoices, BaseModel, ValidationError
+
+from bushcli.errors import nearest
+
+Keys = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong: the key it concerns, and the words of `bushcli.errors.Problem`."""
+
+    keys: Keys
+    what: str
+    nearest: str = ""
+    expected: str = ""
+
+
+def dotted(keys: Keys) -> str:
+    """Return a key path as a user writes it: ``load_cases[0].amplitude``."""
+    text = ""
+    for key in keys:
+        text += f"[{key}]" if isinstance(key, int) else f".{key}" if text else key
+    return text
+
+
+def shown(value: object) -> str:
+    """Return a value as in TOML, cut to a length that fits a message."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(map(str, value)) + "}" if len(value) < 8 else "{...}"
+    if isinstance(value, list):
+        text = "[" + ", ".join(shown(item) for item in value[:8]) + (", ...]" if len(value) > 8 else "]")
+    elif isinstance(value, int) and abs(value) > 10**20:
+        text = "a number of more than 20 digits"
+    else:
+        text = json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+    return text if len(text) <= 60 else text[:56] + " ..."
+
+
+def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
+    """Return the finding for a key that a section does not have."""
+    known = tuple(known)
+    return Finding(
+        keys,
+        f"{dotted(keys)} is not a key of {section}",
+        nearest(str(keys[-1]), known),
+        ", ".join(known) if known else f"{section} takes no keys",
+    )
+
+
+def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> Finding:
+    """Return the finding for a name that is not in a registry, as in ``material.law = "yeho" is not a law``."""
+    known = tuple(known)
+    return Finding(
+        keys,
+        f"{dotted(keys)} = {shown(name)} is not a {kind}",
+        nearest(name, known, cutoff=0.5) if isinstance(name, str) else "",
+        ", ".join(known),
+    )
+
+
+def explain(error: ValidationError, model: type[BaseModel], at: Keys, section: str) -> list[Finding]:
+    """Return pydantic's findings about the table ``at`` in the words of this project."""
+    return [_explained(item, model, at, section) for item in error.errors(include_url=False)]
+
+
+def _explained(item: Any, model: type[BaseModel], at: Keys, section: str) -> Finding:
+    loc: Keys = tuple(item["loc"])
+    keys, key, kind, context = at + loc, dotted(at + loc), item["type"], item.get("ctx", {})
+    if kind == "extra_forbidden":
+        owner = _model_at(model, loc[:-1])
+        if loc[-1] in _keys_of(owner):
+            return Finding(keys, f"{key} is given twice, under two of its names")
+        return unknown_key(keys, _keys_of(owner), section if len(loc) == 1 else f"[{dotted(keys[:-1])}]")
+    if kind == "missing":
+        field = _model_at(model, loc[:-1]).model_fields.get(str(loc[-1]))
+        return Finding(keys, f"{key} is missing", expected=(field.description or "") if field else "")
+    if kind in ("value_error", "assertion_error"):
+        words = str(context.get("error", item["msg"]))
+        # A validator of the whole table names its keys itself; one of a single key does not.
+        return Finding(keys, f"{key}: {words}" if not loc else f"{key} = {shown(item['input'])}: {words}")
+    if kind == "literal_error":
+        choices = [choice for choice in _literals(model, loc) if isinstance(choice, str)]
+        near = nearest(item["input"], choices, cutoff=0.5) if isinstance(item["input"], str) else ""
+        return Finding(
+            keys, f"{key} = {shown(item['input'])} is not allowed", near, ", ".join(map(shown, choices))
+        )
+    words = _REQUIREMENTS.get(kind)
+    requirement = words.format(**context) if words else item["msg"].replace("Input should", "should")
+    return Finding(keys, f"{key} = {shown(item['input'])} {requirement}")
+
+
+_REQUIREMENTS = {
+    "greater_than": "must be greater than {gt:g}",
+    "greater_than_equal": "must be at least {ge:g}",
+    "less_than": "must be less than {lt:g}",
+    "less_than_equal": "must be at most {le:g}",
+    "float_type": "is not a number",
+    "int_type": "is not a whole number",
+    "int_from_float": "is not a whole number",
+    "string_type": "is not a text in quotes",
+    "bool_type": "is neither true nor false",
+    "list_type": "is not a list in brackets",
+    "tuple_type": "is not a list in brackets",
+    "dict_type": "is not a table of keys",
+    "model_type": "is not a table of keys",
+    "model_attributes_type": "is not a table of keys",
+    "finite_number": "must be finite",
+    "string_too_short": "must not be empty",
+    "too_short": "needs at least {min_length} entries",
+}
+
+
+def _keys_of(model: type[BaseModel]) -> list[str]:
+    """Return the keys of a table as a user writes them."""
+    keys = []
+    for name, field in model.model_fields.items():
+        aliases = field.validation_alias
+        keys += (
+            [str(a) for a in aliases.choices] if isinstance(aliases, AliasChoices) else [field.alias or name]
+        )
+    return keys
+
+
+def _model_at(model: type[BaseModel], loc: Keys) -> type[BaseModel]:
+    """Return the model of the table that ``loc`` leads to, through optional and repeated tables."""
+    for key in loc:
+        if isinstance(key, str) and key in model.model_fields:
+            model = next(
+                (
+                    t
+                    for t in _types(model.model_fields[key].annotation)
+                    if isinstance(t, type) and issubclass(t, BaseModel)
+                ),
+                model,
+            )
+    return model
+
+
+def _literals(model: type[BaseModel], loc: Keys) -> list[object]:
+    field = _model_at(model, loc[:-1]).model_fields.get(str(loc[-1])) if loc else None
+    if field is None:
+        return []
+    return [
+        v
+        for t in _types(field.annotation)
+        if typing.get_origin(t) is typing.Literal
+        for v in typing.get_args(t)
+    ]
+
+
+def _types(annotation: Any) -> list[Any]:
+    """Return an annotation's types with unions, lists and tuples opened."""
+    origin = typing.get_origin(annotation)
+    if origin in (typing.Union, types.UnionType, list, tuple):
+        return [t for argument in typing.get_args(annotation) for t in _types(argument)]
+    return [annotation]

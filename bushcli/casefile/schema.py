@@ -1,0 +1,99 @@
+"""The tables of a case file and their keys, as written: degrees, file names, nothing converted."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, PlainValidator
+
+Name = Annotated[str, Field(min_length=1)]
+Elements = Annotated[int, Field(le=400)]
+
+
+def _column(value: Any) -> str | int:
+    if isinstance(value, bool) or not (
+        isinstance(value, str) and value or isinstance(value, int) and value >= 1
+    ):
+        raise ValueError("is neither the name of a column nor its number, counted from 1")
+    return value
+
+
+ColumnKey = Annotated[str | int, PlainValidator(_column)]
+
+
+class Table(BaseModel):
+    """A table of the case file: unknown keys are refused, numbers are not read from texts."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class MaterialTable(Table):
+    """``[material]``."""
+
+    law: str = Field(description="a law, see bushcli list laws")
+    # The one key that may be infinite; load.py refuses every other infinity and every nan.
+    bulk_modulus: float = Field(
+        default=float("inf"), gt=0, allow_inf_nan=True, description="MPa, inf = incompressible"
+    )
+    parameters: dict[str, float] = Field(default_factory=dict, description="by name, MPa or 1")
+    terms: int | None = Field(
+        default=None, ge=1, description="number of terms to fit, when no parameters are given"
+    )
+
+
+class MeshTable(Table):
+    """``[mesh]``."""
+
+    elements_across: Elements | None = Field(
+        default=None, ge=2, description="rubber elements from sleeve to sleeve"
+    )
+    elements_along: Elements | None = Field(default=None, ge=2, description="rubber elements along the axis")
+    elements_around: Elements | None = Field(
+        default=None, ge=4, description="elements around the circumference"
+    )
+
+
+class LoadCaseTable(Table):
+    """``[[load_cases]]``."""
+
+    mode: str = Field(description="a mode, see bushcli list modes")
+    amplitude: float | None = Field(default=None, description="mm or degrees; stretch - 1 for a coupon")
+    path: list[float] | None = Field(
+        default=None, min_length=2, description="points to go through, mm or degrees"
+    )
+    rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s")
+    file: Name | None = Field(default=None, description="CSV with the path of the displacement")
+    steps: int = Field(default=20, ge=1, le=100_000, description="steps from one point to the next")
+
+
+class ColumnsTable(Table):
+    """``columns``: column by name or by number from 1."""
+
+    time: ColumnKey | None = None
+    displacement: ColumnKey | None = Field(
+        default=None, validation_alias=AliasChoices("displacement", "rotation", "stretch", "strain")
+    )
+    force: ColumnKey | None = Field(default=None, validation_alias=AliasChoices("force", "moment", "stress"))
+
+
+class UnitsTable(Table):
+    """``units``: unit by quantity."""
+
+    time: str | None = None
+    displacement: str | None = Field(
+        default=None, validation_alias=AliasChoices("displacement", "rotation", "stretch", "strain")
+    )
+    force: str | None = Field(default=None, validation_alias=AliasChoices("force", "moment", "stress"))
+
+
+class RecordingTable(Table):
+    """``[[recordings]]`` and ``[[coupons]]``."""
+
+    mode: str = Field(description="a mode, see bushcli list modes")
+    file: Name = Field(description="CSV file, relative to the case file")
+    name: Name | None = Field(default=None, description="of the channel; the mode when absent")
+    columns: ColumnsTable = ColumnsTable()
+    units: UnitsTable = UnitsTable()
+    delimiter: Literal[",", ";", "\t", " ", "comma", "semicolon", "tab", "space"] | None = None
+    decimal: Literal[".", ","] | None = None
+    cycles: list[Annotated[int, Field(ge=1)]] | None = Field(default=None, min_length=1)
