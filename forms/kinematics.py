@@ -1,7 +1,10 @@
 """From displacement to deformation: F, C, J and the isochoric measures that the laws are written in.
 
-Everything is written out in components. UFL would otherwise expand ``det``, ``inv`` and ``tr(C*C)`` into sums with
-structural zeros and repeated factors, and the generated kernels grow with them.
+Everything is written out in components. UFL would otherwise expand ``det``, ``inv`` and ``tr(C*C)`` into sums
+with structural zeros and repeated factors, and the generated kernels grow with them. The scalars that the
+energy depends on are ``ufl.variable``, by which `forms.chain` differentiates; ``ufl.derivative`` sees through
+them. Powers of J are exponentials, because their derivatives then share one logarithm; each derivative of a
+power is one more ``pow``.
 """
 
 from __future__ import annotations
@@ -12,6 +15,8 @@ from dataclasses import dataclass, field
 import ufl
 
 from forms.law import Scalar
+from forms.spectral import pair_power_trace
+from forms.spectral import power_trace as tensor_power_trace
 
 
 @dataclass(frozen=True)
@@ -26,6 +31,8 @@ class Kinematics:
         det F.
     weight : UFL scalar or float
         Volume per area of the mesh: 2 pi R (mm) in an axisymmetric half-plane, 1 in 3-D.
+    measures : tuple of ufl.variable
+        The few scalars through which J, I1, I2 and the power traces depend on the displacement.
     I1, I2 : UFL scalar
         Invariants of the isochoric right Cauchy-Green tensor J^(-2/3) F^T F.
     power_trace : callable
@@ -35,6 +42,7 @@ class Kinematics:
     F: Scalar
     J: Scalar
     weight: Scalar
+    measures: tuple[Scalar, ...]
     I1: Scalar
     I2: Scalar
     power_trace: Callable[[Scalar], Scalar] = field(repr=False)
@@ -56,22 +64,25 @@ def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
         Reference radius in mm.
     """
     G = ufl.grad(u)
-    a, b, c, d, h = 1 + G[0, 0], G[0, 1], G[1, 0], 1 + G[1, 1], 1 + u[0] / R
+    a, b, c, d = 1 + G[0, 0], G[0, 1], G[1, 0], 1 + G[1, 1]
+    h = ufl.variable(1 + u[0] / R)  # hoop stretch
     F = ufl.as_matrix(((a, 0, b), (0, h, 0), (c, 0, d)))
-    area = a * d - b * c  # of the half-plane
-    trace = a * a + b * b + c * c + d * d  # of the half-plane's block of C
+    area = ufl.variable(a * d - b * c)  # of the half-plane
+    trace = ufl.variable(a * a + b * b + c * c + d * d)  # of the half-plane's block of C
     J = area * h
-    s = _isochoric_factor(J)
+    log_J = ufl.ln(J)
+    s = ufl.exp(-2 / 3 * log_J)
 
     def power_trace(alpha: Scalar) -> Scalar:
-        from forms.spectral import block_power_trace
-
-        return block_power_trace(s * trace, s * area, s * h * h, alpha / 2)
+        # The hoop is principal: no cubic to solve, only the pair in the half-plane.
+        pair = pair_power_trace(trace / 2, trace * trace / 4 - area * area, alpha / 2)
+        return ufl.exp(-alpha / 3 * log_J) * (pair + ufl.exp(alpha * ufl.ln(h)))
 
     return Kinematics(
         F=F,
         J=J,
         weight=2 * ufl.pi * R,
+        measures=(area, trace, h),
         I1=s * (trace + h * h),
         I2=s * s * (area * area + h * h * trace),
         power_trace=power_trace,
@@ -81,8 +92,8 @@ def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
 def axisymmetric_twist(u: Scalar, R: Scalar) -> Kinematics:
     """Return the kinematics of an axisymmetric deformation with finite twist about the axis.
 
-    The point (R, Theta, Z) moves to r = R + u_r, theta = Theta + phi, z = Z + u_z; F maps the cylindrical basis at the
-    reference place to the one at the current place, and is exact for any twist.
+    The point (R, Theta, Z) moves to r = R + u_r, theta = Theta + phi, z = Z + u_z; F maps the cylindrical
+    basis at the reference place to the one at the current place, and is exact for any twist.
 
     Parameters
     ----------
@@ -93,7 +104,8 @@ def axisymmetric_twist(u: Scalar, R: Scalar) -> Kinematics:
 
     References
     ----------
-    Ogden (1997), Non-Linear Elastic Deformations, Dover, section 2.2 (deformation in cylindrical coordinates).
+    Ogden (1997), Non-Linear Elastic Deformations, Dover, section 2.2 (deformation in cylindrical
+    coordinates).
     """
     G = ufl.grad(u)
     r = R + u[0]
@@ -117,11 +129,13 @@ def principal(e1: Scalar, e2: Scalar) -> Kinematics:
 
     For what needs a law but no body: stability checks and coupon stresses.
     """
+    e1, e2 = ufl.variable(e1), ufl.variable(e2)
     e = (e1, e2, -e1 - e2)
     return Kinematics(
         F=ufl.diag(ufl.as_vector([ufl.exp(x) for x in e])),
         J=ufl.as_ufl(1.0),
         weight=1.0,
+        measures=(e1, e2),
         I1=sum(ufl.exp(2 * x) for x in e),
         I2=sum(ufl.exp(-2 * x) for x in e),
         power_trace=lambda alpha: sum(ufl.exp(alpha * x) for x in e),
@@ -138,24 +152,25 @@ def _general(F: tuple[tuple[Scalar, ...], ...], weight: Scalar) -> Kinematics:
         ]
         for i in range(3)
     ]
-    J = sum(F[0][j] * cofactor[0][j] for j in range(3))
-    s = _isochoric_factor(J)
-    I1 = s * sum(F[i][j] * F[i][j] for i in range(3) for j in range(3))
+    J = ufl.variable(sum(F[0][j] * cofactor[0][j] for j in range(3)))
+    trace = ufl.variable(sum(F[i][j] * F[i][j] for i in range(3) for j in range(3)))
     # The second invariant of C is the squared norm of the cofactor of F.
-    I2 = s * s * sum(cofactor[i][j] * cofactor[i][j] for i in range(3) for j in range(3))
+    second = ufl.variable(sum(cofactor[i][j] * cofactor[i][j] for i in range(3) for j in range(3)))
+    log_J = ufl.ln(J)
+    s = ufl.exp(-2 / 3 * log_J)
 
     def power_trace(alpha: Scalar) -> Scalar:
-        from forms.spectral import power_trace as spectral_power_trace
+        m = trace / 3
+        J2 = 3 * m * m - second
+        J3 = J * J - m * second + 2 * m * m * m
+        return ufl.exp(-alpha / 3 * log_J) * tensor_power_trace(m, J2, J3, alpha / 2)
 
-        return spectral_power_trace(ufl.as_matrix(F), s, alpha / 2)
-
-    return Kinematics(F=ufl.as_matrix(F), J=J, weight=weight, I1=I1, I2=I2, power_trace=power_trace)
-
-
-def _isochoric_factor(J: Scalar) -> Scalar:
-    """Return J^(-2/3).
-
-    As an exponential, because its derivatives then reuse one logarithm and one exponential; each derivative of a
-    power is another call of ``pow``.
-    """
-    return ufl.exp(-2 / 3 * ufl.ln(J))
+    return Kinematics(
+        F=ufl.as_matrix(F),
+        J=J,
+        weight=weight,
+        measures=(J, trace, second),
+        I1=s * trace,
+        I2=s * s * second,
+        power_trace=power_trace,
+    )

@@ -1,8 +1,8 @@
 """What a hyperelastic law is, and which laws there are.
 
-A law is its isochoric strain energy, written once in UFL in ``forms/laws/<name>.py`` and offered there as ``LAW``.
-Stress, tangent and parameter derivatives are derived from it by UFL. This module does not import UFL, so that a
-case file can be checked against the registry before the finite-element stack is loaded.
+A law is its isochoric strain energy, written once in UFL in ``forms/laws/<name>.py`` and offered there as
+``LAW``. Stress, tangent and parameter derivatives are derived from it by UFL. This module does not import
+UFL, so that a case file can be checked against the registry before the finite-element stack is loaded.
 """
 
 from __future__ import annotations
@@ -93,8 +93,8 @@ class Law:
         One line.
     parameters : tuple of Parameter
     energy : callable
-        ``energy(strain, **parameters) -> UFL scalar``; ``strain`` is a `Strain`, the parameters are UFL scalars
-        (``fem.Constant`` or ``ufl.variable``), so that one compiled kernel serves all values.
+        ``energy(strain, **parameters) -> UFL scalar``; ``strain`` is a `Strain`, the parameters are UFL
+        scalars (``fem.Constant`` or ``ufl.variable``), so that one compiled kernel serves all values.
     shear_modulus : callable
         ``shear_modulus(**parameters) -> float``: the initial shear modulus in MPa.
     basis : {"I1", "I1,I2", "stretches"}

@@ -11,13 +11,13 @@ SERIES = (1 / 2, 1 / 20, 11 / 1050, 19 / 7000, 519 / 673750)
 def energy(strain: Strain, *, mu: Scalar, lambda_m: Scalar) -> Scalar:
     """Return W = mu sum_i c_i / lambda_m^(2i-2) (I1^i - 3^i), c = 1/2, 1/20, 11/1050, 19/7000, 519/673750.
 
-    ``mu`` is n k T of the network, the coefficient of the Gaussian term; the initial shear modulus is higher by the
-    terms in 1 / lambda_m^2, see `shear_modulus`.
+    ``mu`` is n k T of the network, the coefficient of the Gaussian term; the initial shear modulus is higher
+    by the terms in 1 / lambda_m^2, see `shear_modulus`.
 
     References
     ----------
-    Arruda and Boyce (1993), A three-dimensional constitutive model for the large stretch behavior of rubber elastic
-    materials, J. Mech. Phys. Solids 41:389-412, doi:10.1016/0022-5096(93)90013-6.
+    Arruda and Boyce (1993), A three-dimensional constitutive model for the large stretch behavior of rubber
+    elastic materials, J. Mech. Phys. Solids 41:389-412, doi:10.1016/0022-5096(93)90013-6.
     """
     locking = 1 / lambda_m**2
     x, x0 = strain.I1 * locking, 3 * locking

@@ -8,12 +8,13 @@ from forms.law import Law, Parameter, Scalar, Strain
 def energy(strain: Strain, *, mu: Scalar, Jm: Scalar) -> Scalar:
     """Return W = -mu Jm / 2 ln(1 - (I1 - 3) / Jm).
 
-    Beyond the locking limit I1 - 3 = Jm there is no energy: the logarithm gives NaN there, which the solver takes as
-    a step too far.
+    Beyond the locking limit I1 - 3 = Jm there is no energy: the logarithm gives NaN there, which the solver
+    takes as a step too far.
 
     References
     ----------
-    Gent (1996), A new constitutive relation for rubber, Rubber Chem. Technol. 69:59-61, doi:10.5254/1.3538357.
+    Gent (1996), A new constitutive relation for rubber, Rubber Chem. Technol. 69:59-61,
+    doi:10.5254/1.3538357.
     """
     import ufl  # here, because the registry of laws is read before the finite-element stack is loaded
 

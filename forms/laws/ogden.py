@@ -46,8 +46,8 @@ def _terms(parameters: dict[str, Scalar]) -> list[tuple[Scalar, Scalar]]:
 def _nonzero(alpha: Scalar) -> Scalar:
     """Return ``alpha``, moved off zero where the quotient 1/alpha has a removable singularity.
 
-    The shift is constant, so that the derivative with respect to alpha stays right; 2e-7 changes the energy by less
-    than what a solve resolves.
+    The shift is constant, so that the derivative with respect to alpha stays right; 2e-7 changes the energy
+    by less than what a solve resolves.
     """
     import ufl  # here, because the registry of laws is read before the finite-element stack is loaded
 

@@ -1,0 +1,116 @@
+"""Sums of powers of the principal stretches in closed form, differentiable twice at any deformation.
+
+``tr(C^beta)`` is an analytic function of the invariants of C, also where eigenvalues coincide; the
+eigenvalues themselves are not, and their textbook formulas lose their derivatives there. So no eigenvalue is
+used where it is not smooth:
+
+- A pair of eigenvalues a + d, a - d enters by its mean a and by d^2, never by d: as a binomial series where d
+  is small.
+- Of three eigenvalues the best separated one (the largest, or the smallest) is a smooth function of the
+  invariants; the other two are such a pair.
+- Where all three nearly coincide, a binomial series in the invariants of the deviator takes over.
+
+Every branch is evaluated with arguments that keep it finite, because UFL differentiates a conditional into a
+sum with factors 0 and 1, in which an infinity in the branch not taken would become NaN.
+
+References
+----------
+Habera and Zilian (2021), Symbolic spectral decomposition of 3x3 matrices, arXiv:2111.02117.
+Harari and Albocher (2022), Computation of eigenvalues of a real, symmetric 3x3 matrix with particular
+reference to the pernicious case of two nearly equal eigenvalues, Int. J. Numer. Methods Eng. 124:1089-1110,
+doi:10.1002/nme.7153.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import ufl
+
+from forms.law import Scalar
+
+# Half difference of a pair over its mean, below which the series is used. The second derivative of the closed
+# form loses eps / PAIR^3 = 2e-10, that of the series, cut after five terms, 5e-9 at the exponent 25 of the
+# stretches.
+PAIR = 1e-2
+# Largest deviatoric eigenvalue of C over its mean, below which all three count as near. Both sides lose less
+# than 1e-8 in the second derivative there, at the same exponent.
+SPHERE = 1e-3
+
+# cos(arccos(r)/3) for 0 <= r <= 1 as a polynomial in z = sqrt((1 + r)/2): the arc cosine has no derivative at
+# r = 1, the composition has. In r itself the singularity at r = -1 would ask for degree 21, in z (half the
+# angle) 12 do.
+_Z = np.polynomial.Chebyshev.interpolate(
+    lambda z: np.cos(2 / 3 * np.arccos(np.minimum(z, 1.0))), 12, domain=[np.sqrt(0.5), 1.0]
+)
+_CENTRE, _HALF_WIDTH = (1 + np.sqrt(0.5)) / 2, (1 - np.sqrt(0.5)) / 2
+_COSINE_OF_THIRD = tuple(float(c) for c in np.polynomial.chebyshev.cheb2poly(_Z.coef))
+
+
+def power_trace(m: Scalar, J2: Scalar, J3: Scalar, beta: Scalar) -> Scalar:
+    """Return tr(C^beta) of a symmetric positive definite 3x3 tensor.
+
+    Parameters
+    ----------
+    m : UFL scalar
+        tr C / 3.
+    J2, J3 : UFL scalar
+        Invariants of the deviator S = C - m 1: tr(S^2) / 2 and det S.
+    beta : UFL scalar
+        Exponent; half the exponent of the stretches.
+    """
+    near = ufl.lt(4 / 3 * J2, SPHERE**2 * m * m)
+    x, y = J2 / (m * m), J3 / (m * m * m)
+    # Power sums of the deviator: p_2 = 2 J2, p_3 = 3 J3, p_n = J2 p_(n-2) + J3 p_(n-3).
+    b = _binomials(beta, 5)
+    sphere = _power(m, beta) * (3 + b[2] * 2 * x + b[3] * 3 * y + b[4] * 2 * x * x + b[5] * 5 * x * y)
+
+    J2, J3 = ufl.conditional(near, m * m / 16, J2), ufl.conditional(near, 0.0, J3)
+    q = ufl.sqrt(J2 / 3)
+    sign = ufl.conditional(ufl.lt(J3, 0.0), -1.0, 1.0)
+    t = _cosine_of_third(sign * J3 / (2 * q * q * q))
+    s = 2 * sign * q * t
+    apart = _power(m + s, beta) + pair_power_trace(m - s / 2, J2 - 3 / 4 * s * s, beta)
+    return ufl.conditional(near, sphere, apart)
+
+
+def pair_power_trace(a: Scalar, d2: Scalar, beta: Scalar) -> Scalar:
+    """Return (a + d)^beta + (a - d)^beta, a > d >= 0.
+
+    Parameters
+    ----------
+    a : UFL scalar
+        Mean of the pair.
+    d2 : UFL scalar
+        Square of its half difference.
+    beta : UFL scalar
+        Exponent.
+    """
+    y = d2 / (a * a)
+    near = ufl.lt(y, PAIR**2)
+    b = _binomials(beta, 8)
+    series = 1 + y * (b[2] + y * (b[4] + y * (b[6] + y * b[8])))
+    w = ufl.sqrt(ufl.conditional(near, 1 / 16, y))
+    apart = _power(1 + w, beta) + _power(1 - w, beta)
+    return _power(a, beta) * ufl.conditional(near, 2 * series, apart)
+
+
+def _cosine_of_third(r: Scalar) -> Scalar:
+    """Return cos(arccos(r) / 3), 0 <= r <= 1 (and a little beyond, by rounding)."""
+    x = (ufl.sqrt((1 + r) / 2) - _CENTRE) / _HALF_WIDTH
+    total = _COSINE_OF_THIRD[-1] * x + _COSINE_OF_THIRD[-2]
+    for coefficient in _COSINE_OF_THIRD[-3::-1]:
+        total = total * x + coefficient
+    return total
+
+
+def _binomials(beta: Scalar, order: int) -> list[Scalar]:
+    """Return the binomial coefficients (beta over n), n = 0 ... order."""
+    b: list[Scalar] = [1.0]
+    for n in range(order):
+        b.append(b[n] * (beta - n) / (n + 1))
+    return b
+
+
+def _power(x: Scalar, beta: Scalar) -> Scalar:
+    """Return x^beta, x > 0; as an exponential its derivatives reuse the one logarithm."""
+    return ufl.exp(beta * ufl.ln(x))
