@@ -1,0 +1,258 @@
+"""The finite-element model of one load case: mesh, mode and law -> assembled residual and tangent.
+
+Mixed displacement-pressure Taylor-Hood elements (second-order displacement, first-order continuous pressure).
+The sleeves' motion is imposed strongly; all constrained unknowns always hold their prescribed values, so that
+Newton's method works on the free ones only.
+
+References
+----------
+Taylor and Hood (1973), Comput. Fluids 1:73-100, doi:10.1016/0045-7930(73)90027-3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import basix.ufl
+import dolfinx.fem.petsc
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from cases.jit import options
+from cases.mode import Mode, Setting
+from forms import kinematics
+from forms.law import Law
+from forms.potential import Potential, potential
+from geometry.mesh import NamedMesh
+
+Array = NDArray[np.float64]
+
+# Second-order hexahedra: 3 Gauss points in each direction.
+QUADRATURE_DEGREE = 4
+
+
+@dataclass(frozen=True)
+class _Constrained:
+    """Constrained unknowns: local indices, their component, coordinates, and whether they follow the sleeve."""
+
+    dofs: NDArray[np.int32]
+    component: NDArray[np.int32]
+    x: Array
+    driven: NDArray[np.bool_]
+
+
+def setting_for(mode: Mode, dimension: int) -> Setting:
+    """The mode's setting in the half-plane (2) or in three dimensions (3)."""
+    setting = mode.section if dimension == 2 else mode.solid
+    if setting is None:
+        raise ValueError(f"mode {mode.name} has no half-plane model")
+    return setting
+
+
+class Model:
+    """A bushing under one mode, ready to be marched.
+
+    Parameters
+    ----------
+    mesh
+        Named mesh, cut at the mirror planes of the mode's setting.
+    mode
+        What is done to it.
+    law, parameters
+        The rubber (MPa).
+    bulk_modulus
+        MPa; infinite = exactly incompressible.
+    """
+
+    def __init__(
+        self, mesh: NamedMesh, mode: Mode, law: Law, parameters: Mapping[str, float], bulk_modulus: float = np.inf
+    ) -> None:
+        self.mesh, self.mode, self.law = mesh, mode, law
+        self.setting = setting_for(mode, mesh.dimension)
+        self.comm = mesh.mesh.comm
+        self.space = fem.functionspace(mesh.mesh, _element(mesh, self.setting))
+        self.state = fem.Function(self.space)
+        self.constants = {
+            name: fem.Constant(mesh.mesh, PETSc.ScalarType(value)) for name, value in parameters.items()
+        }
+        self.compliance = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0 / bulk_modulus))
+        self.potential = self._potential()
+        self._residual = fem.form(self.potential.residual, jit_options=options())
+        self._tangent = fem.form(self.potential.tangent, jit_options=options())
+        self._energy = fem.form(self.potential.energy, jit_options=options())
+        self._constrained = self._constraints()
+        self._prescribed = fem.Function(self.space)
+        self._bc = fem.dirichletbc(self._prescribed, self._constrained.dofs)
+        # The modelled part is one of this many equal parts; equal faces of a coupon share the work.
+        self.multiplicity = 2 ** len(self.setting.mirrors) / mode.shares
+
+    # -- set-up --------------------------------------------------------------------------------------------------
+
+    def _potential(self) -> Potential:
+        mesh = self.mesh
+        u, p = ufl.split(self.state)
+        self.strain = strain(self.setting, u, mesh)
+        dx = ufl.Measure(
+            "dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": QUADRATURE_DEGREE}
+        )
+        sleeves = {}
+        for name, sleeve in mesh.sleeves.items():
+            shear = sleeve.youngs_modulus / (2 * (1 + sleeve.poissons_ratio))
+            bulk = sleeve.youngs_modulus / (3 * (1 - 2 * sleeve.poissons_ratio))
+            moduli = tuple(fem.Constant(mesh.mesh, PETSc.ScalarType(value)) for value in (shear, bulk))
+            sleeves[dx(mesh.region[name])] = moduli
+        # Without sleeves the rubber is everywhere: no subdomain in the kernel's signature.
+        rubber = dx(mesh.region["rubber"]) if sleeves else dx
+        return potential(
+            self.state, self.strain, self.law, self.constants, p, self.compliance, rubber, sleeves
+        )
+
+    def _constraints(self) -> _Constrained:
+        mesh, space = self.mesh, self.space
+        components = space.sub(0).num_sub_spaces
+        held = dict(self.mode.held)
+        planes = _mirror_components(self.setting, components)
+        values: dict[int, tuple[int, Array, bool]] = {}
+        for component in range(components):
+            part = space.sub(0).sub(component)
+            collapsed, _ = part.collapse()
+            points = collapsed.tabulate_dof_coordinates()
+            for names, driven in ((held | planes, False), (dict(self.mode.driven), True)):
+                for name, only in names.items():
+                    if name not in mesh.boundary or (only is not None and component not in only):
+                        continue
+                    facets = mesh.facets.find(mesh.boundary[name])
+                    dofs, own = fem.locate_dofs_topological((part, collapsed), mesh.dimension - 1, facets)
+                    values.update({int(d): (component, points[o], driven) for d, o in zip(dofs, own, strict=True)})
+        # The pressure has no work to do in a metal sleeve, where the energy does not contain it.
+        for dof in self._idle_pressures():
+            values[dof] = (-1, np.zeros(3), False)
+        dofs = np.array(sorted(values), dtype=np.int32)
+        return _Constrained(
+            dofs,
+            np.array([values[d][0] for d in dofs], dtype=np.int32),
+            np.array([values[d][1] for d in dofs]).reshape(-1, 3),
+            np.array([values[d][2] for d in dofs], dtype=bool),
+        )
+
+    def _idle_pressures(self) -> list[int]:
+        mesh = self.mesh
+        if not mesh.sleeves:
+            return []
+        part = self.space.sub(1)
+        tdim = mesh.dimension
+        idle = [
+            fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region[name])) for name in mesh.sleeves
+        ]
+        busy = fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))
+        return [int(d) for d in np.setdiff1d(np.concatenate(idle), busy)]
+
+    # -- the motion ----------------------------------------------------------------------------------------------
+
+    def _along_sleeve(self, motion: Any, q: float) -> Array:
+        c = self._constrained
+        dimension = 3 if self.setting.kinematics == "cartesian" else 2
+        displacement = motion(c.x[:, :dimension].T, q)
+        return np.where(c.driven, displacement[c.component, np.arange(len(c.dofs))], 0.0)
+
+    def impose(self, q: float) -> None:
+        """Give every constrained unknown of the state the value it has at q (mm or rad)."""
+        self.state.x.array[self._constrained.dofs] = self._along_sleeve(self.setting.motion, q)
+
+    def rate(self, q: float) -> Array:
+        """Derivative of the constrained unknowns with respect to q, over all local unknowns (zero elsewhere)."""
+        rate = np.zeros_like(self.state.x.array)
+        rate[self._constrained.dofs] = self._along_sleeve(self.setting.rate, q)
+        return rate
+
+    def set_parameters(self, parameters: Mapping[str, float], bulk_modulus: float | None = None) -> None:
+        """Change the material without building anything again."""
+        for name, value in parameters.items():
+            self.constants[name].value = value
+        if bulk_modulus is not None:
+            self.compliance.value = 1.0 / bulk_modulus
+
+    # -- assembly ------------------------------------------------------------------------------------------------
+
+    def create_vector(self) -> PETSc.Vec:
+        """A vector over the unknowns."""
+        return self.state.x.petsc_vec.duplicate()
+
+    def create_matrix(self) -> PETSc.Mat:
+        """A matrix for `assemble_tangent`, marked symmetric."""
+        matrix = fem.petsc.create_matrix(self._tangent)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
+        return matrix
+
+    def assemble_residual(self, b: PETSc.Vec) -> None:
+        """Out-of-balance force at the present state in every unknown, constrained ones included."""
+        with b.localForm() as local:
+            local.set(0.0)
+        fem.petsc.assemble_vector(b, self._residual)
+        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+
+    def clear_constrained(self, b: PETSc.Vec) -> float:
+        """Zero the constrained entries of an owned vector; return the norm of what stood there (the reactions)."""
+        owned = self.owned_constrained
+        squares = float(np.sum(b.array_r[owned] ** 2))
+        b.array_w[owned] = 0.0
+        return float(np.sqrt(self.comm.allreduce(squares)))
+
+    @property
+    def owned_constrained(self) -> NDArray[np.int32]:
+        """Constrained unknowns that this rank owns."""
+        size = self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs
+        dofs = self._constrained.dofs
+        return dofs[dofs < size]
+
+    def assemble_tangent(self, matrix: PETSc.Mat) -> None:
+        """Tangent at the present state; constrained rows and columns are those of the identity."""
+        matrix.zeroEntries()
+        fem.petsc.assemble_matrix(matrix, self._tangent, bcs=[self._bc])
+        matrix.assemble()
+
+    def lift(self, b: PETSc.Vec, rate: Array) -> None:
+        """b = -K_fc rate_c: the force that a motion of the sleeve exerts on the free unknowns."""
+        self._prescribed.x.array[:] = rate
+        with b.localForm() as local:
+            local.set(0.0)
+        fem.petsc.apply_lifting(b, [self._tangent], bcs=[[self._bc]], alpha=1.0)
+        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        fem.petsc.set_bc(b, [self._bc], alpha=1.0)
+
+    def energy(self) -> float:
+        """Stored energy of the whole bushing (N mm), or of one face's share of a coupon."""
+        part = fem.assemble_scalar(self._energy)
+        return float(self.comm.allreduce(part)) * self.multiplicity
+
+
+def strain(setting: Setting, u: Any, mesh: NamedMesh) -> kinematics.Kinematics:
+    """The kinematics that a setting asks for, of a displacement on a mesh."""
+    if setting.kinematics == "cartesian":
+        return kinematics.cartesian(u)
+    radius = ufl.SpatialCoordinate(mesh.mesh)[0]
+    if setting.kinematics == "axisymmetric":
+        return kinematics.axisymmetric(u, radius)
+    return kinematics.axisymmetric_twist(u, radius)
+
+
+def _element(mesh: NamedMesh, setting: Setting) -> Any:
+    cell = mesh.mesh.basix_cell()
+    order = mesh.displacement_order
+    components = 2 if setting.kinematics == "axisymmetric" else 3
+    displacement = basix.ufl.element("Lagrange", cell, order, shape=(components,))
+    if order == 1:
+        return basix.ufl.mixed_element([displacement, basix.ufl.element("DG", cell, 0)])
+    return basix.ufl.mixed_element([displacement, basix.ufl.element("Lagrange", cell, order - 1)])
+
+
+def _mirror_components(setting: Setting, components: int) -> dict[str, tuple[int, ...] | None]:
+    """Mirror boundary -> the displacement component normal to it; the last component is along the axis."""
+    normal = {"x": 0, "y": 1, "z": components - 1}
+    return {f"mirror_{plane}": (normal[plane],) for plane in setting.mirrors}

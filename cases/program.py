@@ -1,0 +1,63 @@
+"""The path of the generalised displacement, in time where time matters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Program:
+    """Targets of the march, in order.
+
+    Attributes
+    ----------
+    displacement
+        Generalised displacement q, shape (n,), mm or rad; the march starts from q = 0, unloaded.
+    time
+        Seconds, shape (n,), or None where rate does not matter.
+    """
+
+    displacement: Array
+    time: Array | None = None
+
+    def __post_init__(self) -> None:
+        if self.displacement.ndim != 1 or len(self.displacement) < 1:
+            raise ValueError("a program needs at least one displacement")
+        if self.time is not None and self.time.shape != self.displacement.shape:
+            raise ValueError("a program needs a time for each displacement")
+
+
+def ramp(amplitude: float, steps: int) -> Program:
+    """Equal steps from zero to the amplitude (mm or rad), zero included."""
+    return Program(np.linspace(0.0, amplitude, steps + 1))
+
+
+def path(points: Sequence[float], steps: int, rate: float | None = None) -> Program:
+    """Straight segments through the points (mm or rad): cycles, signs, holds (a repeated point).
+
+    Parameters
+    ----------
+    points
+        Corners of the path; a leading zero is added where it is missing.
+    steps
+        Steps on the longest segment; the others get their share, at least two.
+    rate
+        mm/s or rad/s, which gives the time; a hold then needs times of its own and is refused.
+    """
+    corners = np.asarray(points, dtype=float)
+    if corners[0] != 0.0:
+        corners = np.concatenate([[0.0], corners])
+    lengths = np.abs(np.diff(corners))
+    if rate is not None and not lengths.all():
+        raise ValueError("a hold (repeated point) has no duration at a constant rate: give the path as a file with times")
+    counts = np.maximum(2, np.ceil(steps * lengths / lengths.max())).astype(int)
+    segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(corners, corners[1:], counts, strict=False)]
+    q = np.concatenate([[corners[0]], *segments])
+    time = None if rate is None else np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)))]) / rate
+    return Program(q, time)

@@ -1,0 +1,24 @@
+"""Generalised force: the residual acting on the derivative of the sleeve's motion with respect to q.
+
+Virtual work of the assembled out-of-balance forces. It needs no surface integral, and it is as accurate as the energy.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from petsc4py import PETSc
+
+from cases.model import Model
+
+
+def reaction(model: Model, residual: PETSc.Vec, q: float) -> float:
+    """Force Q (N, N mm, or MPa for a coupon) that holds the driven sleeve at q.
+
+    Parameters
+    ----------
+    residual
+        Assembled by `Model.assemble_residual` at the present state, nothing cleared.
+    """
+    owned = model.owned_constrained
+    work = float(np.dot(residual.array_r[owned], model.rate(q)[owned]))
+    return float(model.comm.allreduce(work)) * model.multiplicity
