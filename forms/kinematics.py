@@ -144,33 +144,34 @@ def principal(e1: Scalar, e2: Scalar) -> Kinematics:
 
 def _general(F: tuple[tuple[Scalar, ...], ...], weight: Scalar) -> Kinematics:
     """Return the kinematics of a deformation gradient given in components."""
-    cofactor = [
-        [
-            F[(i + 1) % 3][(j + 1) % 3] * F[(i + 2) % 3][(j + 2) % 3]
-            - F[(i + 1) % 3][(j + 2) % 3] * F[(i + 2) % 3][(j + 1) % 3]
-            for j in range(3)
-        ]
-        for i in range(3)
-    ]
-    J = ufl.variable(sum(F[0][j] * cofactor[0][j] for j in range(3)))
-    trace = ufl.variable(sum(F[i][j] * F[i][j] for i in range(3) for j in range(3)))
-    # The second invariant of C is the squared norm of the cofactor of F.
-    second = ufl.variable(sum(cofactor[i][j] * cofactor[i][j] for i in range(3) for j in range(3)))
+    columns = list(zip(*F, strict=True))
+    J = ufl.variable(
+        F[0][0] * (F[1][1] * F[2][2] - F[1][2] * F[2][1])
+        - F[0][1] * (F[1][0] * F[2][2] - F[1][2] * F[2][0])
+        + F[0][2] * (F[1][0] * F[2][1] - F[1][1] * F[2][0])
+    )
+    stretches = [sum(f * f for f in column) for column in columns]
+    xx, yy, zz = (stretch - sum(stretches) / 3 for stretch in stretches)
+    yz, xz, xy = (
+        sum(f * g for f, g in zip(columns[i], columns[j], strict=True)) for i, j in ((1, 2), (0, 2), (0, 1))
+    )
+    # From the components of the deviator of C: from the invariants of C they would be small differences.
+    J2 = ufl.variable((xx * xx + yy * yy + zz * zz) / 2 + yz * yz + xz * xz + xy * xy)
+    J3 = ufl.variable(xx * yy * zz + 2 * yz * xz * xy - xx * yz * yz - yy * xz * xz - zz * xy * xy)
+    trace = ufl.variable(sum(stretches))
+    m = trace / 3
     log_J = ufl.ln(J)
     s = ufl.exp(-2 / 3 * log_J)
 
     def power_trace(alpha: Scalar) -> Scalar:
-        m = trace / 3
-        J2 = 3 * m * m - second
-        J3 = J * J - m * second + 2 * m * m * m
         return ufl.exp(-alpha / 3 * log_J) * tensor_power_trace(m, J2, J3, alpha / 2)
 
     return Kinematics(
         F=ufl.as_matrix(F),
         J=J,
         weight=weight,
-        measures=(J, trace, second),
+        measures=(J, trace, J2, J3),
         I1=s * trace,
-        I2=s * s * second,
+        I2=s * s * (3 * m * m - J2),
         power_trace=power_trace,
     )

@@ -16,9 +16,6 @@ sum with factors 0 and 1, in which an infinity in the branch not taken would bec
 References
 ----------
 Habera and Zilian (2021), Symbolic spectral decomposition of 3x3 matrices, arXiv:2111.02117.
-Harari and Albocher (2022), Computation of eigenvalues of a real, symmetric 3x3 matrix with particular
-reference to the pernicious case of two nearly equal eigenvalues, Int. J. Numer. Methods Eng. 124:1089-1110,
-doi:10.1002/nme.7153.
 """
 
 from __future__ import annotations

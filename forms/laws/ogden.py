@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from forms.law import Law, Parameter, Scalar, Strain
 
 
@@ -27,10 +29,10 @@ def energy(strain: Strain, **parameters: Scalar) -> Scalar:
 
 def shear_modulus(**parameters: float) -> float:
     """Return mu = 1/2 sum_i mu_i alpha_i."""
-    return sum(mu * alpha for mu, alpha in _terms(parameters)) / 2
+    return float(sum(mu * alpha for mu, alpha in _terms(parameters)) / 2)
 
 
-def _terms(parameters: dict[str, Scalar]) -> list[tuple[Scalar, Scalar]]:
+def _terms(parameters: Mapping[str, Scalar]) -> list[tuple[Scalar, Scalar]]:
     """Return the pairs (mu_i, alpha_i) that are given."""
     terms = []
     for i in (1, 2, 3):
