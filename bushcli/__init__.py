@@ -1,3 +1,3 @@
-"""bushcli: simulate rubber bushings, identify their rubber from recorded curves, and say what a model leaves out."""
+"""Simulate rubber bushings, identify their rubber from recorded curves, say what a model leaves out."""
 
 __version__ = "0.1.0"

@@ -68,7 +68,7 @@ class RecordingError(InputError):
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     """Return the member of ``known`` that is spelled most like ``name``, or an empty string.
 
-    Case does not count; ``cutoff`` is the ratio of `difflib.SequenceMatcher` below which nothing is suggested.
+    Case does not count; below the ratio ``cutoff`` of `difflib.SequenceMatcher` nothing is suggested.
     """
     folded = {other.casefold(): other for other in known}
     found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=cutoff)

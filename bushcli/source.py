@@ -17,7 +17,7 @@ Quantity = Literal["time", "displacement", "force"]
 
 @dataclass(frozen=True)
 class Source:
-    """A recorded curve in a text file.
+    r"""A recorded curve in a text file.
 
     Attributes
     ----------
@@ -29,9 +29,9 @@ class Source:
     columns : mapping of Quantity to str or int
         Column by name or by 1-based number; what is not given is found by its name.
     units : mapping of Quantity to str
-        Unit by quantity; it overrides what the file says. See `bushcli.recording.columns.UNITS`.
+        Unit by quantity; it overrides what the file says. See `UNITS`.
     delimiter : str, optional
-        "," ";" "\\t" or " " (any white space); found out when None.
+        "," ";" "\t" or " " (any white space); found out when None.
     decimal : {".", ","}, optional
         Found out when None.
     cycles : tuple of int, optional
@@ -53,14 +53,15 @@ class Source:
         return self.name or self.mode
 
 
-#: Factor from a unit to the internal one (N, mm, MPa, s, rad, and 1 for stretch and strain), by what is measured.
+#: Factor from a unit to the internal one (N, mm, MPa, s, rad), by what is measured. Of the three ways to write
+#: the deformation of a coupon, "stretch" is the ratio of lengths, "strain" and "percent" are the nominal strain.
 UNITS: Mapping[str, Mapping[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
     "length": {"mm": 1.0, "m": 1e3, "cm": 10.0, "um": 1e-3, "in": 25.4},
     "angle": {"deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3},
     "force": {"N": 1.0, "kN": 1e3, "lbf": 4.4482216152605},
     "moment": {"Nmm": 1.0, "Nm": 1e3, "kNm": 1e6, "Ncm": 10.0, "lbfin": 112.9848290276167},
-    "strain": {"1": 1.0, "percent": 0.01},
+    "strain": {"stretch": 1.0, "strain": 1.0, "percent": 0.01},
     "stress": {"MPa": 1.0, "kPa": 1e-3, "Pa": 1e-6, "GPa": 1e3, "psi": 6.894757293168e-3},
 }
 

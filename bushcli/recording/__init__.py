@@ -1,0 +1,33 @@
+"""CSV -> Recording: time, displacement and force in internal units; branches, cycles and noise.
+
+Column names, units, delimiter, decimal sign and encoding are found out from the file (see `text`, `header`), or
+given by a `bushcli.source.Source`.
+"""
+
+from bushcli.recording.read import (
+    Recording,
+    branches,
+    cycle_mask,
+    displacement_noise,
+    force_noise,
+    read_coupon,
+    read_program,
+    read_recording,
+    select_cycles,
+)
+from bushcli.recording.write import write_curve_csv
+from bushcli.segment import Branch
+
+__all__ = [
+    "Branch",
+    "Recording",
+    "branches",
+    "cycle_mask",
+    "displacement_noise",
+    "force_noise",
+    "read_coupon",
+    "read_program",
+    "read_recording",
+    "select_cycles",
+    "write_curve_csv",
+]

@@ -1,0 +1,211 @@
+"""CSV -> Recording: read, convert to internal units (N, mm, MPa, s, rad), refuse what makes no sense."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve import Curve
+from bushcli.errors import Problem, RecordingError
+from bushcli.noise import noise
+from bushcli.recording.columns import column
+from bushcli.recording.text import TextTable, read_table
+from bushcli.segment import Branch, segment
+from bushcli.segment import displacement_noise as _displacement_noise
+from bushcli.source import Source
+from cases.mode import Mode, modes
+
+Array = NDArray[np.float64]
+
+_FEWEST_BUSHING = 5
+_FEWEST_COUPON = 3
+_FEWEST_PROGRAM = 2
+
+
+@dataclass(frozen=True)
+class Recording(Curve):
+    """A measured curve, in internal units.
+
+    ``displacement`` (n,) is in mm or rad and ``force`` (n,) in N or N mm; of a coupon, ``displacement`` is
+    stretch - 1 (the nominal strain) and ``force`` the nominal stress in MPa, so that a coupon is recorded like a
+    bushing. ``time`` (n,) is in s, or None.
+
+    Attributes
+    ----------
+    name : str
+        Of the channel.
+    source : Path, optional
+        The file.
+    """
+
+    name: str = ""
+    source: Path | None = None
+
+
+def read_recording(source: Source, whole: bool = False) -> Recording:
+    """Read a recording of a bushing (or, with the mode of a coupon, as `read_coupon` does).
+
+    Parameters
+    ----------
+    source : Source
+    whole : bool
+        Read all cycles even when the source names those to use (see `cycle_mask`): a response that depends on the
+        path needs those before.
+
+    Raises
+    ------
+    RecordingError
+        With file, line and column, when something cannot be read; with the reason when fewer than 5 points remain
+        (3 of a coupon), the time does not increase, or displacement or force never change.
+    """
+    mode = _mode(source)
+    fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
+    table = read_table(source.file, source.delimiter, source.decimal)
+    time = _time(table, source, mode)
+    displacement = _moving(table, source, mode, fewest)
+    found = column(table, source, mode, "force")
+    assert found is not None
+    index, force = found
+    if np.ptp(force) == 0.0:
+        what = f"{table.label(index)} is {table.rows[0][index]} throughout: was the sensor connected?"
+        raise RecordingError(Problem(str(table.path), what))
+    recording = Recording(mode.name, displacement, force, time, name=source.label, source=source.file)
+    return recording if whole or source.cycles is None else select_cycles(recording, source.cycles)
+
+
+def read_coupon(source: Source) -> Recording:
+    """Read a material test: displacement is stretch - 1, force the nominal stress in MPa.
+
+    Raises
+    ------
+    RecordingError
+        As `read_recording` does; also when the mode is that of a bushing.
+    """
+    if _mode(source).specimen != "coupon":
+        coupons = ", ".join(mode.name for mode in modes().values() if mode.specimen == "coupon")
+        what = f"mode {source.mode} is not a material test"
+        raise RecordingError(Problem(str(source.file), what, "", coupons))
+    return read_recording(source)
+
+
+def read_program(source: Source) -> tuple[Array | None, Array]:
+    """Read the path of a displacement, for a load case: time (n,) in s or None, displacement (n,) in mm or rad.
+
+    Raises
+    ------
+    RecordingError
+        As `read_recording` does, but two points are enough and a force is not needed.
+    """
+    mode = _mode(source)
+    table = read_table(source.file, source.delimiter, source.decimal)
+    return _time(table, source, mode), _moving(table, source, mode, _FEWEST_PROGRAM)
+
+
+def branches(recording: Curve) -> tuple[Branch, ...]:
+    """Return the loading, unloading and hold branches with their cycles; `bushcli.segment` has the rules."""
+    return segment(recording.displacement, recording.time)
+
+
+def force_noise(recording: Curve) -> float:
+    """Return the standard deviation of the noise of the force, in its unit.
+
+    The force is taken as smooth in time within each branch; without time, in displacement where that is monotonic,
+    else in the sample number. Coarse sampling makes it an upper bound, see `bushcli.noise`.
+    """
+    q = recording.displacement
+    steps = np.diff(q)
+    if recording.time is not None:
+        abscissa = recording.time
+    elif (steps > 0).all() or (steps < 0).all():
+        abscissa = q
+    else:
+        abscissa = np.arange(len(q), dtype=float)
+    groups = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(recording))])
+    return noise(recording.force, abscissa, order=4, groups=groups)
+
+
+def displacement_noise(recording: Curve) -> float:
+    """Return the standard deviation of the noise of the displacement, in mm or rad."""
+    return _displacement_noise(recording.displacement, recording.time)
+
+
+def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
+    """Return which samples (n,) belong to the given cycles, counted from 1.
+
+    Raises
+    ------
+    RecordingError
+        When the recording has no such cycle.
+    """
+    wanted, found = set(cycles), branches(recording)
+    last = max(branch.cycle for branch in found)
+    absent = sorted(cycle for cycle in wanted if not 1 <= cycle <= last)
+    if absent:
+        where = str(getattr(recording, "source", None) or recording.mode)
+        what = f"cycles: there is no cycle {absent[0]}"
+        raise RecordingError(
+            Problem(where, what, "", f"the recording has {last}; an excursion from zero is one")
+        )
+    mask = np.zeros(len(recording.displacement), dtype=bool)
+    for branch in found:
+        mask[branch.start : branch.stop] = branch.cycle in wanted
+    return mask
+
+
+def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
+    """Return the samples of the given cycles, counted from 1, with their times.
+
+    Raises
+    ------
+    RecordingError
+        When there is no such cycle, or too few points are left.
+    """
+    cycles = tuple(cycles)
+    mask = cycle_mask(recording, cycles)
+    if mask.sum() < _FEWEST_COUPON or np.ptp(recording.displacement[mask]) == 0.0:
+        what = f"cycles {', '.join(map(str, cycles))} hold only {mask.sum()} points"
+        raise RecordingError(Problem(str(recording.source or recording.mode), what))
+    time = None if recording.time is None else recording.time[mask]
+    return replace(
+        recording, displacement=recording.displacement[mask], force=recording.force[mask], time=time
+    )
+
+
+def _mode(source: Source) -> Mode:
+    mode = modes().get(source.mode)
+    if mode is None:
+        raise RecordingError(
+            Problem(str(source.file), f'"{source.mode}" is not a mode', "", ", ".join(modes()))
+        )
+    return mode
+
+
+def _time(table: TextTable, source: Source, mode: Mode) -> Array | None:
+    found = column(table, source, mode, "time")
+    if found is None:
+        return None
+    index, time = found
+    backward = np.flatnonzero(np.diff(time) <= 0)
+    if len(backward):
+        row = int(backward[0]) + 1
+        now, before = table.rows[row][index], table.rows[row - 1][index]
+        what = f"{table.label(index)}: the time does not increase, {now} follows {before}"
+        raise RecordingError(Problem(f"{table.path}:{table.lines[row]}", what))
+    return time
+
+
+def _moving(table: TextTable, source: Source, mode: Mode, fewest: int) -> Array:
+    found = column(table, source, mode, "displacement")
+    assert found is not None
+    index, displacement = found
+    if len(displacement) < fewest:
+        what = f"has only {len(displacement)} point{'s' if len(displacement) > 1 else ''}"
+        raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
+    if np.ptp(displacement) <= 1e-12 * np.abs(displacement).max():
+        what = f"{table.label(index)} is {table.rows[0][index]} throughout: nothing moves"
+        raise RecordingError(Problem(str(table.path), what))
+    return displacement
