@@ -3,10 +3,10 @@
 Two stiffnesses are defined here once, for coarse noise-free and for dense noisy cyclic curves alike:
 
 - *initial stiffness*: slope at zero displacement of the first loading branch. A polynomial
-  Q = Q0 + k q + c q^3 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is fitted, with
-  Huber's weights against outliers, to the points within 15 % of the largest displacement and at least 5 of them.
-  Where noise leaves k of a bushing a standard error above 1 %, the window grows to 25, 40 and at most 60 %; a
-  coupon is stretched too far for its curvature to be told from noise.
+  Q = Q0 + k q + c q^3 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is
+  fitted, with Huber's weights against outliers, to the points within 15 % of the largest displacement and
+  at least 5 of them. Where noise leaves k of a bushing a standard error above 1 %, the window grows to 25,
+  40 and at most 60 %; a coupon is stretched too far for its curvature to be told from noise.
 - *secant stiffness*: peak to peak, (Q(q_max) - Q(q_min)) / (q_max - q_min). Each end is the mean over
   the points within 1 % of the range from it, so that one noisy sample does not decide; where a loop is open,
   loading and unloading points near the end are averaged.
@@ -63,7 +63,7 @@ class Curve:
             array = np.array(value, dtype=float)
             if array.ndim != 1 or len(array) < 2 or len(array) != len(self.displacement):
                 raise ValueError(
-                    f"curve: {name} has the shape {array.shape}; equal lengths of 2 and more are needed"
+                    f"curve: {name} has shape {array.shape}; equal lengths of 2 or more are needed"
                 )
             if not np.isfinite(array).all():
                 raise ValueError(f"curve: {name} has values that are not finite")
@@ -83,7 +83,8 @@ class Curve:
         displacement : float or array
             Same unit as the curve's.
         method : {"cubic", "pchip"}
-            A cubic spline is an order more accurate on a computed curve; "pchip" never overshoots, for recorded ones.
+            A cubic spline is an order more accurate on a computed curve; "pchip" never overshoots, for
+            recorded ones.
         tolerance : float
             How far beyond the ends, as a fraction of the range, the end tangent is followed.
 
@@ -136,7 +137,7 @@ class Curve:
         return replace(self, displacement=self.displacement[cut], force=self.force[cut], time=time)
 
     def initial_stiffness(self) -> float:
-        """Return the slope at zero displacement: N/mm or N mm/rad, MPa for a coupon. See the module's docstring.
+        """Return the slope at zero displacement, N/mm, N mm/rad, or MPa of a coupon; the module defines it.
 
         Returns
         -------
@@ -154,14 +155,14 @@ class Curve:
         for window in _WINDOWS[:1] if coupon else _WINDOWS:
             reach = max(window * float(np.abs(self.displacement).max()), fewest)
             near = np.abs(q) <= reach
-            slope, error = _slope(q[near] / reach, force[near], 2 if coupon else 3)
+            slope, error = _slope(np.asarray(q[near] / reach), force[near], 2 if coupon else 3)
             slope, error = slope / reach, error / reach
             if not error > _SURE * abs(slope):
                 break
         return slope
 
     def secant_stiffness(self) -> float:
-        """Return the peak-to-peak stiffness: N/mm or N mm/rad, MPa for a coupon. See the module's docstring.
+        """Return the peak-to-peak stiffness, N/mm, N mm/rad, or MPa of a coupon; the module defines it.
 
         Returns
         -------

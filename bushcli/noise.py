@@ -1,13 +1,13 @@
 """Noise of a sampled signal, estimated from the signal itself.
 
-A divided difference of order p annihilates polynomials of degree below p: what it leaves of a smooth signal is noise.
-Scaled to unit variance it is a sample of the noise whatever the spacing, and a robust mean over all windows
-disregards the few that straddle a kink (a turning point, the start of a hold).
+A divided difference of order p annihilates polynomials of degree below p: what it leaves of a smooth signal
+is noise. Scaled to unit variance it is a sample of the noise whatever the spacing, and a robust mean over
+all windows disregards the few that straddle a kink (a turning point, the start of a hold).
 
 References
 ----------
-Hall, Kay, Titterington (1990), Asymptotically optimal difference-based estimation of variance in nonparametric
-regression, Biometrika 77:521-528, doi:10.1093/biomet/77.3.521 (difference-based estimators).
+Hall, Kay, Titterington (1990), Asymptotically optimal difference-based estimation of variance in
+nonparametric regression, Biometrika 77:521-528, doi:10.1093/biomet/77.3.521 (difference-based estimators).
 Rousseeuw, Croux (1993), Alternatives to the median absolute deviation, J. Am. Stat. Assoc. 88:1273-1283,
 doi:10.1080/01621459.1993.10476408 (the median absolute deviation and its factor 1.4826).
 """
@@ -28,7 +28,8 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     ----------
     values : (n,) array
     abscissa : (n,) array
-        Strictly monotonic; what the noise-free signal is a smooth function of (time, sample number, displacement).
+        Strictly monotonic; what the noise-free signal is a smooth function of (time, sample number,
+        displacement).
     order : int
         Of the differences; lowered when there are too few samples.
     groups : (n,) array of int, optional
@@ -38,8 +39,8 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     Returns
     -------
     float
-        In the unit of ``values``; 0 for fewer than 3 samples. Where the sampling is coarse the curvature of the
-        signal is counted as noise: an upper bound.
+        In the unit of ``values``; 0 for fewer than 3 samples. Where the sampling is coarse the curvature of
+        the signal is counted as noise: an upper bound.
     """
     n = len(values)
     order = min(order, n - 1)
@@ -56,8 +57,8 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
 def _spread(sizes: Array) -> float:
     """Return the standard deviation behind the sizes (m,) of residuals, outliers left out.
 
-    The median absolute deviation finds the outliers; the root mean square of the rest uses the data better (the
-    median alone scatters by 12 % for 250 samples, this by 8 %).
+    The median absolute deviation finds the outliers; the root mean square of the rest uses the data better
+    (the median alone scatters by 12 % for 250 samples, this by 8 %).
     """
     sigma = 1.4826 * float(np.median(sizes))
     for _ in range(3):
@@ -68,7 +69,7 @@ def _spread(sizes: Array) -> float:
 
 
 def _differences(values: Array, abscissa: Array, order: int) -> Array:
-    """Return divided differences of the given order, (n - order,), scaled so that white noise keeps its variance."""
+    """Return divided differences (n - order,), scaled so that white noise keeps its variance."""
     x = sliding_window_view(abscissa, order + 1)
     x = (x - x[:, :1]) / (x[:, -1:] - x[:, :1])
     gaps = x[:, :, None] - x[:, None, :]

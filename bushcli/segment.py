@@ -2,18 +2,22 @@
 
 The rules, all relative to the noise of the displacement, which is estimated from the signal:
 
-- A *turning point* is an extreme from which the displacement then retreats by more than 8 standard deviations, and by
-  more than 0.2 % of the whole range. A noise excursion of that size between two samples has a probability below 1e-7.
-- A *hold* is a stretch of at least 5 samples that stays within a band of 8 standard deviations without a trend, for a
-  time in which the displacement would otherwise have left that band three times over.
-- *Loading* leads away from zero displacement, *unloading* towards it; a stretch that crosses zero is cut there.
-- A *cycle* is one excursion: it begins with a loading branch that follows an unloading one. 0, 4, 0, -4, 0 are two.
+- A *turning point* is an extreme from which the displacement then retreats by more than 8 standard
+  deviations, and by more than 0.2 % of the whole range. A noise excursion of that size between two samples
+  has a probability below 1e-7.
+- A *hold* is a stretch of at least 5 samples that stays within a band of 8 standard deviations without a
+  trend, for a time in which the displacement would otherwise have left that band three times over.
+- *Loading* leads away from zero displacement, *unloading* towards it; a stretch that crosses zero is cut
+  there.
+- A *cycle* is one excursion: it begins with a loading branch that follows an unloading one. 0, 4, 0, -4, 0
+  are two.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -154,7 +158,7 @@ def _pieces(n: int, turns: list[int], holds: list[tuple[int, int]]) -> list[tupl
         held[start:stop] = True
     cuts = {0, n} | {edge for hold in holds for edge in hold} | {t + 1 for t in turns if not held[t]}
     edges = sorted(cuts)
-    return [(a, b, bool(held[a])) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [(a, b, bool(held[a])) for a, b in pairwise(edges)]
 
 
 def _merge(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> list[tuple[int, int, bool]]:

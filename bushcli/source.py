@@ -53,8 +53,9 @@ class Source:
         return self.name or self.mode
 
 
-#: Factor from a unit to the internal one (N, mm, MPa, s, rad), by what is measured. Of the three ways to write
-#: the deformation of a coupon, "stretch" is the ratio of lengths, "strain" and "percent" are the nominal strain.
+#: Factor from a unit to the internal one (N, mm, MPa, s, rad), by what is measured. Of the three ways to
+#: write the deformation of a coupon, "stretch" is the ratio of lengths, "strain" and "percent" are the
+#: nominal strain.
 UNITS: Mapping[str, Mapping[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
     "length": {"mm": 1.0, "m": 1e3, "cm": 10.0, "um": 1e-3, "in": 25.4},

@@ -1,9 +1,10 @@
-"""Validate the tables of a case and assemble the Case; everything that is wrong is collected, nothing is raised."""
+"""Validate the tables of a case and assemble the Case; what is wrong is collected, nothing is raised."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,7 +24,7 @@ T = TypeVar("T", bound=Table)
 
 _SECTIONS = ("title", "geometry", "mesh", "material", "load_cases", "recordings", "coupons", "effects")
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
-#: Beyond this a number is a slip; far below the largest float, so that sums and squares in checks stay finite.
+#: Beyond this a number is a slip; far below the largest float, so that squares stay finite.
 _LARGEST = 1e100
 
 
@@ -175,7 +176,7 @@ class Builder:
         path = tuple(unit * q for q in (points if points[0] == 0.0 else [0.0, *points]))
         rate = None if table.rate is None else unit * table.rate
         load_case = LoadCase(table.mode, path, rate, table.steps)
-        if any(a == b for a, b in zip(path, path[1:], strict=False)):
+        if any(a == b for a, b in pairwise(path)):
             what = f"{dotted(key)} = {shown(getattr(table, given[0]))} stands still"
             self.findings.append(
                 Finding(key, what, expected="points that differ; a hold needs times: use file")
@@ -261,7 +262,7 @@ def _unused(name: str, taken: Sequence[str]) -> str:
 
 
 def _impossible_numbers(value: Any, keys: Keys = ()) -> Iterator[Finding]:
-    """Yield nan, infinities (but for the bulk modulus) and numbers too large to compute with, wherever they stand."""
+    """Yield nan, infinities (but for the bulk modulus) and numbers too large to compute with."""
     if isinstance(value, dict):
         for key, item in value.items():
             yield from _impossible_numbers(item, (*keys, key))

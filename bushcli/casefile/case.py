@@ -17,7 +17,7 @@ from geometry.shape import Refinement, Shape
 
 @dataclass(frozen=True)
 class MeshOptions:
-    """Rubber elements in each direction; None = the default of the geometry, which serves 1 % on the force."""
+    """Rubber elements in each direction; None = the default of the geometry."""
 
     elements_across: int | None = None
     elements_along: int | None = None
@@ -69,8 +69,8 @@ class LoadCase:
     ----------
     mode : str
     path : tuple of float
-        Points that the generalised displacement goes through on straight lines, the rest position 0 first: mm or rad,
-        stretch - 1 for a coupon. Empty when ``source`` gives the program.
+        Points that the generalised displacement goes through on straight lines, the rest position 0 first:
+        mm or rad, stretch - 1 for a coupon. Empty when ``source`` gives the program.
     rate : float, optional
         mm/s or rad/s along the path; None = time plays no part.
     steps : int
@@ -141,8 +141,9 @@ def parameter_terms(law: str) -> list[tuple[str, ...]]:
 def resolved(case: Case) -> dict[str, Any]:
     """Return a case as JSON-ready data with all defaults filled in and the keys and units of the case file.
 
-    Angles are in degrees; an infinite bulk modulus is the text "inf", since JSON has no infinity. File names are
-    relative to the case file where they lie below it. An amplitude is shown as the path that it stands for.
+    Angles are in degrees; an infinite bulk modulus is the text "inf", since JSON has no infinity. File
+    names are relative to the case file where they lie below it. An amplitude is shown as the path that it
+    stands for.
     """
     folder = case.path.parent
     return {

@@ -86,7 +86,8 @@ def mode(
         yield unknown_name((*keys, "mode"), name, fitting, "mode")
     elif known.specimen != specimen:
         owner = f'shape "{shape}"' if shape else f"[[{keys[0]}]]"
-        what = f"{dotted((*keys, 'mode'))} = {shown(name)} is a mode of a {known.specimen}, but {owner} is a {specimen}"
+        here = f"{dotted((*keys, 'mode'))} = {shown(name)}"
+        what = f"{here} is a mode of a {known.specimen}, but {owner} is a {specimen}"
         yield Finding((*keys, "mode"), what, expected=", ".join(fitting))
     elif known.needs_compressibility and bulk_modulus is not None and math.isinf(bulk_modulus):
         what = f"{dotted((*keys, 'mode'))} = {shown(name)} needs a finite material.bulk_modulus"
@@ -104,5 +105,6 @@ def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
         what = f"{dotted(keys)} = {load_case.amplitude:g} closes the gap between the sleeves"
         yield Finding(keys, what, expected=f"less than the rubber's thickness, {thickness:g} mm")
     elif kind.rotational and load_case.amplitude > math.pi:
-        what = f"{dotted(keys)} = {math.degrees(load_case.amplitude):g} turns the sleeve by more than 180 degrees"
+        degrees = math.degrees(load_case.amplitude)
+        what = f"{dotted(keys)} = {degrees:g} turns the sleeve by more than 180 degrees"
         yield Finding(keys, what, expected="degrees")

@@ -61,7 +61,7 @@ def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
 
 
 def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> Finding:
-    """Return the finding for a name that is not in a registry, as in ``material.law = "yeho" is not a law``."""
+    """Return the finding for a name that is not in a registry: ``material.law = "yeho" is not a law``."""
     known = tuple(known)
     return Finding(
         keys,
@@ -97,8 +97,8 @@ def _explained(item: Any, model: type[BaseModel], at: Keys, section: str) -> Fin
         return Finding(
             keys, f"{key} = {shown(item['input'])} is not allowed", near, ", ".join(map(shown, choices))
         )
-    words = _REQUIREMENTS.get(kind)
-    requirement = words.format(**context) if words else item["msg"].replace("Input should", "should")
+    template = _REQUIREMENTS.get(kind)
+    requirement = template.format(**context) if template else item["msg"].replace("Input should", "should")
     return Finding(keys, f"{key} = {shown(item['input'])} {requirement}")
 
 

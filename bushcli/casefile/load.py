@@ -78,7 +78,7 @@ def _syntax(path: Path, text: str, message: str) -> Problem:
 
 
 def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Override]) -> list[Problem]:
-    """Return the findings as problems, one per key, each attributed to the file or to the override it is from."""
+    """Return the findings as problems, one per key, each with the file or the override that it is from."""
     seen: set[Keys] = set()
     problems = []
     for finding in findings:

@@ -46,8 +46,9 @@ class Override:
 def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], list[Override]]:
     """Return a changed copy of a case's tables, and what was changed.
 
-    Lists are addressed by a number from 0, ``load_cases.0.amplitude=5`` or ``load_cases[0].amplitude=5``. A value is
-    read as TOML, and as a text where it is not TOML. Absent tables are created; unknown keys are left to validation.
+    Lists are addressed by a number from 0, ``load_cases.0.amplitude=5`` or ``load_cases[0].amplitude=5``. A
+    value is read as TOML, and as a text where it is not TOML. Absent tables are created; unknown keys are
+    left to validation.
 
     Raises
     ------

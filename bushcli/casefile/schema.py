@@ -11,11 +11,11 @@ Elements = Annotated[int, Field(le=400)]
 
 
 def _column(value: Any) -> str | int:
-    if isinstance(value, bool) or not (
-        isinstance(value, str) and value or isinstance(value, int) and value >= 1
-    ):
-        raise ValueError("is neither the name of a column nor its number, counted from 1")
-    return value
+    if isinstance(value, str) and value:
+        return value
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+        return value
+    raise ValueError("neither the name of a column nor its number, counted from 1")
 
 
 ColumnKey = Annotated[str | int, PlainValidator(_column)]
@@ -31,7 +31,7 @@ class MaterialTable(Table):
     """``[material]``."""
 
     law: str = Field(description="a law, see bushcli list laws")
-    # The one key that may be infinite; load.py refuses every other infinity and every nan.
+    # The one key that may be infinite; build.py refuses every other infinity and every nan.
     bulk_modulus: float = Field(
         default=float("inf"), gt=0, allow_inf_nan=True, description="MPa, inf = incompressible"
     )

@@ -1,7 +1,7 @@
 """CSV -> Recording: time, displacement and force in internal units; branches, cycles and noise.
 
-Column names, units, delimiter, decimal sign and encoding are found out from the file (see `text`, `header`), or
-given by a `bushcli.source.Source`.
+Column names, units, delimiter, decimal sign and encoding are found out from the file (see `text`,
+`header`), or given by a `bushcli.source.Source`.
 """
 
 from bushcli.recording.read import (

@@ -14,7 +14,8 @@ from cases.mode import Mode
 Array = NDArray[np.float64]
 
 _DEFAULT_UNIT = {
-    "time": "s", "length": "mm", "angle": "deg", "force": "N", "moment": "Nmm", "strain": "stretch", "stress": "MPa",
+    "time": "s", "length": "mm", "angle": "deg", "force": "N", "moment": "Nmm",
+    "strain": "stretch", "stress": "MPa",
 }  # fmt: skip
 _EXPECTED = {
     "length": "displacement_mm", "angle": "rotation_deg", "force": "force_N", "moment": "moment_Nmm",

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-#: Ways to write a unit (lower case, without blanks and brackets) -> (what it measures, its name in `source.UNITS`).
+#: Ways to write a unit (lower case, without blanks and brackets) -> (what it measures, its name in
+#: `source.UNITS`).
 _SPELLINGS = {
     "time": {
         "s": "s", "sec": "s", "sek": "s", "second": "s", "seconds": "s", "ms": "ms", "min": "min", "h": "h",
@@ -13,7 +14,9 @@ _SPELLINGS = {
     "length": {
         "mm": "mm", "m": "m", "cm": "cm", "um": "um", "µm": "um", "μm": "um", "in": "in", "inch": "in",
     },
-    "angle": {"deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "grad": "deg", "rad": "rad", "mrad": "mrad"},
+    "angle": {
+        "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "grad": "deg", "rad": "rad", "mrad": "mrad",
+    },
     "force": {"n": "N", "kn": "kN", "lbf": "lbf", "lb": "lbf"},
     "moment": {
         "nmm": "Nmm", "n*mm": "Nmm", "n.mm": "Nmm", "n·mm": "Nmm", "n-mm": "Nmm",
@@ -39,7 +42,9 @@ _WORDS = {
     "force": ("force", "load", "f", "kraft", "standardkraft", "last"),
     "moment": ("moment", "torque", "drehmoment"),
     "stretch": ("stretch", "lambda", "stretch ratio", "extension ratio", "streckung", "verstreckung"),
-    "strain": ("strain", "nominal strain", "engineering strain", "dehnung", "nenndehnung", "technische dehnung"),
+    "strain": (
+        "strain", "nominal strain", "engineering strain", "dehnung", "nenndehnung", "technische dehnung",
+    ),
     "stress": (
         "nominal stress", "stress", "engineering stress", "nennspannung", "spannung", "technische spannung",
     ),
@@ -66,7 +71,7 @@ _FOREIGN = (
 
 
 def unit_of(text: str) -> tuple[str, str] | None:
-    """Return (what it measures, unit as in `bushcli.source.UNITS`) for ``[N/mm**2]``, or None when it is no unit."""
+    """Return (what it measures, unit as in `bushcli.source.UNITS`) for ``[N/mm**2]``, None for no unit."""
     plain = re.sub(r"[\s\[\](){}]", "", text).lower()
     if plain.startswith("%"):
         plain = "%"  # "%-ext": percent by extensometer

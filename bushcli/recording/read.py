@@ -31,8 +31,8 @@ class Recording(Curve):
     """A measured curve, in internal units.
 
     ``displacement`` (n,) is in mm or rad and ``force`` (n,) in N or N mm; of a coupon, ``displacement`` is
-    stretch - 1 (the nominal strain) and ``force`` the nominal stress in MPa, so that a coupon is recorded like a
-    bushing. ``time`` (n,) is in s, or None.
+    stretch - 1 (the nominal strain) and ``force`` the nominal stress in MPa, so that a coupon is recorded
+    like a bushing. ``time`` (n,) is in s, or None.
 
     Attributes
     ----------
@@ -53,14 +53,14 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
     ----------
     source : Source
     whole : bool
-        Read all cycles even when the source names those to use (see `cycle_mask`): a response that depends on the
-        path needs those before.
+        Read all cycles even when the source names those to use (see `cycle_mask`): a response that depends
+        on the path needs those before.
 
     Raises
     ------
     RecordingError
-        With file, line and column, when something cannot be read; with the reason when fewer than 5 points remain
-        (3 of a coupon), the time does not increase, or displacement or force never change.
+        With file, line and column, when something cannot be read; with the reason when fewer than 5 points
+        remain (3 of a coupon), the time does not increase, or displacement or force never change.
     """
     mode = _mode(source)
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
@@ -93,7 +93,7 @@ def read_coupon(source: Source) -> Recording:
 
 
 def read_program(source: Source) -> tuple[Array | None, Array]:
-    """Read the path of a displacement, for a load case: time (n,) in s or None, displacement (n,) in mm or rad.
+    """Read the program of a load case: time (n,) in s or None, displacement (n,) in mm or rad.
 
     Raises
     ------
@@ -113,8 +113,8 @@ def branches(recording: Curve) -> tuple[Branch, ...]:
 def force_noise(recording: Curve) -> float:
     """Return the standard deviation of the noise of the force, in its unit.
 
-    The force is taken as smooth in time within each branch; without time, in displacement where that is monotonic,
-    else in the sample number. Coarse sampling makes it an upper bound, see `bushcli.noise`.
+    The force is taken as smooth in time within each branch; without time, in displacement where that is
+    monotonic, else in the sample number. Coarse sampling makes it an upper bound, see `bushcli.noise`.
     """
     q = recording.displacement
     steps = np.diff(q)

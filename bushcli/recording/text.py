@@ -1,7 +1,7 @@
 """Text of a test rig -> table of fields: encoding, header, delimiter and decimal sign are found out.
 
-Nothing is skipped silently: below the first row of numbers every line is a row, a comment (#, %, //) or empty, or
-the file is refused with the line.
+Nothing is skipped silently: below the first row of numbers every line is a row, a comment (#, %, //) or
+empty, or the file is refused with the line.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ _NUMBER = {
     ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", re.ASCII),
     ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eEdD][+-]?\d+)?", re.ASCII),
 }
-#: What programs write for a value that is none; it belongs to the table, so that it is refused by line and column.
+#: What programs write for a value that is none; it belongs to the table, so that it is refused by line and
+#: column.
 _NO_NUMBER = re.compile(r"[+-]?(nan|inf|infinity|-?1[.,]#\w+|#n/a|#nv|n/a|null)", re.IGNORECASE)
 _COMMENTS = ("#", "%", "//")
 _BOMS = (
@@ -206,7 +207,7 @@ def _numeric(fields: list[str], decimal: str) -> int:
 
 
 def _is_row(fields: list[str], decimal: str) -> bool:
-    """Whether a line looks like data: two numbers at least, and not more texts (such as a clock) than numbers."""
+    """Whether a line looks like data: two numbers at least, and not more texts (a clock) than numbers."""
     count = _numeric(fields, decimal)
     return count >= 2 and 2 * count >= len([field for field in fields if field])
 
@@ -233,7 +234,7 @@ def _dialect(path: Path, body: Sequence[Line], delimiter: str | None, decimal: s
 
 
 def _start(path: Path, split: list[list[str]], decimal: str) -> tuple[int, int, int]:
-    """Return the index of the first row, and the usual number of fields, with and without empty ones at the end."""
+    """Return the index of the first row, and the usual number of fields, with and without empty last ones."""
     like = [_is_row(fields, decimal) for fields in split]
     raw = Counter(len(f) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
     filled = Counter(len(_trimmed(f)) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
