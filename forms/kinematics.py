@@ -150,10 +150,11 @@ def _general(F: tuple[tuple[Scalar, ...], ...], weight: Scalar) -> Kinematics:
         - F[0][1] * (F[1][0] * F[2][2] - F[1][2] * F[2][0])
         + F[0][2] * (F[1][0] * F[2][1] - F[1][1] * F[2][0])
     )
-    stretches = [sum(f * f for f in column) for column in columns]
+    stretches = [ufl.variable(sum(f * f for f in column)) for column in columns]
     xx, yy, zz = (stretch - sum(stretches) / 3 for stretch in stretches)
     yz, xz, xy = (
-        sum(f * g for f, g in zip(columns[i], columns[j], strict=True)) for i, j in ((1, 2), (0, 2), (0, 1))
+        ufl.variable(sum(f * g for f, g in zip(columns[i], columns[j], strict=True)))
+        for i, j in ((1, 2), (0, 2), (0, 1))
     )
     # From the components of the deviator of C: from the invariants of C they would be small differences.
     J2 = ufl.variable((xx * xx + yy * yy + zz * zz) / 2 + yz * yz + xz * xz + xy * xy)

@@ -193,7 +193,7 @@ def test_axisymmetric_power_trace_and_derivatives(half_plane, alpha):
 def compare(found: np.ndarray, expected: tuple[np.ndarray, ...]) -> None:
     f, fH, fHK, size, size2 = expected
     # Rounding, amplified by the exponent and by the extent of the deformation (C from 0.16 to 9), relative to
-    # the largest term of each sum; the second derivative also loses what forms/spectral.py says at its switches.
+    # the largest term of each sum; the second derivative also loses what spectral.py says at its switches.
     np.testing.assert_array_less(np.abs(found[0] - f), 1e-11 * f)
     np.testing.assert_array_less(np.abs(found[1] - fH), 1e-11 * size)
     np.testing.assert_array_less(np.abs(found[2] - fH), 1e-11 * size)
