@@ -1,0 +1,184 @@
+"""Whether a law is stable in given states of deformation, and its stresses in coupon tests.
+
+Drucker's postulate for an isotropic incompressible solid: d tau_i d e_i > 0 for every change of the principal
+log strains that keeps the volume. With e3 = -e1 - e2 and W(e1, e2) that is a positive definite Hessian of W,
+for tau_1 - tau_3 = dW/de1 and tau_2 - tau_3 = dW/de2 at the pressure held constant. Fitted laws often violate
+it just outside the range of their data.
+
+The law is evaluated by the same compiled UFL as in the body. Nothing here communicates: every rank of a
+parallel run evaluates for itself.
+
+References
+----------
+Ogden (1997), Non-Linear Elastic Deformations, Dover, sections 6.2 and 7.2.
+Reese and Wriggers (1997), Material instabilities of an incompressible elastic cube under triaxial tension,
+Int. J. Solids Struct. 34:3433-3454, doi:10.1016/S0020-7683(96)00203-7.
+Dassault Systemes, Abaqus Theory Guide, 4.6.1 (Hyperelastic material behavior): the same criterion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem, mesh
+from mpi4py import MPI
+from numpy.typing import ArrayLike, NDArray
+
+from cases import jit
+from forms.kinematics import principal
+from forms.law import Law, UnknownName
+
+Array = NDArray[np.float64]
+
+#: Coupon mode -> log strains (e1, e2) per log stretch in the loaded direction.
+PATHS: Mapping[str, tuple[float, float]] = {
+    "uniaxial": (1.0, -0.5),
+    "equibiaxial": (1.0, 1.0),
+    "planar": (1.0, 0.0),
+}
+# Faces that carry the nominal stress: work per volume is (number of faces) P d(stretch).
+_LOADED = {"uniaxial": 1, "equibiaxial": 2, "planar": 1}
+# States evaluated by one call of the kernel; arbitrary, large enough that its overhead does not count.
+_CHUNK = 512
+
+
+class _Evaluator:
+    """Energy of a law and its derivatives by (e1, e2), one state per cell of an interval mesh."""
+
+    def __init__(self, law: Law, names: tuple[str, ...]) -> None:
+        self.mesh = mesh.create_interval(MPI.COMM_SELF, _CHUNK, (0.0, 1.0))
+        self.strains = fem.Function(fem.functionspace(self.mesh, ("DG", 0, (2,))))
+        self.parameters = {name: fem.Constant(self.mesh, 0.0) for name in names}
+        state = principal(self.strains[0], self.strains[1])
+        e1, e2 = state.measures
+        W = law.energy(state, **self.parameters)
+        W1, W2 = ufl.diff(W, e1), ufl.diff(W, e2)
+        values = ufl.as_vector([W1, W2, ufl.diff(W1, e1), ufl.diff(W1, e2), ufl.diff(W2, e2)])
+        self.expression = fem.Expression(values, np.array([[0.5]]), jit_options=jit.options())
+        self.cells = np.arange(_CHUNK, dtype=np.int32)
+
+    def __call__(self, parameters: Mapping[str, float], strains: Array) -> Array:
+        """Return W_1, W_2, W_11, W_12, W_22 in MPa, shape (n, 5), at ``strains`` (e1, e2), shape (n, 2)."""
+        for name, constant in self.parameters.items():
+            constant.value = parameters[name]
+        result = np.empty((len(strains), 5))
+        for first in range(0, len(strains), _CHUNK):
+            part = strains[first : first + _CHUNK]
+            self.strains.x.array[: part.size] = part.ravel()
+            values = self.expression.eval(self.mesh, self.cells[: len(part)])
+            result[first : first + len(part)] = np.asarray(values).reshape(len(part), 5)
+        return result
+
+
+@lru_cache(maxsize=16)
+def _evaluator(law: Law, names: tuple[str, ...]) -> _Evaluator:
+    return _Evaluator(law, names)
+
+
+def _evaluate(law: Law, parameters: Mapping[str, float], strains: Array) -> Array:
+    return _evaluator(law, tuple(sorted(parameters)))(parameters, strains)
+
+
+def moduli(law: Law, parameters: Mapping[str, float], stretches: ArrayLike) -> Array:
+    """Return the tangent moduli d2W/de_i de_j in the principal log strains, at constant volume.
+
+    Parameters
+    ----------
+    law : Law
+    parameters : mapping
+        Name -> value, in the units of the law.
+    stretches : array_like, shape (n, 3)
+        Principal stretches; their volume ratio is divided out.
+
+    Returns
+    -------
+    ndarray, shape (n, 2, 2)
+        In MPa; NaN where the law has no energy (Gent beyond locking).
+    """
+    logs = np.log(np.asarray(stretches, dtype=np.float64).reshape(-1, 3))
+    strains = (logs - logs.mean(axis=1, keepdims=True))[:, :2]
+    return np.asarray(_evaluate(law, parameters, strains)[:, [2, 3, 3, 4]].reshape(-1, 2, 2))
+
+
+def stable(law: Law, parameters: Mapping[str, float], stretches: ArrayLike) -> NDArray[np.bool_]:
+    """Return whether Drucker's postulate holds in each state, shape (n,); parameters as for `moduli`."""
+    H = moduli(law, parameters, stretches)
+    # Both tests are false for NaN. A 2x2 matrix is positive definite when its trace and determinant are
+    # positive.
+    determinant = H[:, 0, 0] * H[:, 1, 1] - H[:, 0, 1] ** 2
+    return np.asarray((H[:, 0, 0] + H[:, 1, 1] > 0) & (determinant > 0))
+
+
+def nominal_stress(law: Law, parameters: Mapping[str, float], mode: str, stretch: ArrayLike) -> Array:
+    """Return the nominal stress (MPa) of an incompressible coupon, in the shape of ``stretch``.
+
+    ``mode`` is uniaxial, equibiaxial (stress in either direction) or planar (stress in the stretched
+    direction).
+
+    Raises
+    ------
+    UnknownName
+        When there is no such coupon mode.
+    """
+    path = _path(mode)
+    stretch = np.asarray(stretch, dtype=np.float64)
+    slopes = _evaluate(law, parameters, np.log(stretch).reshape(-1, 1) * path)[:, :2]
+    return np.asarray((slopes @ path).reshape(stretch.shape) / (_LOADED[mode] * stretch))
+
+
+def coupon_limits(
+    law: Law,
+    parameters: Mapping[str, float],
+    modes: Sequence[str] = tuple(PATHS),
+    lower: float = 0.1,
+    upper: float = 10.0,
+) -> dict[str, tuple[float, float]]:
+    """Return for each coupon mode the interval of stretch around 1 in which the law is stable.
+
+    Parameters
+    ----------
+    law, parameters
+        As for `moduli`.
+    modes : sequence of str
+        Of uniaxial, equibiaxial, planar.
+    lower, upper : float
+        Range of stretch that is searched, around 1; the default is what Abaqus searches.
+
+    Returns
+    -------
+    dict
+        Mode -> (least, largest stable stretch), to 1e-4; 0 and inf where the law is stable as far as
+        searched, (1, 1) where it is not stable even undeformed.
+    """
+    return {
+        mode: (_limit(law, parameters, mode, lower, 0.0), _limit(law, parameters, mode, upper, float("inf")))
+        for mode in modes
+    }
+
+
+def _limit(law: Law, parameters: Mapping[str, float], mode: str, end: float, beyond: float) -> float:
+    """Return the last stable stretch on the way from 1 to ``end``, or ``beyond``."""
+    path = _path(mode)
+    first, last = 0.0, float(np.log(end))
+    while True:
+        e = np.linspace(first, last, _CHUNK)
+        strains = e[:, None] * path
+        good = stable(law, parameters, np.exp(np.column_stack((strains, -strains.sum(axis=1)))))
+        if good.all():
+            return beyond
+        bad = int(np.argmin(good))
+        if bad == 0:
+            return 1.0
+        if abs(e[bad] - e[bad - 1]) < 1e-5:
+            return float(np.exp(e[bad - 1]))
+        first, last = float(e[bad - 1]), float(e[bad])
+
+
+def _path(mode: str) -> NDArray[Any]:
+    if mode not in PATHS:
+        raise UnknownName(mode, "coupon mode with a closed stress", tuple(PATHS))
+    return np.array(PATHS[mode])
