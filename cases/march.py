@@ -83,11 +83,20 @@ class History:
 
 
 class NotConverged(RuntimeError):
-    """The march could not go on; what it has is in `history`."""
+    """The march could not go on.
 
-    def __init__(self, history: History, target: float, reason: str) -> None:
-        self.history, self.target, self.reason = history, target, reason
-        last = history.displacement[-1] if len(history.displacement) else 0.0
+    Attributes
+    ----------
+    history
+        What it has, at the targets reached.
+    target, last
+        Where it was going and the last displacement in equilibrium, mm or rad.
+    reason
+        SNES's, by name.
+    """
+
+    def __init__(self, history: History, target: float, reason: str, last: float) -> None:
+        self.history, self.target, self.reason, self.last = history, target, reason, last
         super().__init__(
             f"no equilibrium found beyond displacement {last:.6g} on the way to {target:.6g} ({reason})"
         )
@@ -312,7 +321,7 @@ def _march(
                 continue
             step = 0.5 * abs(goal - q)
             if step < smallest:
-                raise NotConverged(history(), target, reason)
+                raise NotConverged(history(), float(target), reason, q)
         rows.append((q, solver.force, model.energy(), newton))
         if keep_states:
             states.append(known.x[-1])

@@ -146,6 +146,7 @@ class Model:
             return []
         part = self.space.sub(1)
         tdim = mesh.dimension
+        mesh.mesh.topology.create_connectivity(tdim, tdim)
         idle = [
             fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region[name])) for name in mesh.sleeves
         ]

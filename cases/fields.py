@@ -1,0 +1,84 @@
+"""Displacement, pressure and largest principal stretch along the march, in files that ParaView opens."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem, io
+from numpy.typing import NDArray
+
+from cases.jit import options
+from cases.model import Model
+
+Array = NDArray[np.float64]
+
+
+def write_fields(model: Model, displacements: Array, states: Array, file: Path) -> None:
+    """Write an XDMF time series (with its HDF5 file beside it); "time" is the generalised displacement.
+
+    Parameters
+    ----------
+    displacements : shape (n,)
+        mm or rad.
+    states : shape (n, m)
+        This rank's unknowns, as kept by the march.
+    file
+        Ends in .xdmf.
+    """
+    mesh = model.mesh.mesh
+    # XDMF stores nodal values on the mesh's own nodes: fields are interpolated to its degree.
+    cell = mesh.basix_cell()
+    degree = mesh.geometry.cmap.degree
+    vectors = fem.functionspace(mesh, basix.ufl.element("Lagrange", cell, degree, shape=(3,)))
+    scalars = fem.functionspace(mesh, basix.ufl.element("Lagrange", cell, degree))
+    cellwise = fem.functionspace(mesh, ("DG", 0))
+    u, p = ufl.split(model.state)
+    fields = [
+        (fem.Function(vectors, name="displacement_mm"), _cartesian(model, u)),
+        (fem.Function(scalars, name="pressure_MPa"), p),
+        (fem.Function(cellwise, name="largest_principal_stretch"), None),
+    ]
+    expressions = [
+        None
+        if expression is None
+        else fem.Expression(expression, _points(function), jit_options=options())
+        for function, expression in fields
+    ]
+    with io.XDMFFile(mesh.comm, file, "w") as out:
+        out.write_mesh(mesh)
+        for q, state in zip(displacements, states, strict=True):
+            model.state.x.array[:] = state
+            for (function, _), expression in zip(fields, expressions, strict=True):
+                if expression is None:
+                    _stretch(model, function)
+                else:
+                    function.interpolate(expression)
+                function.x.scatter_forward()
+                out.write_function(function, float(q))
+
+
+def _points(function: fem.Function) -> Array:
+    points = function.function_space.element.interpolation_points
+    return np.asarray(points() if callable(points) else points)
+
+
+def _cartesian(model: Model, u: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+    if model.setting.kinematics == "cartesian":
+        return u
+    if model.setting.kinematics == "axisymmetric":
+        return ufl.as_vector([u[0], u[1], 0.0])
+    radius = ufl.SpatialCoordinate(model.mesh.mesh)[0]
+    r = radius + u[0]
+    # The half-plane is drawn in x (radius) and y (axis); what turns out of it is z.
+    return ufl.as_vector([r * ufl.cos(u[1]) - radius, u[2], r * ufl.sin(u[1])])
+
+
+def _stretch(model: Model, function: fem.Function) -> None:
+    from cases.stretches import principal_stretches
+
+    for name, tag in model.mesh.region.items():
+        cells = model.mesh.cells.find(tag)
+        function.x.array[cells] = principal_stretches(model, region=name)[:, 0, -1] if len(cells) else 1.0

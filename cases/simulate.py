@@ -1,0 +1,135 @@
+"""From a shape and a mode to the curve: mesh, model and march in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from cases.march import TOLERANCE, History, NotConverged, Progress, march
+from cases.mode import Mode
+from cases.model import Model, setting_for
+from cases.program import ramp
+from forms.law import Law
+from geometry.mesh import build
+from geometry.shape import Refinement, Shape
+
+Array = NDArray[np.float64]
+
+# A recording that ends this close to rest, as a share of its range, is not worth a march of its own on that side.
+NEGLIGIBLE = 0.01
+
+
+@dataclass(frozen=True)
+class Rubber:
+    """A law with its parameters (MPa) and bulk modulus (MPa, infinite = incompressible)."""
+
+    law: Law
+    parameters: Mapping[str, float]
+    bulk_modulus: float = np.inf
+
+
+def prepare(
+    shape: Shape,
+    mode: Mode,
+    rubber: Rubber,
+    refinement: Refinement = Refinement(),
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> Model:
+    """Mesh the shape as the mode's symmetry allows, in the half-plane where both are axisymmetric."""
+    dimension = 2 if mode.section is not None and shape.axisymmetric else 3
+    mirrors = setting_for(mode, dimension).mirrors
+    mesh = build(shape, dimension, mirrors, refinement, comm)
+    return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus)
+
+
+def sweep(
+    model: Model,
+    lower: float,
+    upper: float,
+    steps: int,
+    *,
+    tolerance: float = TOLERANCE,
+    keep_states: bool = False,
+    sensitivity: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> History:
+    """Curve of a path-independent body over a range that contains zero: outward from rest to each end.
+
+    Parameters
+    ----------
+    model
+        Prepared model.
+    lower, upper
+        Range of q, mm or rad; ``lower <= 0 <= upper``. A side within `NEGLIGIBLE` of rest is left out.
+    steps
+        Steps on the longer side; the shorter one gets its share, at least four.
+
+    Returns
+    -------
+    History
+        Ordered by displacement.
+
+    Raises
+    ------
+    NotConverged
+        One side could not be followed to its end; carries both sides as far as they went.
+    """
+    reach = max(upper, -lower)
+    sides = [end for end in (lower, upper) if abs(end) > NEGLIGIBLE * (upper - lower)]
+    counts = [max(4, int(np.ceil(steps * abs(end) / reach))) for end in sides]
+    total = sum(counts) + len(counts)
+    histories: list[History] = []
+    failure: NotConverged | None = None
+    done = 0
+    for end, count in zip(sides, counts, strict=True):
+
+        def report(step: int, _: int, newton: int, q: float, before: int = done) -> None:
+            if progress is not None:
+                progress(before + step, total, newton, q)
+
+        try:
+            program = ramp(end, count)
+            histories.append(
+                march(
+                    model,
+                    program,
+                    tolerance=tolerance,
+                    keep_states=keep_states,
+                    sensitivity=sensitivity,
+                    progress=report,
+                )
+            )
+        except NotConverged as stopped:
+            failure = stopped
+            histories.append(stopped.history)
+        done += count + 1
+    joined = _join(histories)
+    if failure is not None:
+        raise NotConverged(joined, failure.target, failure.reason, failure.last)
+    return joined
+
+
+def _join(histories: Sequence[History]) -> History:
+    """One history ordered by displacement, rest counted once."""
+    q = np.concatenate([h.displacement for h in histories])
+    _, order = np.unique(q, return_index=True)
+
+    def column(name: str) -> Array | None:
+        parts = [getattr(h, name) for h in histories]
+        return None if any(p is None for p in parts) else np.concatenate(parts)[order]
+
+    return History(
+        displacement=q[order],
+        force=np.concatenate([h.force for h in histories])[order],
+        time=None,
+        energy=np.concatenate([h.energy for h in histories])[order],
+        newton=np.concatenate([h.newton for h in histories])[order],
+        attempts=tuple(a for h in histories for a in h.attempts),
+        states=column("states"),
+        sensitivity=column("sensitivity"),
+    )
+

@@ -1,0 +1,133 @@
+"""Principal stretches that a deformed bushing reaches: for stability checks, pictures and field files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from cases.jit import options
+from cases.model import Model
+
+Array = NDArray[np.float64]
+
+
+def principal_stretches(model: Model, points: Array | None = None, region: str = "rubber") -> Array:
+    """Principal stretches at the model's present state, on this rank.
+
+    Parameters
+    ----------
+    points
+        Reference coordinates in the cell, shape (p, dimension); the cell's middle if not given.
+    region
+        Name of the region.
+
+    Returns
+    -------
+    Array
+        Shape (cells, p, 3), in ascending order.
+    """
+    mesh = model.mesh
+    if points is None:
+        points = np.full((1, mesh.dimension), 0.5)
+    expression = fem.Expression(model.strain.C, points, jit_options=options())
+    cells = mesh.cells.find(mesh.region[region])
+    tensors = expression.eval(mesh.mesh, cells).reshape(len(cells), len(points), 3, 3)
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(tensors)))
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What a picture of the bushing shows: four-cornered faces before and after, coloured by the largest stretch.
+
+    Attributes
+    ----------
+    reference, deformed : shape (n, 4, 3)
+        Corner coordinates in mm, corners in order around the face.
+    stretch : shape (n, 4)
+        Largest principal stretch at the corners (1 in a metal sleeve).
+    rubber : shape (n,)
+        Whether the face belongs to the rubber.
+    displacement
+        q of the picture, mm or rad.
+    """
+
+    reference: Array
+    deformed: Array
+    stretch: Array
+    rubber: NDArray[np.bool_]
+    displacement: float
+
+
+# Corners of a face in order around it, as positions among the cell's corners (tensor-product numbering).
+_SECTION_FACES = ((0, 1, 3, 2),)
+_SOLID_FACES = (
+    (0, 1, 3, 2),
+    (4, 5, 7, 6),
+    (0, 1, 5, 4),
+    (2, 3, 7, 6),
+    (0, 2, 6, 4),
+    (1, 3, 7, 5),
+)
+
+
+def surface(model: Model, displacement: float = 0.0) -> Surface | None:
+    """The model's faces at its present state: every cell of a half-plane, the outside of a solid.
+
+    Collective; the faces of all ranks on rank 0, None elsewhere.
+    """
+    mesh = model.mesh
+    dimension = mesh.dimension
+    corners = np.array(np.meshgrid(*[[0.0, 1.0]] * dimension, indexing="ij")).reshape(dimension, -1).T[:, ::-1].copy()
+    faces = np.array(_SECTION_FACES if dimension == 2 else _SOLID_FACES)
+    reference, deformed, stretch, rubber = [], [], [], []
+    for name, tag in mesh.region.items():
+        cells = mesh.cells.find(tag)
+        if not len(cells):
+            continue
+        x, y = _corners(model, cells, corners)
+        largest = (
+            principal_stretches(model, corners, name)[..., -1] if name == "rubber" else np.ones(x.shape[:2])
+        )
+        reference.append(x[:, faces].reshape(-1, 4, 3))
+        deformed.append(y[:, faces].reshape(-1, 4, 3))
+        stretch.append(largest[:, faces].reshape(-1, 4))
+        rubber.append(np.full(len(cells) * len(faces), name == "rubber"))
+    parts = model.comm.gather((reference, deformed, stretch, rubber), root=0)
+    if parts is None:
+        return None
+    reference, deformed, stretch, rubber = (
+        np.concatenate([block for part in parts for block in part[i]]) for i in range(4)
+    )
+    keep = _outside(reference) if dimension == 3 else np.full(len(reference), True)
+    return Surface(reference[keep], deformed[keep], stretch[keep], rubber[keep], displacement)
+
+
+def _corners(model: Model, cells: NDArray[np.int32], corners: Array) -> tuple[Array, Array]:
+    """Reference and deformed Cartesian corner coordinates, each (cells, corners, 3)."""
+    import ufl
+
+    mesh = model.mesh.mesh
+    u, _ = ufl.split(model.state)
+    both = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *u])
+    expression = fem.Expression(both, corners, jit_options=options())
+    values = expression.eval(mesh, cells).reshape(len(cells), len(corners), -1)
+    dimension = model.mesh.dimension
+    x, u_ = values[..., :dimension], values[..., dimension:]
+    if dimension == 3:
+        return x, x + u_
+    radius, height = x[..., 0], x[..., 1]
+    zero = np.zeros_like(radius)
+    angle = u_[..., 1] if u_.shape[-1] == 3 else zero
+    r = radius + u_[..., 0]
+    moved = np.stack([r * np.cos(angle), r * np.sin(angle), height + u_[..., -1]], axis=-1)
+    return np.stack([radius, zero, height], axis=-1), moved
+
+
+def _outside(reference: Array) -> NDArray[np.bool_]:
+    """Faces that occur once: those between two cells occur twice."""
+    keys = np.round(reference.mean(axis=1), 6)
+    _, inverse, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(counts[inverse.ravel()] == 1)
