@@ -6,7 +6,7 @@ The rules, all relative to the noise of the displacement, which is estimated fro
   deviations, and by more than 0.2 % of the whole range. A noise excursion of that size between two samples
   has a probability below 1e-7.
 - A *hold* is a stretch of at least 5 samples that stays within a band of 8 standard deviations without a
-  trend, for a time in which the displacement would otherwise have left that band three times over.
+  trend, reached and left abruptly: the displacement moves by one more such band in 0.3 of its duration.
 - *Loading* leads away from zero displacement, *unloading* towards it; a stretch that crosses zero is cut
   there.
 - A *cycle* is one excursion: it begins with a loading branch that follows an unloading one. 0, 4, 0, -4, 0
@@ -86,7 +86,7 @@ def segment(displacement: Array, time: Array | None = None) -> tuple[Branch, ...
     # Noise of more than a twentieth of the range leaves nothing to cut.
     threshold = min(threshold, 0.4 * span)
     turns = _turning_points(displacement, threshold)
-    holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span), turns)
+    holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
     pieces = _merge(_pieces(len(displacement), turns, holds), displacement, threshold)
     return tuple(_named(pieces, displacement, threshold))
 
@@ -118,20 +118,17 @@ def _turning_points(q: Array, threshold: float) -> list[int]:
     return turns
 
 
-def _holds(q: Array, x: Array, sigma: float, turns: list[int]) -> list[tuple[int, int]]:
+def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     """Return the holds as (start, stop)."""
-    corners = q[[0, *turns, len(q) - 1]]
-    rate = float(np.abs(np.diff(corners)).sum()) / float(x[-1] - x[0])
     band = 2.0 * _HALF_BAND * sigma
-    holds, start, stop, n = [], 0, 0, len(q)
-    low = high = q[0]
-    while start < n - _SHORTEST_HOLD:
+    holds, start, n = [], 0, len(q)
+    while start <= n - _SHORTEST_HOLD:
         stop = start
         low = high = q[start]
         while stop < n and max(high, q[stop]) - min(low, q[stop]) <= band:
             low, high = min(low, q[stop]), max(high, q[stop])
             stop += 1
-        long = stop - start >= _SHORTEST_HOLD and (x[stop - 1] - x[start]) * rate > 3.0 * band
+        long = stop - start >= _SHORTEST_HOLD and _is_abrupt(q, x, start, stop, band)
         if long and _still(q[start:stop], x[start:stop], sigma):
             holds.append((start, stop))
             start = stop
@@ -140,15 +137,30 @@ def _holds(q: Array, x: Array, sigma: float, turns: list[int]) -> list[tuple[int
     return holds
 
 
+def _is_abrupt(q: Array, x: Array, start: int, stop: int, band: float) -> bool:
+    """Whether the motion into and out of a stretch is fast: one more band in 0.3 of its duration.
+
+    At the crest of a sine, where the band takes a time t to leave, the next takes more than 0.37 t.
+    """
+    centre, patience = float(np.median(q[start:stop])), 0.3 * float(x[stop - 1] - x[start])
+    before = int(np.searchsorted(x, x[start] - patience))
+    after = int(np.searchsorted(x, x[stop - 1] + patience, side="right"))
+    came = start == 0 or bool(np.any(np.abs(q[before:start] - centre) > 1.5 * band))
+    went = stop == len(q) or bool(np.any(np.abs(q[stop:after] - centre) > 1.5 * band))
+    return came and went
+
+
 def _still(q: Array, x: Array, sigma: float) -> bool:
     """Whether a stretch shows noise but neither a trend nor the arch of a slow reversal."""
     n = len(q)
     third = max(1, n // 3)
     first, middle, last = q[:third].mean(), q[third : n - third].mean(), q[n - third :].mean()
-    allowed = sigma * (1.0 + 3.0 / np.sqrt(third))
     trend = np.polynomial.polynomial.polyfit((x - x[0]) / (x[-1] - x[0]), q, 1)[1]
     arch = middle - 0.5 * (first + last)
-    return bool(abs(trend) <= 2.0 * allowed and abs(arch) <= allowed and q.std() <= 1.6 * sigma)
+    # Four standard errors of each under white noise, but no less than what a rig may drift while it holds.
+    straight = abs(trend) <= sigma * max(1.0, 4.0 * np.sqrt(12.0 / n))
+    flat = abs(arch) <= sigma * max(0.5, 4.0 * np.sqrt(1.5 / third))
+    return bool(straight and flat and q.std() <= 1.6 * sigma)
 
 
 def _pieces(n: int, turns: list[int], holds: list[tuple[int, int]]) -> list[tuple[int, int, bool]]:

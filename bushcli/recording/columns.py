@@ -103,9 +103,10 @@ def _chosen(table: TextTable, chosen: str | int) -> int:
             numbers = ", ".join(str(i + 1) for i in hits)
             raise RecordingError(Problem(str(table.path), what, "", f"give a number: {numbers}"))
     named = [name for name in table.names if name]
+    near = dict(zip(plain, table.names, strict=True)).get(nearest(name_and_unit(chosen)[0], plain), "")
     what = f'has no column "{chosen}"'
     listed = ", ".join(named) or f"no header; give a number from 1 to {width}"
-    raise RecordingError(Problem(str(table.path), what, nearest(chosen, named), listed))
+    raise RecordingError(Problem(str(table.path), what, near, listed))
 
 
 def _unit(table: TextTable, mode: Mode, index: int, measured: str) -> str:

@@ -15,7 +15,8 @@ _SPELLINGS = {
         "mm": "mm", "m": "m", "cm": "cm", "um": "um", "µm": "um", "μm": "um", "in": "in", "inch": "in",
     },
     "angle": {
-        "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "grad": "deg", "rad": "rad", "mrad": "mrad",
+        "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "grad": "deg",
+        "rad": "rad", "mrad": "mrad",
     },
     "force": {"n": "N", "kn": "kN", "lbf": "lbf", "lb": "lbf"},
     "moment": {

@@ -275,9 +275,11 @@ def _header(
 def _header_fields(text: str, delimiter: str, width: int) -> list[str] | None:
     """Return the fields of a header line when there is one for each column."""
     attempts = [_split(text, delimiter)]
-    if delimiter == " ":
-        # "Weg [mm]  Kraft [N]": names may hold single spaces, and a unit belongs to the name before it.
+    if delimiter in " \t":
+        # A header over tabs may be laid out with blanks; in "Weg [mm]  Kraft [N]" names may hold single
+        # spaces, and a unit belongs to the name before it.
         attempts.append(re.split(r"\s{2,}|\t", text.strip()))
+        attempts.append(text.split())
         attempts.append(re.sub(r"\s+([\[(][^\])]*[\])])", r"\1", text).split())
     for fields in attempts:
         fields = _trimmed(fields)

@@ -1,0 +1,135 @@
+"""Branches, cycles and noise of synthetic recordings whose truth is known."""
+
+import numpy as np
+import pytest
+
+from bushcli.curve import Curve
+from bushcli.noise import noise
+from bushcli.recording import displacement_noise, force_noise
+from bushcli.segment import displacement_noise as noise_of
+from bushcli.segment import segment
+
+
+def program(*legs, dt=0.25):
+    """Legs (target, rate) or ("hold", seconds), sampled every dt seconds: time, displacement, corner indices."""
+    q, corners = [0.0], []
+    for target, rate in legs:
+        if target == "hold":
+            q.extend([q[-1]] * round(rate / dt))
+        else:
+            steps = max(1, round(abs(target - q[-1]) / rate / dt))
+            q.extend(np.linspace(q[-1], target, steps + 1)[1:])
+        corners.append(len(q) - 1)
+    return dt * np.arange(len(q)), np.array(q), corners
+
+
+def code(found):
+    """Branches as text: L loading, U unloading, H hold, with the cycle."""
+    return " ".join(f"{b.kind[0].upper()}{b.cycle}" for b in found)
+
+
+LEGS = ((2, 0.2), (0, 0.2), (4, 0.2), (0, 0.2), (-3, 0.2), (0, 0.2), (4, 4.0), ("hold", 20.0), (0, 0.2))
+
+
+@pytest.mark.parametrize("sigma", [0.0, 1e-4, 3e-3, 2e-2])
+@pytest.mark.parametrize("timed", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_branches_of_a_program_with_a_hold(sigma, timed, seed):
+    t, q, corners = program(*LEGS)
+    noisy = q + sigma * np.random.default_rng(seed).normal(size=len(q))
+    found = segment(noisy, t if timed else None)
+    assert code(found) == "L1 U1 L2 U2 L3 U3 L4 H4 U4"
+    assert found[0].start == 0
+    assert found[-1].stop == len(q)
+    assert all(a.stop == b.start for a, b in zip(found[:-1], found[1:], strict=True))
+    # A corner is found to within the samples that noise can hide: 0.05 mm lie between two samples.
+    reach = 2 + int(8 * sigma / 0.05)
+    assert np.abs(np.array([b.stop - 1 for b in found]) - corners).max() <= reach
+
+
+@pytest.mark.parametrize("sigma", [0.0, 3e-3])
+def test_cycles_are_excursions_from_zero(sigma):
+    t, q, _ = program((3, 0.5), (1, 0.5), (3, 0.5), (-3, 0.5), (3, 0.5), (0, 0.5))
+    found = segment(q + sigma * np.random.default_rng(7).normal(size=len(q)), t)
+    assert code(found) == "L1 U1 L2 U2 L3 U3 L4 U4"
+    assert [b.direction for b in found] == [1, -1, 1, -1, -1, 1, 1, -1]
+
+
+def test_a_sine_has_no_holds():
+    t = np.linspace(0, 4, 801)
+    for sigma in (0.0, 1e-3, 5e-3):
+        q = 2 * np.sin(2 * np.pi * t / 2) + sigma * np.random.default_rng(1).normal(size=len(t))
+        assert code(segment(q, t)) == "L1 U1 L2 U2 L3 U3 L4 U4"
+
+
+def test_a_stepwise_relaxation():
+    legs = [leg for q in (0.25, 0.5, 0.75, 0.5, 0.25) for leg in ((q, 0.05), ("hold", 100.0))]
+    t, q, _ = program(*legs)
+    for sigma in (0.0, 2e-4):
+        noisy = q + sigma * np.random.default_rng(2).normal(size=len(q))
+        assert code(segment(noisy, t)) == "L1 H1 L1 H1 L1 H1 U1 H1 U1 H1"
+
+
+def test_waiting_before_the_start_is_a_hold():
+    t, q, _ = program(("hold", 10.0), (2, 0.2), (0, 0.2))
+    q = q + 3e-3 * np.random.default_rng(3).normal(size=len(q))
+    assert code(segment(q, t)) == "H1 L1 U1"
+
+
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_short_and_constant_signals_are_one_branch(n):
+    assert code(segment(np.linspace(0, 1, n))) == "L1"
+    assert code(segment(np.linspace(0, -1, n))) == "L1"
+    assert code(segment(np.linspace(1, 0, n))) == "U1"
+    assert code(segment(np.full(n, 0.5))) == "H1"
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_any_signal_is_covered_without_gap_or_overlap(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 300))
+    q = [rng.normal(size=n), np.cumsum(rng.normal(size=n)), rng.integers(0, 3, n).astype(float)][seed % 3]
+    found = segment(q, np.cumsum(rng.exponential(size=n) + 1e-9) if seed % 2 else None)
+    covered = np.concatenate([np.arange(b.start, b.stop) for b in found])
+    np.testing.assert_array_equal(covered, np.arange(n))
+    assert all(b.cycle - a.cycle in (0, 1) for a, b in zip(found[:-1], found[1:], strict=True))
+
+
+@pytest.mark.parametrize("sigma", [0.5, 5.0, 20.0])
+def test_noise_of_force_and_displacement_is_found(sigma):
+    """Estimates from some 400 samples scatter by 7 % (variance of difference estimators); 25 % is 3.5 sigma."""
+    t, q, _ = program(*LEGS)
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        force = 300 * q + 5 * q**3 + 40 * np.sign(np.gradient(q)) + sigma * rng.normal(size=len(q))
+        curve = Curve("axial", q + 3e-3 * rng.normal(size=len(q)), force, t)
+        assert force_noise(curve) == pytest.approx(sigma, rel=0.25)
+        assert displacement_noise(curve) == pytest.approx(3e-3, rel=0.25)
+
+
+def test_noise_is_independent_of_the_spacing():
+    """White noise on a parabola, irregular sampling: third differences annihilate the parabola exactly."""
+    rng = np.random.default_rng(11)
+    x = np.cumsum(rng.uniform(0.1, 5.0, 2000))
+    y = 3 + 0.1 * x - 2e-4 * x**2
+    assert noise(y, x) < 1e-9
+    # 2000 samples scatter by 3 %: 10 % is more than 3 sigma.
+    assert noise(y + 0.7 * rng.normal(size=len(x)), x) == pytest.approx(0.7, rel=0.10)
+
+
+def test_noise_is_robust_to_outliers():
+    rng = np.random.default_rng(12)
+    y = rng.normal(size=1000)
+    y[::50] += 100.0
+    # Four of fifty windows hold an outlier; the estimate rises a little, the plain standard deviation to 14.
+    assert noise(y, np.arange(1000.0)) == pytest.approx(1.0, rel=0.15)
+
+
+def test_noise_of_very_few_samples_is_a_number():
+    for n in range(1, 6):
+        assert np.isfinite(noise(np.arange(n) ** 2.0, np.arange(float(n))))
+
+
+def test_displacement_noise_of_exact_steps_is_zero():
+    t, q, _ = program(*LEGS)
+    assert noise_of(q, t) < 1e-12
