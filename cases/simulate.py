@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cases.march import TOLERANCE, History, NotConverged, Progress, march
 from cases.mode import Mode
 from cases.model import Model, setting_for
-from cases.program import ramp
+from cases.program import Program
 from forms.law import Law
 from geometry.mesh import build
 from geometry.shape import Refinement, Shape
@@ -46,67 +46,70 @@ def prepare(
     return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus)
 
 
+def even_targets(lower: float, upper: float, steps: int) -> Array:
+    """Displacements from `lower` to `upper` through zero: `steps` on the longer side of it, the share of the other.
+
+    A side that ends within `NEGLIGIBLE` of the range from rest is left out; the other sides get at least four steps.
+    """
+    reach = max(upper, -lower)
+    sides = [end for end in (lower, upper) if abs(end) > NEGLIGIBLE * (upper - lower)]
+    parts = [np.linspace(0.0, end, max(4, int(np.ceil(steps * abs(end) / reach))) + 1) for end in sides]
+    return np.unique(np.concatenate([[0.0], *parts]))
+
+
 def sweep(
     model: Model,
-    lower: float,
-    upper: float,
-    steps: int,
+    targets: Array,
     *,
     tolerance: float = TOLERANCE,
     keep_states: bool = False,
     sensitivity: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> History:
-    """Curve of a path-independent body over a range that contains zero: outward from rest to each end.
+    """Curve of a path-independent body: from rest outward to the targets on each side.
 
     Parameters
     ----------
     model
         Prepared model.
-    lower, upper
-        Range of q, mm or rad; ``lower <= 0 <= upper``. A side within `NEGLIGIBLE` of rest is left out.
-    steps
-        Steps on the longer side; the shorter one gets its share, at least four.
+    targets
+        Displacements, mm or rad, in any order; rest is added where it is missing.
 
     Returns
     -------
     History
-        Ordered by displacement.
+        Ordered by displacement, each target once.
 
     Raises
     ------
     NotConverged
         One side could not be followed to its end; carries both sides as far as they went.
     """
-    reach = max(upper, -lower)
-    sides = [end for end in (lower, upper) if abs(end) > NEGLIGIBLE * (upper - lower)]
-    counts = [max(4, int(np.ceil(steps * abs(end) / reach))) for end in sides]
-    total = sum(counts) + len(counts)
+    targets = np.unique(np.append(targets, 0.0))
+    sides = [side for side in (targets[targets <= 0][::-1], targets[targets >= 0]) if len(side) > 1]
+    total = sum(map(len, sides))
     histories: list[History] = []
     failure: NotConverged | None = None
     done = 0
-    for end, count in zip(sides, counts, strict=True):
+    for side in sides:
 
         def report(step: int, _: int, newton: int, q: float, before: int = done) -> None:
             if progress is not None:
                 progress(before + step, total, newton, q)
 
         try:
-            program = ramp(end, count)
-            histories.append(
-                march(
-                    model,
-                    program,
-                    tolerance=tolerance,
-                    keep_states=keep_states,
-                    sensitivity=sensitivity,
-                    progress=report,
-                )
+            history = march(
+                model,
+                Program(side),
+                tolerance=tolerance,
+                keep_states=keep_states,
+                sensitivity=sensitivity,
+                progress=report,
             )
         except NotConverged as stopped:
-            failure = stopped
-            histories.append(stopped.history)
-        done += count + 1
+            failure, history = stopped, stopped.history
+        histories.append(history)
+        done += len(side)
     joined = _join(histories)
     if failure is not None:
         raise NotConverged(joined, failure.target, failure.reason, failure.last)

@@ -1,0 +1,335 @@
+"""Predict the curves of a case: every load case along its program, every recording over its range."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from bushcli.casefile import Case, LoadCase, Material
+from bushcli.condition import Condition
+from bushcli.curve import Curve
+from bushcli.recording import Recording, read_program, read_recording
+from cases.fields import write_fields
+from cases.march import Attempt, History, NotConverged, march
+from cases.mode import modes
+from cases.model import Model
+from cases.program import Program, path
+from cases.simulate import Rubber, even_targets, prepare, sweep
+from cases.stability import stable
+from cases.stretches import Surface, principal_stretches, surface
+from forms.law import law
+from geometry.shape import Refinement
+
+# Steps on the longer side of a recording's range: a cubic spline through them is exact to 0.01 % of the
+# force.
+RECORDING_STEPS = 16
+# States of the march in which the law's stability is checked, evenly chosen.
+STABILITY_STATES = 6
+# Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction.
+FINER = 1.5
+
+Progress = Callable[[str, int, int, int, float], None]
+"""Called with channel, step, number of steps, Newton iterations, displacement (mm or rad)."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """One simulated channel.
+
+    Attributes
+    ----------
+    name, mode : str
+    curve : Curve
+        At the steps of the march, as far as it went.
+    recording : Recording or None
+        The measured curve that it stands beside.
+    attempts
+        Every step tried.
+    stopped : str
+        Why the march could not go on; empty when it reached its end.
+    reach : float
+        Last displacement in equilibrium, mm or rad, when it stopped early.
+    target : float
+        Displacement that it was to reach.
+    unknowns : int
+        Size of the linear systems.
+    stretches : tuple of float
+        Smallest and largest principal stretch that the rubber reaches.
+    unstable : float
+        Share of the rubber's states (at the checked steps) in which the law violates Drucker's postulate.
+    seconds : mapping
+        Time of "mesh_and_forms" and "march".
+    surface : Surface or None
+        For pictures, at the largest displacement; on rank 0 only.
+    mesh_error : float or None
+        Largest deviation from a finer mesh, percent of the force range, when a mesh check was asked for.
+    """
+
+    name: str
+    mode: str
+    curve: Curve
+    recording: Recording | None
+    attempts: tuple[Attempt, ...]
+    stopped: str
+    reach: float
+    target: float
+    unknowns: int
+    stretches: tuple[float, float]
+    unstable: float
+    seconds: Mapping[str, float]
+    surface: Surface | None = field(default=None, repr=False)
+    mesh_error: float | None = None
+
+    @property
+    def newton(self) -> int:
+        """Newton iterations of the whole march."""
+        return sum(attempt.newton for attempt in self.attempts)
+
+
+@dataclass(frozen=True)
+class Response:
+    """What the case answers: its channels, and the conditions under which to read them."""
+
+    case: Case
+    material: Material
+    channels: tuple[Simulated, ...]
+    conditions: tuple[Condition, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every march reached its end."""
+        return not any(channel.stopped for channel in self.channels)
+
+
+def predict(
+    case: Case,
+    material: Material | None = None,
+    *,
+    mesh_check: bool = False,
+    fields: Path | None = None,
+    progress: Progress | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+) -> Response:
+    """Simulate every load case and every recording of a case.
+
+    Parameters
+    ----------
+    case
+        Validated case.
+    material
+        Used instead of the case's, such as one identified from coupons.
+    mesh_check
+        Solve again on a finer mesh and say how far apart the curves are.
+    fields
+        Folder for field files (XDMF), one per channel.
+    progress
+        Called after each step.
+
+    Returns
+    -------
+    Response
+        Also where a march could not go on: the channel says why, and has what was reached.
+
+    Raises
+    ------
+    InputError
+        A recording cannot be read.
+    """
+    rubber = rubber_of(material or case.material)
+    # All input is read before anything is solved: a bad file must not cost a march.
+    recordings = [read_recording(source) for source in case.recordings]
+    programs = [(load, _program(load)) for load in case.load_cases]
+    channels = []
+    for number, (load, program) in enumerate(programs):
+        name = (
+            load.mode
+            if sum(other.mode == load.mode for other, _ in programs) == 1
+            else f"{load.mode}-{number + 1}"
+        )
+        if any(name == recording.name for recording in recordings):
+            name = f"{name}-program"
+        channels.append(
+            _simulate(case, rubber, load.mode, name, program, None, mesh_check, fields, progress, comm)
+        )
+    for recording in recordings:
+        channels.append(
+            _simulate(
+                case,
+                rubber,
+                recording.mode,
+                recording.name,
+                None,
+                recording,
+                mesh_check,
+                fields,
+                progress,
+                comm,
+            )
+        )
+    found = tuple(condition for channel in channels for condition in _conditions(channel, case))
+    return Response(case, material or case.material, tuple(channels), found)
+
+
+def rubber_of(material: Material) -> Rubber:
+    """The material of a case, as the march wants it."""
+    return Rubber(law(material.law), dict(material.parameters), material.bulk_modulus)
+
+
+def _program(load: LoadCase) -> Program:
+    if load.source is not None:
+        times, displacement = read_program(load.source)
+        return Program(displacement, times)
+    return path(load.path, load.steps, load.rate)
+
+
+def _simulate(
+    case: Case,
+    rubber: Rubber,
+    mode: str,
+    name: str,
+    program: Program | None,
+    recording: Recording | None,
+    mesh_check: bool,
+    fields: Path | None,
+    progress: Progress | None,
+    comm: MPI.Comm,
+) -> Simulated:
+    """March one channel: along the program, or over the range of the recording."""
+
+    def report(step: int, steps: int, newton: int, q: float) -> None:
+        if progress is not None:
+            progress(name, step, steps, newton, q)
+
+    def run(model: Model, keep: bool) -> History:
+        if program is not None:
+            return march(model, program, keep_states=keep, progress=report)
+        assert recording is not None
+        low, high = min(0.0, recording.displacement.min()), max(0.0, recording.displacement.max())
+        targets = even_targets(low, high, RECORDING_STEPS)
+        return sweep(model, targets, keep_states=keep, progress=report)
+
+    begin = time.perf_counter()
+    model = prepare(case.geometry, modes()[mode], rubber, case.mesh.refinement, comm)
+    ready = time.perf_counter()
+    stopped, reach, target = "", 0.0, 0.0
+    try:
+        history = run(model, keep=True)
+        target = reach = float(history.displacement[np.argmax(np.abs(history.displacement))])
+    except NotConverged as failure:
+        history, stopped = failure.history, failure.reason
+        reach, target = failure.last, failure.target
+    done = time.perf_counter()
+    stretches, unstable = _stability(model, history, rubber)
+    picture = _picture(model, history)
+    if fields is not None and history.states is not None:
+        write_fields(model, history.displacement, history.states, fields / f"{name}.xdmf")
+    curve = Curve(mode, *_two_points(history), history.time if len(history.displacement) > 1 else None)
+    error = None
+    if mesh_check and not stopped:
+        fine = _finer(case.mesh.refinement, model)
+        error = _mesh_error(curve, run(prepare(case.geometry, modes()[mode], rubber, fine, comm), keep=False))
+    return Simulated(
+        name=name,
+        mode=mode,
+        curve=curve,
+        recording=recording,
+        attempts=history.attempts,
+        stopped=stopped,
+        reach=reach,
+        target=target,
+        unknowns=model.space.dofmap.index_map.size_global,
+        stretches=stretches,
+        unstable=unstable,
+        seconds={"mesh_and_forms": ready - begin, "march": done - ready},
+        surface=picture,
+        mesh_error=error,
+    )
+
+
+def _two_points(history: History) -> tuple[np.ndarray, np.ndarray]:
+    """The curve, never without its start: a march that fails at once still has the unloaded state."""
+    if len(history.displacement) > 1:
+        return history.displacement, history.force
+    return np.array([0.0, 1e-12]), np.zeros(2)
+
+
+def _stability(model: Model, history: History, rubber: Rubber) -> tuple[tuple[float, float], float]:
+    """Range of the principal stretches over the march, and the share of states where the law is unstable."""
+    assert history.states is not None
+    low, high, bad, total = 1.0, 1.0, 0, 0
+    count = len(history.states)
+    for i in np.unique(np.linspace(0, count - 1, min(STABILITY_STATES, count)).round().astype(int)):
+        model.state.x.array[:] = history.states[i]
+        values = principal_stretches(model).reshape(-1, 3)
+        if len(values):
+            low, high = min(low, float(values.min())), max(high, float(values.max()))
+            bad += int(np.count_nonzero(~stable(rubber.law, rubber.parameters, values)))
+            total += len(values)
+    low, high = model.comm.allreduce(low, MPI.MIN), model.comm.allreduce(high, MPI.MAX)
+    bad, total = model.comm.allreduce(bad), model.comm.allreduce(total)
+    return (low, high), bad / max(total, 1)
+
+
+def _picture(model: Model, history: History) -> Surface | None:
+    assert history.states is not None
+    if not len(history.states):
+        return None
+    widest = int(np.argmax(np.abs(history.displacement)))
+    model.state.x.array[:] = history.states[widest]
+    return surface(model, float(history.displacement[widest]))
+
+
+def _finer(refinement: Refinement, model: Model) -> Refinement:
+    from geometry.ring import SECTION, SOLID
+
+    default = SECTION if model.mesh.dimension == 2 else SOLID
+    across = refinement.across or default.across
+    around = refinement.around or default.around
+    along = refinement.along or default.along
+    scale = [None if n is None else int(np.ceil(FINER * n)) for n in (across, along, around)]
+    return Refinement(*scale)
+
+
+def _mesh_error(curve: Curve, fine: History) -> float:
+    if curve.displacement.shape != fine.displacement.shape:
+        raise ValueError("the two meshes were not taken along the same displacements")
+    return 100.0 * float(np.max(np.abs(curve.force - fine.force)) / np.ptp(fine.force))
+
+
+def _conditions(channel: Simulated, case: Case) -> list[Condition]:
+    found = []
+    if channel.stopped:
+        unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
+        found.append(
+            Condition(
+                "not_converged",
+                f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
+                f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
+                "ask for a smaller displacement, more steps or a coarser mesh; beyond some 60 % of the rubber's thickness "
+                "the free ends fold",
+            )
+        )
+    if channel.unstable > 0:
+        found.append(
+            Condition(
+                "unstable_law",
+                f"{channel.name}: the law violates Drucker's stability in {100 * channel.unstable:.2g} % of the states that "
+                f"the rubber reaches (principal stretches {channel.stretches[0]:.2f} to {channel.stretches[1]:.2f})",
+                "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
+            )
+        )
+    if channel.mesh_error is not None and channel.mesh_error > 1.0:
+        found.append(
+            Condition(
+                "coarse_mesh",
+                f"{channel.name}: a mesh {FINER:g} times as fine in each direction changes the force by "
+                f"{channel.mesh_error:.2g} % of its range",
+                "raise mesh.elements_across, elements_along and elements_around",
+            )
+        )
+    return found
