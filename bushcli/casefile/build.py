@@ -161,7 +161,8 @@ class Builder:
         given = [key for key in ("amplitude", "path", "file") if getattr(table, key) is not None]
         if len(given) != 1:
             what = f"{dotted(keys)} has " + (" and ".join(given) if given else "no program")
-            self.findings.append(Finding(keys, what, expected="give one of amplitude, path, file"))
+            at = (*keys, given[-1]) if given else keys
+            self.findings.append(Finding(at, what, expected="give one of amplitude, path, file"))
         if not self._mode(keys, table.mode, shape, None, material) or len(given) != 1:
             return None
         key = (*keys, given[0])

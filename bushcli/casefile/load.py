@@ -39,6 +39,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
 
 
 def _read(path: Path) -> dict[str, Any]:
+    text = ""
     try:
         text = path.read_bytes().decode("utf-8-sig")
         return tomllib.loads(text)
@@ -61,15 +62,18 @@ def _read(path: Path) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         raise CaseError(_syntax(path, text, str(error))) from None
     except (ValueError, RecursionError) as error:
-        raise CaseError(Problem(str(path), f"is not valid TOML: {error}")) from None
+        # A name with a null byte, numbers of thousands of digits, brackets nested as deep.
+        what = "is not valid TOML" if text else "cannot be read"
+        raise CaseError(Problem(str(path), f"{what}: {error}")) from None
 
 
 def _syntax(path: Path, text: str, message: str) -> Problem:
     """Return a TOML error with ``file:line:column`` and the line that it is in."""
     words, _, place = message.rpartition(" (at ")
     found = re.match(r"line (\d+), column (\d+)", place)
-    line, column = (int(found[1]), int(found[2])) if found else (text.rstrip().count("\n") + 1, 1)
-    lines = text.splitlines()
+    lines = text.rstrip().split("\n")
+    # "at end of document" gives no place.
+    line, column = (int(found[1]), int(found[2])) if found else (len(lines), len(lines[-1]) + 1)
     context = lines[line - 1].strip() if line <= len(lines) else ""
     where = f"{path}:{line}:{column}"
     return Problem(

@@ -1,6 +1,7 @@
 """Curve: interpolation and the two stiffnesses, on curves with known answers."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from bushcli.curve import Curve
 
 
 def response(q):
-    """Softening then stiffening, odd: initial stiffness 200, secant over +-6 mm 200 - 3*36 + 0.08*1296 = 195.68."""
+    """Softening, then stiffening: initially 200, secant over 6 mm 200 - 3*36 + 0.08*1296 = 195.68."""
     return 200 * q - 3 * q**3 + 0.08 * q**5
 
 
@@ -93,7 +94,8 @@ def test_a_loop_is_not_interpolated_but_its_backbone_is():
 )
 def test_stiffness_of_an_exact_curve(q):
     curve = Curve("axial", q, response(q))
-    # What the cubic leaves out, 0.08 q^5 within 15 % or five points of the range, is below 0.1 % of the slope.
+    # What the cubic leaves out, 0.08 q^5 within 15 % or five points of the range, is below 0.1 % of the
+    # slope.
     assert curve.initial_stiffness() == pytest.approx(200, rel=1e-3)
     # Means over the last 1 % of the range move the chord by less than 1 % of its change, here 3 N/mm per mm.
     assert curve.secant_stiffness() == pytest.approx(195.68, rel=2e-3)
@@ -118,9 +120,7 @@ def test_initial_stiffness_is_of_the_first_loading():
 def test_stiffness_of_noisy_cycles(mode):
     """Noise of 0.3 % of the peak, as of a load cell; cycles of growing amplitude; an outlier."""
     corners = [0, 2, 0, 4, 0, 6, 0, -5, 0]
-    q = np.concatenate(
-        [np.linspace(a, b, 40 * abs(b - a))[1:] for a, b in zip(corners, corners[1:], strict=False)]
-    )
+    q = np.concatenate([np.linspace(a, b, 40 * abs(b - a))[1:] for a, b in pairwise(corners)])
     initial, secant = [], []
     for seed in range(20):
         rng = np.random.default_rng(seed)
@@ -130,7 +130,8 @@ def test_stiffness_of_noisy_cycles(mode):
         initial.append(curve.initial_stiffness())
         secant.append(curve.secant_stiffness())
     exact = (response(6.0) - response(-5.0)) / 11.0
-    # The rule stops at a standard error of 1 % at most: four of these for each, a third for the mean of twenty.
+    # The rule stops at a standard error of 1 % at most: four of these for each, a third for the mean of
+    # twenty.
     np.testing.assert_allclose(initial, 200, rtol=0.04)
     assert np.mean(initial) == pytest.approx(200, rel=0.01)
     np.testing.assert_allclose(secant, exact, rtol=0.01)

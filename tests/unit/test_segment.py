@@ -1,5 +1,7 @@
 """Branches, cycles and noise of synthetic recordings whose truth is known."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from bushcli.segment import segment
 
 
 def program(*legs, dt=0.25):
-    """Legs (target, rate) or ("hold", seconds), sampled every dt seconds: time, displacement, corner indices."""
+    """Legs (target, rate) or ("hold", seconds), sampled every dt seconds: time, displacement, corners."""
     q, corners = [0.0], []
     for target, rate in legs:
         if target == "hold":
@@ -41,7 +43,7 @@ def test_branches_of_a_program_with_a_hold(sigma, timed, seed):
     assert code(found) == "L1 U1 L2 U2 L3 U3 L4 H4 U4"
     assert found[0].start == 0
     assert found[-1].stop == len(q)
-    assert all(a.stop == b.start for a, b in zip(found[:-1], found[1:], strict=True))
+    assert all(a.stop == b.start for a, b in pairwise(found))
     # A corner is found to within the samples that noise can hide: 0.05 mm lie between two samples.
     reach = 2 + int(8 * sigma / 0.05)
     assert np.abs(np.array([b.stop - 1 for b in found]) - corners).max() <= reach
@@ -92,12 +94,12 @@ def test_any_signal_is_covered_without_gap_or_overlap(seed):
     found = segment(q, np.cumsum(rng.exponential(size=n) + 1e-9) if seed % 2 else None)
     covered = np.concatenate([np.arange(b.start, b.stop) for b in found])
     np.testing.assert_array_equal(covered, np.arange(n))
-    assert all(b.cycle - a.cycle in (0, 1) for a, b in zip(found[:-1], found[1:], strict=True))
+    assert all(b.cycle - a.cycle in (0, 1) for a, b in pairwise(found))
 
 
 @pytest.mark.parametrize("sigma", [0.5, 5.0, 20.0])
 def test_noise_of_force_and_displacement_is_found(sigma):
-    """Estimates from some 400 samples scatter by 7 % (variance of difference estimators); 25 % is 3.5 sigma."""
+    """Estimates from 400 samples scatter by 7 % (variance of difference estimators): 25 % is 3.5 sigma."""
     t, q, _ = program(*LEGS)
     for seed in range(5):
         rng = np.random.default_rng(seed)

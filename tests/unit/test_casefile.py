@@ -1,0 +1,498 @@
+"""Case files: every key is validated, every error says what, where, what was expected, the nearest."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bushcli.casefile import Case, load_case, resolved
+from bushcli.errors import CaseError, InputError
+
+CASE = """
+title = "plain bushing"
+
+[geometry]
+shape = "plain"
+inner_radius = 12.0
+outer_radius = 22.0
+length = 40.0
+
+[geometry.inner_sleeve]
+thickness = 3.0
+
+[mesh]
+elements_across = 6
+
+[material]
+law = "yeoh"
+bulk_modulus = 2000.0
+[material.parameters]
+C10 = 0.5
+C20 = -0.05
+C30 = 0.01
+
+[[load_cases]]
+mode = "axial"
+amplitude = 8.0
+steps = 10
+
+[[load_cases]]
+mode = "torsional"
+path = [0, 30, -30]
+rate = 2
+
+[[recordings]]
+mode = "axial"
+file = "axial.csv"
+cycles = [3, 1]
+delimiter = "semicolon"
+
+[[coupons]]
+mode = "uniaxial"
+file = "tests/uniaxial.csv"
+columns = { stretch = 3, stress = "Spannung" }
+units = { strain = "percent" }
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "tests").mkdir()
+    (tmp_path / "axial.csv").touch()
+    (tmp_path / "tests" / "uniaxial.csv").touch()
+    return tmp_path
+
+
+def write(folder: Path, text: str | bytes = CASE) -> Path:
+    path = folder / "case.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def load(folder: Path, text: str | bytes = CASE, *overrides: str) -> Case:
+    return load_case(write(folder, text), overrides)
+
+
+def problems(folder: Path, text: str | bytes = CASE, *overrides: str) -> list[str]:
+    path = write(folder, text)
+    with pytest.raises(CaseError) as caught:
+        load_case(path, overrides)
+    assert caught.value.exit_code == 2
+    return [str(problem).replace(str(path), "case.toml") for problem in caught.value.problems]
+
+
+def outcome(path: Path, *overrides: str) -> tuple[Case | None, str]:
+    """The case, or the words with which it is refused; any other exception is a failure."""
+    try:
+        return load_case(path, overrides), ""
+    except CaseError as error:
+        return None, str(error)
+
+
+def test_a_case_is_read(folder):
+    case = load(folder)
+    assert case.title == "plain bushing"
+    assert (case.geometry.name, case.geometry.inner_radius) == ("plain", 12.0)
+    assert case.geometry.inner_sleeve.youngs_modulus == 70000.0
+    assert case.geometry.outer_sleeve is None
+    assert case.mesh.refinement.across == 6
+    assert case.mesh.refinement.along is None
+    assert case.material.parameters == {"C10": 0.5, "C20": -0.05, "C30": 0.01}
+    assert case.material.parameter_names == ("C10", "C20", "C30")
+    assert not case.needs_fit
+    axial, torsional = case.load_cases
+    assert (axial.path, axial.steps, axial.rate, axial.amplitude) == ((0.0, 8.0), 10, None, 8.0)
+    np.testing.assert_allclose(torsional.path, [0, math.pi / 6, -math.pi / 6])
+    assert torsional.rate == pytest.approx(math.radians(2))
+    assert torsional.steps == 20
+    recording, coupon = case.recordings[0], case.coupons[0]
+    assert (recording.file, recording.name) == (folder / "axial.csv", "axial")
+    assert (recording.cycles, recording.delimiter) == ((1, 3), ";")
+    assert coupon.columns == {"displacement": 3, "force": "Spannung"}
+    assert coupon.units == {"displacement": "percent"}
+
+
+def test_the_smallest_case_has_sensible_defaults(folder):
+    case = load(
+        folder,
+        '[geometry]\nshape = "coupon"\n[material]\nlaw = "gent"\nparameters = {mu = 1, Jm = 50}\n'
+        '[[load_cases]]\nmode = "uniaxial"\namplitude = 1\n',
+    )
+    assert case.title == "case"
+    assert case.material.bulk_modulus == math.inf
+    assert case.load_cases[0].steps == 20
+    assert case.recordings == case.coupons == ()
+
+
+def test_a_path_starts_at_rest(folder):
+    case = load(folder, CASE, "load_cases.0={mode = 'axial', path = [2, -2]}")
+    assert case.load_cases[0].path == (0.0, 2.0, -2.0)
+
+
+def test_a_program_may_be_a_file(folder):
+    case = load(folder, CASE, "load_cases.0={mode = 'axial', file = 'axial.csv'}")
+    assert case.load_cases[0].path == ()
+    assert case.load_cases[0].source.file == folder / "axial.csv"
+    assert resolved(case)["load_cases"][0] == {"mode": "axial", "steps": 20, "file": "axial.csv"}
+
+
+def test_channels_have_unique_names(folder):
+    second = '\n[[recordings]]\nmode = "axial"\nfile = "axial.csv"\n'
+    assert [r.name for r in load(folder, CASE + second).recordings] == ["axial", "axial_2"]
+    named = problems(folder, CASE + second + 'name = "axial"\n')
+    assert named == ['case.toml: recordings[1].name = "axial" is the name of another channel']
+
+
+def test_resolved_is_json_in_the_units_of_the_case_file(folder):
+    shown = resolved(load(folder, CASE, "material.bulk_modulus=inf"))
+    assert json.loads(json.dumps(shown, allow_nan=False)) == shown
+    assert shown["material"]["bulk_modulus"] == "inf"
+    assert shown["load_cases"][1] == {"mode": "torsional", "steps": 20, "path": [0, 30, -30], "rate": 2}
+    assert shown["geometry"]["shape"] == "plain"
+    assert shown["geometry"]["inner_sleeve"]["poissons_ratio"] == 0.33
+    assert shown["recordings"][0]["file"] == "axial.csv"
+    assert shown["coupons"][0]["file"] == "tests/uniaxial.csv"
+    assert shown["mesh"] == {"elements_across": 6, "elements_along": None, "elements_around": None}
+
+
+def test_a_case_without_parameters_needs_a_fit(folder):
+    case = load(folder, CASE, "material.parameters={}")
+    assert case.needs_fit
+    assert case.material.parameter_names == ("C10", "C20", "C30")
+    without = problems(folder, CASE, "material={law = 'yeoh'}", "coupons=[]", "recordings=[]")
+    assert "material.parameters are not given, and there are no coupons" in without[0]
+    assert "(C10, C20, C30; or [[coupons]])" in without[0]
+
+
+def test_terms_choose_the_parameters_to_fit(folder):
+    case = load(folder, CASE, "material={law = 'ogden', terms = 2}")
+    assert case.material.parameter_names == ("mu1", "alpha1", "mu2", "alpha2")
+    two = load(folder, CASE, "material={law = 'ogden', parameters = {mu1 = 0.4, alpha1 = 2.0}}")
+    assert two.material.parameter_names == ("mu1", "alpha1")
+    assert "ogden has 1 to 3" in problems(folder, CASE, "material={law = 'ogden', terms = 4}")[0]
+    assert "has no terms" in problems(folder, CASE, "material={law = 'yeoh', terms = 1}")[0]
+    assert "material.terms" in problems(folder, CASE, "material.law=ogden", "material.terms=1")[0]
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        (
+            "material.law=yeho",
+            'material.law = "yeho" is not a law; did you mean "yeoh"? '
+            "(arruda_boyce, gent, mooney_rivlin, neo_hookean, ogden, yeoh)",
+        ),
+        ("geometry.shape=plane", 'geometry.shape = "plane" is not a shape; did you mean "plain"?'),
+        ("geometry.legnth=38", 'is not a key of [geometry] with shape "plain"; did you mean "length"?'),
+        ("geometri.length=38", 'geometri is not a key of a case file; did you mean "geometry"?'),
+        ("geometry.length=0", "geometry.length = 0 must be greater than 0"),
+        ("geometry.length=-3.5", "geometry.length = -3.5 must be greater than 0"),
+        ("geometry.length=true", "geometry.length = true is not a number"),
+        ("geometry.length=38mm", 'geometry.length = "38mm" is not a number'),
+        ("geometry.length=38,5", 'geometry.length = "38,5" is not a number'),
+        ("geometry.length=[38]", "geometry.length = [38] is not a number"),
+        ("geometry.length=1979-05-27", "geometry.length = 1979-05-27 is not a number"),
+        ("geometry.length=nan", "geometry.length = nan is not a number to compute with"),
+        ("geometry.length=-inf", "geometry.length = -inf is not a number to compute with"),
+        (
+            "geometry.length=1" + "0" * 200,
+            "geometry.length = a number of more than 20 digits is not a number",
+        ),
+        ("geometry.inner_radius=22", "inner_radius"),
+        ("geometry=5", "geometry = 5 is not a table of keys"),
+        ("geometry.inner_sleeve=rigid", 'geometry.inner_sleeve = "rigid" is not a table of keys'),
+        (
+            "geometry.outer_sleeve.youngs_modulus=1",
+            "geometry.outer_sleeve.thickness is missing (radial thickness",
+        ),
+        ("geometry.inner_sleeve.poissons_ratio=0.5", "must be less than 0.5"),
+        ("mesh.elements_across=1", "mesh.elements_across = 1 must be at least 2"),
+        ("mesh.elements_across=6.5", "mesh.elements_across = 6.5 is not a whole number"),
+        ("mesh.elements_acros=6", 'did you mean "elements_across"?'),
+        ("material.bulk_modulus=0", "material.bulk_modulus = 0 must be greater than 0"),
+        ("material.bulk_modulus=nan", "material.bulk_modulus = nan is not a number to compute with"),
+        (
+            "material.parameters.C1=1",
+            'material.parameters.C1 is not a parameter of yeoh; did you mean "C10"?',
+        ),
+        ("material.parameters.C10=-0.5", "material.parameters.C10 = -0.5 is out of bounds ("),
+        ("material.parameters.C10=soft", 'material.parameters.C10 = "soft" is not a number'),
+        ("material.parameters={C10=1,C20=0}", "material.parameters.C30 is missing (yeoh:"),
+        ("material.parameters=[1,2]", "material.parameters = [1, 2] is not a table of keys"),
+        ("load_cases.0.mode=axail", 'load_cases[0].mode = "axail" is not a mode; did you mean "axial"?'),
+        (
+            "load_cases[0].mode=uniaxial",
+            'is a mode of a coupon, but shape "plain" is a bushing (axial, conical',
+        ),
+        (
+            "load_cases.0.amplitud=5",
+            'load_cases[0].amplitud is not a key of [[load_cases]]; did you mean "amplitude"',
+        ),
+        (
+            "load_cases.0.path=[0,1]",
+            "load_cases[0] has amplitude and path (give one of amplitude, path, file)",
+        ),
+        ("load_cases.0={mode='axial'}", "load_cases[0] has no program"),
+        ("load_cases.0={amplitude=1}", "load_cases[0].mode is missing"),
+        ("load_cases.0.amplitude=0", "load_cases[0].amplitude = 0.0 stands still"),
+        ("load_cases.0.steps=0", "load_cases[0].steps = 0 must be at least 1"),
+        (
+            "load_cases.0={mode='radial',amplitude=-10}",
+            "closes the gap between the sleeves (less than the rubber's",
+        ),
+        ("load_cases.1.path=[3]", "load_cases[1].path = [3] needs at least 2 entries"),
+        ("load_cases.1.path=[0,5,5]", "load_cases[1].path = [0.0, 5.0, 5.0] stands still"),
+        ("load_cases.1.path=[0,x]", 'load_cases[1].path = "[0,x]" is not a list'),
+        ("load_cases.1.path=[0,'x']", 'load_cases[1].path[1] = "x" is not a number'),
+        ("load_cases.1.path=[0,200]", "turns the sleeve by more than 180 degrees"),
+        ("load_cases.1.rate=0", "load_cases[1].rate = 0 must be greater than 0"),
+        ("load_cases={mode='axial'}", "load_cases is not a list of tables (write [[load_cases]])"),
+        ("load_cases=[1]", "load_cases[0] = 1 is not a table of keys (write [[load_cases]])"),
+        (
+            "recordings.0.file=axail.csv",
+            'recordings[0].file = "axail.csv" does not exist; did you mean "axial.csv"?',
+        ),
+        ("recordings.0.file=tests", 'recordings[0].file = "tests" is a directory'),
+        ("recordings.0.file=nowhere/x.csv", "does not exist"),
+        ("recordings.0.file=''", 'recordings[0].file = "" must not be empty'),
+        ("recordings.0.cycles=[0]", "recordings[0].cycles[0] = 0 must be at least 1"),
+        ("recordings.0.cycles=[]", "recordings[0].cycles = [] needs at least 1 entries"),
+        ("recordings.0.decimal=';'", 'recordings[0].decimal = ";" is not allowed (".", ",")'),
+        (
+            "recordings.0.units.force=kn",
+            'is not a unit of force for mode axial; did you mean "kN"? (N, kN, lbf)',
+        ),
+        ("recordings.0.units.displacement=deg", "is not a unit of displacement for mode axial"),
+        ("recordings.0.columns.force=0", "neither the name of a column nor its number, counted from 1"),
+        ("recordings.0.columns.weg=1", "recordings[0].columns.weg is not a key of"),
+        ("coupons.0.columns.strain=1", "is given twice, under two of its names"),
+        ("coupons.0.mode=axial", "is a mode of a bushing, but [[coupons]] is a coupon (equibiaxial, planar"),
+        ("effects=[{name='mullins'}]", 'no effect named "mullins" is available in this version'),
+        ("title=5", "title = 5 is not a text in quotes"),
+    ],
+)
+def test_each_mistake_is_told(folder, override, message):
+    """All that is found concerns the override, and is attributed to it."""
+    found = problems(folder, CASE, override)
+    assert any(message in problem for problem in found), found
+    assert all(problem.startswith((f"--set {override}: ", "case.toml: ")) for problem in found)
+    if "inner_radius" not in override:
+        assert found[0].startswith("--set")
+
+
+def test_the_same_mistake_in_the_file_names_the_file(folder):
+    found = problems(folder, CASE.replace('"yeoh"', '"yeho"'))
+    known = "arruda_boyce, gent, mooney_rivlin, neo_hookean, ogden, yeoh"
+    assert found == [f'case.toml: material.law = "yeho" is not a law; did you mean "yeoh"? ({known})']
+
+
+def test_all_mistakes_are_told_together(folder):
+    text = CASE.replace("length", "lenght").replace("0.5", '"0.5"').replace("axial.csv", "axail.csv")
+    text = text.replace("steps = 10", "steps = 1.5").replace("[mesh]", "[meshes]")
+    found = "\n".join(problems(folder, text))
+    for key in (
+        "geometry.lenght",
+        "geometry.length",
+        "material.parameters.C10",
+        "load_cases[0].steps",
+        "meshes",
+    ):
+        assert key in found
+    assert "recordings[0].file" in found
+
+
+def test_volumetric_needs_a_compressible_rubber(folder):
+    text = CASE.replace('"uniaxial"', '"volumetric"')
+    assert load(folder, text).coupons[0].mode == "volumetric"
+    found = problems(folder, text, "material.bulk_modulus=inf")
+    assert 'coupons[0].mode = "volumetric" needs a finite material.bulk_modulus' in found[0]
+
+
+def test_an_unstable_rubber_is_refused(folder):
+    found = problems(folder, CASE, "material={law = 'mooney_rivlin', parameters = {C10 = 0.1, C01 = -0.3}}")
+    # mu = 2 (C10 + C01) = -0.4 MPa; depending on the law's bounds one of the two is told.
+    assert "initial shear modulus of -0.4 MPa" in found[0] or "out of bounds" in found[0]
+
+
+def test_leftover_parameters_of_another_law_are_explained(folder):
+    found = problems(folder, CASE, "material.law=neo_hookean")
+    assert "material.parameters.C20 is not a parameter of neo_hookean" in found[0]
+    assert found[-1].startswith("--set material.law=neo_hookean: changes the law, but")
+    assert "also give --set material.parameters={...}" in found[-1]
+    case = load(folder, CASE, "material.law=neo_hookean", "material.parameters={C10=0.4}")
+    assert case.material.parameters == {"C10": 0.4}
+
+
+def test_overrides_change_and_create(folder):
+    case = load(
+        folder,
+        CASE,
+        "geometry.length = 38",
+        "load_cases[0].amplitude=5",
+        "load_cases.1.steps=7",
+        "geometry.outer_sleeve.thickness=2",
+        "title=a = b",
+        "material.bulk_modulus=inf",
+    )
+    assert case.geometry.length == 38.0
+    assert case.load_cases[0].amplitude == 5.0
+    assert case.load_cases[1].steps == 7
+    assert case.geometry.outer_sleeve.thickness == 2.0
+    assert case.title == "a = b"
+    assert case.material.bulk_modulus == math.inf
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("geometry.length", "is not KEY=VALUE (e.g. geometry.length=38)"),
+        ("=5", "is not KEY=VALUE"),
+        ("", "is not KEY=VALUE"),
+        ("geometry..length=5", "is not KEY=VALUE"),
+        ("geometry[=5", "is not KEY=VALUE"),
+        ("load_cases.5.amplitude=1", "load_cases[5] does not exist (load_cases has entries 0 to 1)"),
+        ("recordings[1].file=x", "recordings[1] does not exist (recordings has one entry, 0)"),
+        (
+            "load_cases.amplitude=1",
+            "load_cases is a list (give the number of the entry: load_cases.0.amplitude)",
+        ),
+        ("effects.0.name=x", "the case has no effects"),
+        ("geometry.length.x=1", "geometry.length = 40.0 has no keys"),
+    ],
+)
+def test_impossible_overrides(folder, override, message):
+    found = problems(folder, CASE, override)
+    assert message in found[0]
+    assert found[0].startswith(f"--set {override}:")
+
+
+def test_a_line_break_cannot_smuggle_in_keys(folder):
+    assert load(folder, CASE, "title=1\nfoo = 2").title == "1\nfoo = 2"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[geometry]\nshape = "plain"\nlength = 4,0\n', "case.toml:3:11: is not valid TOML"),
+        ("[geometry]\nlength = \n", "case.toml:2:10: is not valid TOML: Invalid value (in: length =)"),
+        ("a = 1\na = 2\n", "case.toml:2:6: is not valid TOML: Cannot overwrite a value"),
+        ("[geometry\n", "case.toml:1:10: is not valid TOML"),
+        ('a = 1\ntitle = "open', "case.toml:2:14: is not valid TOML: Unterminated string (in: title"),
+        (b"title = '\xff\xfe'\n", "case.toml:1: is not UTF-8 text"),
+        ("x = " + "[" * 5000, "case.toml: is not valid TOML"),
+        ("x = 1" + "0" * 5000, "case.toml: is not valid TOML"),
+        ("", "case.toml: [geometry] is missing"),
+    ],
+)
+def test_what_is_no_case_file(folder, text, message):
+    assert problems(folder, text)[0].startswith(message)
+
+
+def test_a_byte_order_mark_is_no_mistake(folder):
+    assert load(folder, b"\xef\xbb\xbf" + CASE.encode()).title == "plain bushing"
+
+
+def test_files_that_are_none(folder):
+    write(folder)
+    with pytest.raises(InputError, match=r'no such case file; did you mean "case.toml"\? \(case.toml\)'):
+        load_case(folder / "cas.toml")
+    with pytest.raises(InputError, match=r"is a directory \(a case file, such as .*case.toml\)"):
+        load_case(folder)
+    with pytest.raises(InputError, match="no such case file"):
+        load_case(folder / "nowhere" / "case.toml")
+    with pytest.raises(InputError, match="cannot be read"):
+        load_case("a\0b")
+
+
+def test_a_case_is_found_from_any_directory(folder, monkeypatch):
+    write(folder)
+    monkeypatch.chdir(folder.parent)
+    case = load_case(Path(folder.name) / "case.toml")
+    assert case.recordings[0].file.is_file()
+
+
+VALUES = [
+    "-1",
+    "0",
+    "1e400",
+    "nan",
+    "inf",
+    "true",
+    '""',
+    '"x"',
+    "[]",
+    "{}",
+    "[[]]",
+    "{a = 1}",
+    "1979-05-27",
+    "-0.0",
+]
+VALUES += [
+    "99999999999999999999999",
+    "1e-320",
+    "'\\u0000'",
+    "[nan]",
+    "[1, 'a', {}]",
+    "0x10",
+    "07:32:00",
+    '"\\u0000"',
+]
+KEYS = [
+    *("title", "geometry", "geometry.shape", "geometry.length", "geometry.inner_sleeve"),
+    *(
+        "geometry.inner_sleeve.grip",
+        "geometry.inner_sleeve.thickness",
+        "mesh",
+        "mesh.elements_across",
+        "material",
+    ),
+    *(
+        "material.law",
+        "material.bulk_modulus",
+        "material.parameters",
+        "material.parameters.C10",
+        "material.terms",
+    ),
+    *("load_cases", "load_cases.0", "load_cases.0.mode", "load_cases.0.amplitude", "load_cases.1.path"),
+    *("load_cases.1.rate", "load_cases.0.steps", "load_cases.0.file", "recordings", "recordings.0"),
+    *("recordings.0.file", "recordings.0.mode", "recordings.0.cycles", "recordings.0.columns", "effects"),
+    *(
+        "recordings.0.columns.force",
+        "recordings.0.units",
+        "recordings.0.units.force",
+        "recordings.0.delimiter",
+    ),
+    *("coupons", "coupons.0.mode", "coupons.0.units.strain", "load_cases.1.path.1", "recordings.0.name"),
+]
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_any_value_of_any_key_is_accepted_or_refused_but_never_crashes(folder, key):
+    """What is accepted must be JSON; what is refused must name the key's section."""
+    path = write(folder)
+    for value in VALUES:
+        case, error = outcome(path, f"{key}={value}")
+        if case is None:
+            assert key.partition(".")[0] in error
+        else:
+            json.dumps(resolved(case), allow_nan=False)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_damaged_case_files_are_refused_but_never_crash(folder, seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(20):
+        content = bytearray(CASE.encode())
+        for _ in range(rng.integers(1, 4)):
+            place = int(rng.integers(len(content)))
+            size = int(rng.integers(1, 20))
+            if rng.random() < 0.5:
+                del content[place : place + size]
+            else:
+                content[place:place] = rng.choice(
+                    [b"[", b"]", b"=", b'"', b"\n", b"\xff", b"\0", b"1e9", b"-", b"."]
+                )
+        case, error = outcome(write(folder, bytes(content)))
+        assert case is not None or "case.toml" in error
