@@ -134,7 +134,7 @@ class _Solver:
         self.x, self.b = model.create_vector(), model.create_vector()
         self.matrix = model.create_matrix()
         self.reactions = 0.0
-        self.force = 0.0
+        self.force = self.energy = 0.0
         self.q = 0.0
         # Where nothing is loaded yet the reactions vanish, and rounding leaves some 1e-13 mu over the body's face.
         self.floor = 1e-12 * _force_scale(model)
@@ -170,6 +170,10 @@ class _Solver:
         if not np.isfinite(norms[2]):
             return int(PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN)
         if norms[2] <= self.tolerance * self.reactions + self.floor:
+            # A locking law (Gent) has a residual beyond its limit too, but no energy there.
+            self.energy = self.model.energy()
+            if not np.isfinite(self.energy):
+                return int(PETSc.SNES.ConvergedReason.DIVERGED_FUNCTION_DOMAIN)
             return int(PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE)
         if iteration >= MAX_NEWTON:
             return int(PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT)
@@ -322,7 +326,7 @@ def _march(
             step = 0.5 * abs(goal - q)
             if step < smallest:
                 raise NotConverged(history(), float(target), reason, q)
-        rows.append((q, solver.force, model.energy(), newton))
+        rows.append((q, solver.force, solver.energy, newton))
         if keep_states:
             states.append(known.x[-1])
         if sensitivity.names:

@@ -31,7 +31,7 @@ LAW = Law(
     summary="W = -mu Jm/2 ln(1 - (I1 - 3)/Jm)",
     parameters=(
         Parameter("mu", "MPa", "initial shear modulus", 1.0, 1e-6, 1e3),
-        Parameter("Jm", "1", "largest I1 - 3, where the chains lock", 50.0, 0.1, 1e5),
+        Parameter("Jm", "1", "largest I1 - 3, where the chains lock", 100.0, 0.1, 1e5),
     ),
     energy=energy,
     shear_modulus=shear_modulus,
