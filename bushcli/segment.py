@@ -85,7 +85,7 @@ def segment(displacement: Array, time: Array | None = None) -> tuple[Branch, ...
     threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
     # Noise of more than a twentieth of the range leaves nothing to cut.
     threshold = min(threshold, 0.4 * span)
-    turns = _turning_points(displacement, threshold)
+    turns = _turning_points(displacement.tolist(), threshold)
     holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
     pieces = _merge(_pieces(len(displacement), turns, holds), displacement, threshold)
     return tuple(_named(pieces, displacement, threshold))
@@ -95,7 +95,7 @@ def _abscissa(displacement: Array, time: Array | None) -> Array:
     return np.arange(len(displacement), dtype=float) if time is None else time
 
 
-def _turning_points(q: Array, threshold: float) -> list[int]:
+def _turning_points(q: list[float], threshold: float) -> list[int]:
     """Return the samples at which the direction changes, by the zigzag rule."""
     turns: list[int] = []
     low = high = 0
@@ -121,12 +121,12 @@ def _turning_points(q: Array, threshold: float) -> list[int]:
 def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     """Return the holds as (start, stop)."""
     band = 2.0 * _HALF_BAND * sigma
-    holds, start, n = [], 0, len(q)
+    holds, start, n, values = [], 0, len(q), q.tolist()
     while start <= n - _SHORTEST_HOLD:
         stop = start
-        low = high = q[start]
-        while stop < n and max(high, q[stop]) - min(low, q[stop]) <= band:
-            low, high = min(low, q[stop]), max(high, q[stop])
+        low = high = values[start]
+        while stop < n and max(high, values[stop]) - min(low, values[stop]) <= band:
+            low, high = min(low, values[stop]), max(high, values[stop])
             stop += 1
         long = stop - start >= _SHORTEST_HOLD and _is_abrupt(q, x, start, stop, band)
         if long and _still(q[start:stop], x[start:stop], sigma):

@@ -47,6 +47,9 @@ class Source:
     decimal: Literal[".", ","] | None = None
     cycles: tuple[int, ...] | None = None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "file", Path(self.file))
+
     @property
     def label(self) -> str:
         """The channel's name."""

@@ -53,6 +53,9 @@ def column(table: TextTable, source: Source, mode: Mode, quantity: Quantity) -> 
 def _found(table: TextTable, mode: Mode, quantity: Quantity, measured: str) -> int | None:
     kinds = ("stretch", "strain") if measured == "strain" else (measured,)
     quality = [max(match_quality(name, kind) for kind in kinds) if name else 0 for name in table.names]
+    if not any(table.names):
+        # A row of units alone tells as much as it is unambiguous.
+        quality = [int((unit_of(unit) or ("",))[0] == measured) for unit in table.units]
     best = [i for i, q in enumerate(quality) if q == max(quality) > 0]
     if len(best) == 1:
         return best[0]

@@ -27,6 +27,8 @@ _NUMBER = {
 #: What programs write for a value that is none; it belongs to the table, so that it is refused by line and
 #: column.
 _NO_NUMBER = re.compile(r"[+-]?(nan|inf|infinity|-?1[.,]#\w+|#n/a|#nv|n/a|null)", re.IGNORECASE)
+#: A slip or a code for an error; far below the largest float, so that products of measured values stay finite.
+_LARGEST = 1e100
 _COMMENTS = ("#", "%", "//")
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
@@ -91,6 +93,8 @@ class TextTable:
             values[i] = _to_float(field, self.decimal)
             if not np.isfinite(values[i]):
                 raise self._refused(i, column, f"{field} is not a finite number")
+            if abs(values[i]) > _LARGEST:
+                raise self._refused(i, column, f"{field} is no measurement")
         return values
 
     def _refused(self, row: int, column: int, what: str) -> RecordingError:
