@@ -6,7 +6,6 @@ empty, or the file is refused with the line.
 
 from __future__ import annotations
 
-import codecs
 import csv
 import re
 from collections import Counter
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
+from bushcli.recording.decode import decoded
 from bushcli.recording.header import is_units_row
 
 _NUMBER = {
@@ -27,16 +27,10 @@ _NUMBER = {
 #: What programs write for a value that is none; it belongs to the table, so that it is refused by line and
 #: column.
 _NO_NUMBER = re.compile(r"[+-]?(nan|inf|infinity|-?1[.,]#\w+|#n/a|#nv|n/a|null)", re.IGNORECASE)
-#: A slip or a code for an error; far below the largest float, so that products of measured values stay finite.
+#: A slip or a code for an error; far below the largest float, so that products of measured values stay
+#: finite.
 _LARGEST = 1e100
 _COMMENTS = ("#", "%", "//")
-_BOMS = (
-    (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF32_LE, "utf-32"),  # before UTF-16, whose mark it begins with
-    (codecs.BOM_UTF32_BE, "utf-32"),
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-)
 
 
 @dataclass(frozen=True)
@@ -127,7 +121,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     RecordingError
         When the file cannot be read, has no table of numbers, or has a line that does not fit.
     """
-    lines = _lines(_decoded(path))
+    lines = _lines(decoded(path))
     body = [line for line in lines if not line.comment]
     delimiter, decimal = _dialect(path, body, delimiter, decimal)
     split = [_split(line.text, delimiter) for line in body]
@@ -149,36 +143,6 @@ def _to_float(field: str, decimal: str) -> float:
         return float(text)
     except ValueError:
         return float("nan")
-
-
-def _decoded(path: Path) -> str:
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        raise RecordingError(Problem(str(path), "no such file")) from None
-    except IsADirectoryError:
-        raise RecordingError(Problem(str(path), "is a directory", expected="a CSV file")) from None
-    except (OSError, ValueError) as error:
-        raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None
-    encodings = [encoding for mark, encoding in _BOMS if content.startswith(mark)][:1] or [
-        "utf-8",
-        "cp1252",
-        "latin-1",
-    ]
-    text = ""
-    for encoding in encodings:
-        try:
-            text = content.decode(encoding)
-            break
-        except UnicodeDecodeError:
-            continue
-    if "\0" in text or (content and not text):
-        raise RecordingError(
-            Problem(str(path), "is not a text file", expected="CSV in UTF-8, Latin-1, or UTF-16 with BOM")
-        )
-    if not text.strip():
-        raise RecordingError(Problem(str(path), "is empty"))
-    return text
 
 
 def _lines(text: str) -> list[Line]:
