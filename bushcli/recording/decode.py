@@ -1,4 +1,4 @@
-"""Bytes -> text: UTF-8, UTF-16 or UTF-32 by byte-order mark, else UTF-8, else the Latin of Western test rigs."""
+"""Bytes -> text: UTF-8, UTF-16 or UTF-32 by byte-order mark, else UTF-8, else Latin."""
 
 from __future__ import annotations
 
