@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
@@ -40,10 +39,8 @@ class Sensitivity:
         self.model = model
         self.names = tuple(names)
         self._rate = fem.Function(model.space)
-        energies = model.potential.parameter_energy
         self._forms = [
-            fem.form(ufl.derivative(energies[name], model.state, self._rate), jit_options=options())
-            for name in self.names
+            fem.form(model.potential.parameter_force(name, self._rate), jit_options=options()) for name in self.names
         ]
 
     def __call__(self, rate: Array) -> Array:

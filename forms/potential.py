@@ -1,15 +1,16 @@
 """Total energy of a body -> residual, tangent, and the energy's derivative with respect to any parameter.
 
-The energy is the only thing written down; everything else is derived from it by UFL.
+The energy is the only thing written down; everything else is derived from it by UFL (`forms.chain` says how).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import ufl
 
+from forms.chain import first_variation, second_variation
 from forms.kinematics import Kinematics
 from forms.law import Law, Scalar
 from forms.volumetric import mixed_energy
@@ -27,14 +28,15 @@ class Potential:
         Derivative of the energy with respect to the state: out-of-balance force (N) and volume (mm^3).
     tangent : UFL form, rank 2
         Derivative of the residual; symmetric.
-    parameter_energy : mapping
-        Parameter name -> UFL form, rank 0: derivative of the energy with respect to the parameter.
+    parameter_force : callable
+        ``parameter_force(name, direction)`` is a UFL form, rank 0: the work on a direction (a function of the
+        state's space) of the residual's derivative with respect to a law parameter or to "compliance".
     """
 
     energy: Scalar
     residual: Scalar
     tangent: Scalar
-    parameter_energy: Mapping[str, Scalar]
+    parameter_force: Callable[[str, Scalar], Scalar]
 
 
 def rubber_energy(
@@ -80,15 +82,21 @@ def potential(
     # `variable` marks what can be differentiated; without it UFL takes a constant for a constant.
     marked = {name: ufl.variable(value) for name, value in parameters.items()}
     marked_compliance = ufl.variable(compliance)
-    density = rubber_energy(strain, law, marked, pressure, marked_compliance) * strain.weight
+    marked_pressure = ufl.variable(pressure)
+    test, trial = ufl.TestFunction(state.function_space), ufl.TrialFunction(state.function_space)
+    density = rubber_energy(strain, law, marked, marked_pressure, marked_compliance) * strain.weight
+    measures = (*strain.measures, marked_pressure)
     energy = density * rubber
+    residual = first_variation(density, measures, state, test) * rubber
+    tangent = second_variation(density, measures, state, test, trial) * rubber
     for measure, (shear, bulk) in sleeves.items():
-        energy += sleeve_energy(strain, shear, bulk) * strain.weight * measure
-    residual = ufl.derivative(energy, state)
-    return Potential(
-        energy=energy,
-        residual=residual,
-        tangent=ufl.derivative(residual, state),
-        parameter_energy={name: ufl.diff(density, value) * rubber for name, value in marked.items()}
-        | {"compliance": ufl.diff(density, marked_compliance) * rubber},
-    )
+        metal = sleeve_energy(strain, shear, bulk) * strain.weight
+        energy += metal * measure
+        residual += first_variation(metal, strain.measures, state, test) * measure
+        tangent += second_variation(metal, strain.measures, state, test, trial) * measure
+
+    def parameter_force(name: str, direction: Scalar) -> Scalar:
+        parameter = marked_compliance if name == "compliance" else marked[name]
+        return first_variation(ufl.diff(density, parameter), measures, state, direction) * rubber
+
+    return Potential(energy, residual, tangent, parameter_force)
