@@ -1,0 +1,25 @@
+# docker build -t bushcli . && docker run --rm -v "$PWD:/case" bushcli direct case.toml -o out
+FROM debian:trixie-slim
+
+COPY setup/packages.txt /tmp/packages.txt
+RUN apt-get update \
+    && awk '!/^#/ && NF && $1 != "-" { print $1 }' /tmp/packages.txt \
+       | DEBIAN_FRONTEND=noninteractive xargs apt-get install -y --no-install-recommends \
+    && rm -rf /var/lib/apt/lists/*
+
+# A virtual environment of its own, because Debian's Python leaves installing to apt.
+COPY . /src
+RUN python3 -m venv --system-site-packages --without-pip /opt/bushcli \
+    && /opt/bushcli/bin/python -m pip install --no-cache-dir /src \
+    && rm -rf /src
+
+# The same settings as setup/venv.sh makes, for the same reasons.
+ENV PATH=/opt/bushcli/bin:$PATH \
+    OMP_NUM_THREADS=1 \
+    OMPI_ALLOW_RUN_AS_ROOT=1 \
+    OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 \
+    OMPI_MCA_btl=self,sm
+
+WORKDIR /case
+ENTRYPOINT ["bushcli"]
+CMD ["--help"]

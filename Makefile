@@ -1,0 +1,43 @@
+# bushcli: `make demo` and `make test` install what is missing and go. `make help` lists the rest.
+
+PYTEST_ARGS ?=
+IN := setup/enter
+CASE ?= examples/batch/case.toml
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint format bench install uninstall clean
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
+
+setup: ## install what is missing (a second when nothing is)
+	@bash setup/setup.sh
+
+demo: setup ## the main job on the bundled example: result and plots in out/
+	$(IN) bushcli direct $(CASE) -o out
+
+test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some of them
+	$(IN) python -m pytest $(PYTEST_ARGS)
+
+lint: setup ## ruff, mypy and the import rules
+	$(IN) ruff check .
+	$(IN) ruff format --check .
+	$(IN) mypy
+	$(IN) lint-imports
+
+format: setup ## put all files into the common format
+	$(IN) ruff check --fix --select I .
+	$(IN) ruff format .
+
+bench: setup ## measure the speed, beside other programs
+	$(IN) python -m benchmarks
+
+install: ## put bushcli on the PATH (~/.local/bin; as root /usr/local/bin; or BINDIR=...)
+	@bash setup/install.sh
+
+uninstall: ## take it off again
+	@bash setup/install.sh --remove
+
+clean: ## remove the environment of this checkout, results and caches
+	rm -rf .venv out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

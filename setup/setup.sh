@@ -1,0 +1,49 @@
+#!/bin/bash
+# Makes the environment of this checkout, the shortest way there is:
+#   python   a python3 that imports DOLFINx >= 0.9 (conda-forge, container, Debian 13) is used as it is
+#   apt      Debian or Ubuntu whose own packages carry DOLFINx >= 0.9
+#   root     anything else with apt-get: a Debian 13 root, entered with bubblewrap; the system stays as it is
+# Each way ends in .venv, with what PyPI has and the `enter` script. BUSHCLI_WAY=python|apt|root chooses.
+# Running it again is quick when nothing has changed, and finishes what was interrupted.
+#
+# With an argument: the same for an installed bushcli, which does not need the checkout any more, in that directory.
+set -euo pipefail
+# shellcheck source=setup/lib.sh
+source "$(dirname "$0")/lib.sh"
+# shellcheck source=setup/ways.sh
+source "$checkout/setup/ways.sh"
+# shellcheck source=setup/venv.sh
+source "$checkout/setup/venv.sh"
+venv=${1:-$checkout/.venv}
+
+# What the environment is made from. The settings of the checking tools, in the same file, do not matter here.
+made_from() {
+    { sed '/^\[tool\.ruff\]/,$d' "$checkout/pyproject.toml" && cat "$checkout"/setup/*; } | digest
+    printf '%s\n' "${BUSHCLI_WAY:-shortest}" "$checkout" "$home"
+    if (($# > 0)); then find "$checkout"/{bushcli,cases,forms,geometry,examples} -type f | sort | xargs sha256sum; fi
+}
+
+is_complete() {
+    [ -f "$venv/complete" ] && [ "$(<"$venv/complete")" = "$(made_from "$@")" ] && "$venv/enter" "$venv/bin/python" -c ''
+}
+
+is_complete "$@" 2>/dev/null && exit 0
+
+{ mkdir -p "$home" && : >>"$home/lock"; } 2>/dev/null ||
+    fail "cannot write in $home; choose another place with BUSHCLI_HOME=/path."
+[ -w "$checkout" ] || [ $# -gt 0 ] || fail "cannot write in $checkout, where .venv is to be."
+exec 9>>"$home/lock"
+if ! flock -n 9; then
+    say "another set-up is at work in $home; waiting for it to end"
+    flock 9
+    is_complete "$@" 2>/dev/null && exit 0
+fi
+trap 'say "interrupted; run it again to finish."; exit 130' INT TERM HUP
+: >"$log"
+
+choose_way # sets way
+say "$(describe)"
+"prepare_$way" # sets python and, for an isolated root, root
+make_venv "$@"
+made_from "$@" >"$venv/complete"
+say "ready after $SECONDS s"

@@ -1,0 +1,78 @@
+# The virtual environment and its `enter` script. Sourced by setup.sh.
+# shellcheck shell=bash disable=SC2154
+
+# What PyPI has, on top of what $python imports. Any argument: an ordinary installation, without the checking tools.
+make_venv() {
+    local options=(--system-site-packages) target=(-e "${checkout}[dev]") base="$python $root $checkout"
+    if (($# > 0)); then target=("$checkout"); fi
+    mkdir -p "$(dirname "$venv")"
+    need_space "$(dirname "$venv")" 500 "the virtual environment"
+    if [ "$(cat "$venv/base" 2>/dev/null)" != "$base" ]; then rm -rf "$venv"; fi
+    rm -f "$venv/complete"
+    mkdir -p "$venv"
+    write_enter
+    say "installing what PyPI has"
+    # Without a pip of its own where the interpreter's serves: three seconds less.
+    if "$venv/enter" "$python" -c 'import pip' 2>/dev/null; then options+=(--without-pip); fi
+    logged "$venv/enter" "$python" -m venv "${options[@]}" "$venv" ||
+        fail "$python cannot make a virtual environment in $venv; see $log."
+    "$venv/enter" "$python" "$checkout/setup/parent_paths.py" "$venv"
+    "$venv/enter" "$venv/bin/python" -c 'import gmsh' 2>>"$log" || target+=(gmsh)
+    logged "$venv/enter" "$venv/bin/python" -m pip install -q --disable-pip-version-check "${target[@]}" ||
+        fail "pip could not install what bushcli needs from PyPI: there is no network, or it wants a proxy" \
+            "(https_proxy) or another index (PIP_INDEX_URL). The whole story is in $log."
+    echo "$base" >"$venv/base"
+}
+
+quoted() { printf "'%s'" "${1//\'/\'\\\'\'}"; }
+
+# Writes $venv/enter, which runs a command in the environment: enter bushcli --help, enter mpirun -n 2 bushcli ...
+# Plain sh with every path written out, because it stands before each start of bushcli.
+write_enter() {
+    local bin dir overlay=
+    bin=$(quoted "$venv/bin")
+    {
+        echo '#!/bin/sh'
+        echo "# Runs a command in bushcli's environment. Written by setup/venv.sh; set-up writes it anew."
+        # One thread: the factorisations are too small for more to pay.
+        echo 'export OMP_NUM_THREADS="${OMP_NUM_THREADS:-1}"'
+        # Open MPI refuses to run as root, the usual user in a container, unless told so twice.
+        echo 'export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1'
+        if [ "$way" != python ]; then
+            # Ranks of one machine talk through shared memory; TCP is searched for otherwise, with warnings.
+            echo 'export OMPI_MCA_btl="${OMPI_MCA_btl:-self,sm}"'
+        fi
+        if [ -z "$root" ]; then
+            echo "export PATH=$bin:\"\$PATH\""
+            echo 'exec "$@"'
+        else
+            # / stays as it is, with all files of the user; the root's programs and their settings lie over it.
+            overlay="--ro-bind $(quoted "$root/usr") /usr --ro-bind $(quoted "$root/etc") /etc"
+            for dir in bin sbin lib lib64; do # a system from before the merger of / and /usr
+                if [ -d "/$dir" ] && [ ! -L "/$dir" ]; then overlay+=" --ro-bind $(quoted "$root/usr/$dir") /$dir"; fi
+            done
+            for dir in resolv.conf hosts passwd group pip.conf ssl/certs; do
+                overlay+=" --ro-bind-try /etc/$dir /etc/$dir"
+            done
+            cat <<END
+export PATH=$bin:/usr/local/bin:/usr/bin:/bin:/usr/sbin:/sbin
+[ "\$BUSHCLI_ROOT" = $(quoted "$root") ] && exec "\$@"
+if [ "\${OMPI_COMM_WORLD_SIZE:-\${PMI_SIZE:-1}}" -gt 1 ]; then
+    echo "bushcli: the mpirun of this system cannot start ranks of another one; use: bushcli-env mpirun ..." >&2
+    exit 2
+fi
+case \$PWD/ in /usr/* | /etc/*)
+    echo "bushcli: cannot work in \$PWD: /usr and /etc are not the system's own here; use another directory" >&2
+    exit 2 ;;
+esac
+# The system's libraries and modules are not those of the root.
+unset LD_LIBRARY_PATH LD_PRELOAD PYTHONHOME PYTHONPATH
+export BUSHCLI_ROOT=$(quoted "$root")
+# setpriv: ending bubblewrap also ends the command; its own --die-with-parent would not survive a logout either.
+exec bwrap --dev-bind / / $overlay setpriv --pdeathsig TERM "\$@"
+END
+        fi
+    } >"$venv/enter.new"
+    chmod +x "$venv/enter.new"
+    mv "$venv/enter.new" "$venv/enter"
+}

@@ -1,0 +1,90 @@
+# The three ways to DOLFINx. Sourced by setup.sh.
+# shellcheck shell=bash disable=SC2154,SC2046
+
+way=    # python, apt or root
+root=   # the isolated root, when there is one
+python= # the interpreter that imports DOLFINx, as seen from inside
+
+# An interpreter of this machine that imports DOLFINx.
+find_python() {
+    local candidate
+    for candidate in python3 /usr/bin/python3; do
+        python=$("$candidate" "$checkout/setup/has_dolfinx.py" 2>>"$log") && return
+    done
+    return 1
+}
+
+# DOLFINx among the machine's own packages.
+packaged() { LC_ALL=C apt-cache policy python3-dolfinx-real 2>/dev/null | awk '$1 == "Candidate:" { print $2 }'; }
+is_packaged() { dpkg --compare-versions "$(packaged)" ge 1:0.9~; }
+
+choose_way() {
+    case ${BUSHCLI_WAY:-} in
+    python) find_python || fail "BUSHCLI_WAY=python, but no python3 here imports a real-valued DOLFINx >= 0.9: see $log." ;;
+    apt | root) ;;
+    "") find_python || true ;;
+    *) fail "BUSHCLI_WAY=$BUSHCLI_WAY is not a way of setting up: python, apt or root." ;;
+    esac
+    if [ -n "${BUSHCLI_WAY:-}" ]; then
+        way=$BUSHCLI_WAY
+    elif [ -n "$python" ]; then
+        way=python
+    elif ! command -v apt-get >/dev/null; then
+        fail "this system has neither a python3 with DOLFINx >= 0.9 nor apt-get to install one." \
+            "\"conda env create -f environment.yml && conda activate bushcli\" brings one; or use the Dockerfile."
+    else
+        # A machine whose package lists were never fetched knows of no DOLFINx at all, not even an old one.
+        if [ -z "$(packaged)" ] && as_root true; then update_lists; fi
+        if is_packaged; then way=apt; else way=root; fi
+    fi
+}
+
+describe() {
+    case $way in
+    python) echo "using the DOLFINx of $python" ;;
+    apt) echo "installing DOLFINx $(packaged) and what it needs with apt-get (3 GB, about 2 minutes)" ;;
+    root) echo "no DOLFINx >= 0.9 on this system or in its packages: using an isolated Debian 13 root" ;;
+    esac
+}
+
+update_lists() { as_root apt-get update -q >>"$log" 2>&1 </dev/null || true; }
+
+apt_install() { # packages...
+    local install=(env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends
+        -o DPkg::Lock::Timeout=600)
+    ask_for_rights
+    as_root "${install[@]}" "$@" >>"$log" 2>&1 </dev/null && return
+    update_lists # lists older than the archive name files that it no longer has
+    logged as_root "${install[@]}" "$@" ||
+        fail "apt-get could not install $*. Is there a network? The whole story is in $log."
+}
+
+prepare_python() { :; }
+
+prepare_apt() {
+    need_space /usr 3500 "the finite-element stack"
+    apt_install $(debian_packages)
+    find_python || fail "apt-get has installed DOLFINx, but python3 cannot import it; see $log."
+}
+
+prepare_root() {
+    local key
+    key=$({ debian_packages && cat "$checkout/setup/build-root.sh"; } | digest)
+    root=$home/root-$key
+    if [ ! -f "$root/complete" ] && [ -f "$shared_home/root-$key/complete" ]; then root=$shared_home/root-$key; fi
+    python=/usr/bin/python3
+    if [ ! -f "$root/complete" ]; then
+        ask_for_rights
+        need_space "$home" 4000 "the Debian 13 root"
+        command -v debootstrap >/dev/null || apt_install debootstrap debian-archive-keyring
+    fi
+    command -v bwrap >/dev/null || apt_install bubblewrap
+    bwrap --dev-bind / / true 2>>"$log" ||
+        fail "bubblewrap cannot make a namespace here. A container has to be run with --privileged, or built from" \
+            "the Dockerfile; elsewhere unprivileged user namespaces are switched off. The whole story is in $log."
+    if [ ! -f "$root/complete" ]; then
+        say "building the Debian 13 root in $root (3 GB, about 3 minutes, once)"
+        as_root bash "$checkout/setup/build-root.sh" "$root" $(debian_packages) 3>>"$log" </dev/null ||
+            fail "the Debian 13 root could not be built; the whole story is in $log."
+    fi
+}

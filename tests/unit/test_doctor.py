@@ -1,0 +1,54 @@
+"""The doctor recognises what slows the program down or stops it."""
+
+from __future__ import annotations
+
+import pytest
+
+from bushcli.doctor import MODULES, blas_among, examine
+
+PYPI_NUMPY = "/venv/lib/python3.13/site-packages/numpy.libs/libscipy_openblas64_-ff651d7f.so"
+
+
+# Paths as the dynamic linker shows them in Debian 13 and in conda-forge environments.
+@pytest.mark.parametrize(
+    ("path", "kind"),
+    [
+        ("/usr/lib/x86_64-linux-gnu/openblas-pthread/libopenblasp-r0.3.29.so", "OpenBLAS"),
+        ("/usr/lib/x86_64-linux-gnu/blas/libblas.so.3.12.1", "reference"),
+        ("/opt/conda/envs/bushcli/lib/librefblas.so.3", "reference"),
+        ("/opt/conda/envs/bushcli/lib/libopenblasp-r0.3.28.so", "OpenBLAS"),
+        ("/opt/conda/envs/bushcli/lib/libmkl_core.so.2", "MKL"),
+        ("/usr/lib/x86_64-linux-gnu/libm.so.6", ""),
+    ],
+)
+def test_blas_is_named(path, kind):
+    assert blas_among([PYPI_NUMPY, path]) == kind
+
+
+def test_this_environment_has_everything():
+    found = examine()
+    missing = {f"no_{name}" for name in MODULES} | {"no_compiler", "old_dolfinx", "foreign_mpirun"}
+    assert [p for p in found.problems if p.name in missing] == []
+    assert found.facts["C compiler"].endswith("works")
+
+
+def test_missing_compiler_is_a_problem_with_a_remedy(monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    problem = next(p for p in examine().problems if p.name == "no_compiler")
+    assert "no-such-compiler" in problem.message
+    assert "gcc" in problem.remedy
+
+
+def test_unset_threads_are_a_problem(monkeypatch):
+    monkeypatch.delenv("OMP_NUM_THREADS")
+    assert "threads_not_set" in [p.name for p in examine().problems]
+
+
+def test_ranks_of_a_foreign_mpirun_are_a_problem(monkeypatch):
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "3")
+    assert "foreign_mpirun" in [p.name for p in examine().problems]
+
+
+def test_cache_is_reported_where_it_is(monkeypatch, tmp_path):
+    monkeypatch.setenv("BUSHCLI_CACHE", str(tmp_path))
+    assert examine().facts["form cache"].startswith(str(tmp_path))
