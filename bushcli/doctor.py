@@ -1,4 +1,4 @@
-"""What the program runs on, and what is wrong with it: versions, BLAS, MPI, compiler and cache of the forms."""
+"""What the program runs on, and what is wrong with it: versions, BLAS, MPI, compiler and compiled forms."""
 
 from __future__ import annotations
 

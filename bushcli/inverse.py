@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -20,13 +20,14 @@ from scipy.optimize import least_squares, lsq_linear
 from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
 from bushcli.curve import Curve
+from bushcli.errors import InputError, Problem, nearest
 from bushcli.recording import Recording, read_coupon
 from cases.march import NotConverged
 from cases.mode import modes
 from cases.model import Model
 from cases.simulate import Rubber, prepare, sweep
 from cases.stability import coupon_limits
-from forms.law import law
+from forms.law import law, laws
 from geometry.shape import shapes
 
 Array = NDArray[np.float64]
@@ -38,6 +39,8 @@ DENSE = 60
 RELATIVE_FLOOR = 0.05
 # Singular values of the column-scaled Jacobian below this share of the largest: a combination left undetermined.
 UNDETERMINED = 1e-3
+# Principal stretches that a bushing's rubber rarely leaves: instability within them is worth a word.
+USUAL_STRETCHES = (0.5, 2.0)
 # A bound counts as reached within this share of the distance between start value and bound.
 AT_BOUND = 1e-6
 
@@ -193,7 +196,7 @@ def fit_coupons(
     case: Case,
     model: str | None = None,
     *,
-    weighting: Weighting = "absolute",
+    weighting: Weighting = "relative",
     progress: Progress | None = None,
 ) -> Fit:
     """Identify a law on all coupon tests of a case together.
@@ -205,21 +208,27 @@ def fit_coupons(
     model
         Law to use instead of the case's.
     weighting
-        "absolute": the misfit in stress over the coupon's largest stress; "relative": over the stress itself.
+        "relative": the misfit in stress over the stress itself, which serves the moderate strains of a bushing;
+        "absolute": over the coupon's largest stress.
     progress
         Called after each evaluation.
 
     Raises
     ------
     InputError
-        A coupon file cannot be read.
-    ValueError
-        The case has no coupons, or the start cannot be solved.
+        The case has no coupons, one cannot be read, or the start cannot be solved.
+
     """
     begin = time.perf_counter()
     if not case.coupons:
-        raise ValueError(f"{case.path.name}: there are no [[coupons]] to fit a law to")
-    material = case.material if model in (None, case.material.law) else Material(str(model), case.material.bulk_modulus)
+        raise InputError(Problem(case.path.name, "there are no [[coupons]] to fit a law to"))
+    material = case.material
+    if model is not None and model != material.law:
+        material = Material(model, material.bulk_modulus)
+    if material.law not in laws():
+        raise InputError(
+            Problem("--model", f'"{material.law}" is not a law', nearest(material.law, laws()), ", ".join(laws()))
+        )
     chosen = law(material.law)
     names = material.parameter_names
     start = np.array([material.parameters.get(name, chosen.parameter(name).start) for name in names])
@@ -230,9 +239,14 @@ def fit_coupons(
     problem = _Problem(coupons, names, progress)
     start = _scaled(problem, start, lower, upper, [name in chosen.linear for name in names])
     if not np.isfinite(problem.evaluate(start)[0]).all():
-        raise ValueError(
-            f"{chosen.name} cannot be solved on these coupons from its start values "
-            f"({', '.join(f'{n} = {v:g}' for n, v in zip(names, start, strict=True))}): give others in [material.parameters]"
+        tried = ", ".join(f"{name} = {value:g}" for name, value in zip(names, start, strict=True))
+        raise InputError(
+            Problem(
+                case.path.name,
+                f"{chosen.name} cannot be solved on these coupons from {tried}",
+                "",
+                "other start values in [material.parameters]",
+            )
         )
     result = least_squares(
         lambda x: problem.evaluate(x)[0],
@@ -342,8 +356,6 @@ def _directions(slope: Array, x: Array, names: tuple[str, ...]) -> tuple[Array, 
 
 
 def _with_conditions(fit: Fit) -> Fit:
-    from dataclasses import replace
-
     found = []
     chosen = law(fit.material.law)
     tested = {curve.recording.mode for curve in fit.curves}
@@ -376,7 +388,7 @@ def _with_conditions(fit: Fit) -> Fit:
                     "choose another law, or leave out the part of the test that it cannot follow",
                 )
             )
-        elif np.isfinite(high) or low > 0:
+        elif high < max(USUAL_STRETCHES[1], largest or 0.0) or low > USUAL_STRETCHES[0]:
             found.append(
                 Condition(
                     "unstable_outside_data",

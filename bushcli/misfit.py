@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve import Curve
-from bushcli.direct import Simulated
+from bushcli.direct import Response, Simulated
 from bushcli.recording import Recording, force_noise
 
 Array = NDArray[np.float64]
 
 BAND = 0.10
+# A misfit of fewer samples says nothing.
+FEWEST = 5
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def misfit(channel: Simulated) -> Misfit:
     Raises
     ------
     ValueError
-        The channel has no recording, or the simulation reached fewer than three of its samples.
+        The channel has no recording, or the simulation reached too few of its samples.
     """
     recording = channel.recording
     if recording is None:
@@ -117,9 +119,30 @@ def misfit(channel: Simulated) -> Misfit:
     )
 
 
+def misfits(response: Response) -> dict[str, Misfit]:
+    """Misfit of every channel that has a recording and got far enough to be compared, by channel name."""
+    return {
+        channel.name: misfit(channel)
+        for channel in response.channels
+        if channel.recording is not None and np.count_nonzero(_reached(channel)) >= FEWEST
+    }
+
+
 def stiffness(curve: Curve) -> Stiffness:
     """Initial and secant stiffness of a curve."""
     return Stiffness(curve.initial_stiffness(), curve.secant_stiffness())
+
+
+def _slack(recording: Recording) -> float:
+    """How far beyond the simulated ends a recorded displacement may lie: noise, and a side left out."""
+    return 0.01 * float(np.ptp(recording.displacement))
+
+
+def _reached(channel: Simulated) -> NDArray[np.bool_]:
+    assert channel.recording is not None
+    q, slack = channel.recording.displacement, _slack(channel.recording)
+    simulated = channel.curve.displacement
+    return np.asarray((q >= simulated.min() - slack) & (q <= simulated.max() + slack))
 
 
 def _samples(recording: Recording, which: NDArray[np.bool_]) -> Curve:

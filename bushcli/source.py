@@ -36,6 +36,8 @@ class Source:
         Found out when None.
     cycles : tuple of int, optional
         1-based numbers of the cycles to use; all when None.
+    largest_stretch : float, optional
+        Points of a coupon beyond it are left out.
     """
 
     mode: str
@@ -46,6 +48,7 @@ class Source:
     delimiter: str | None = None
     decimal: Literal[".", ","] | None = None
     cycles: tuple[int, ...] | None = None
+    largest_stretch: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", Path(self.file))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cases.jit import options
 from cases.model import Model
+from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
 
@@ -82,3 +83,22 @@ def _stretch(model: Model, function: fem.Function) -> None:
     for name, tag in model.mesh.region.items():
         cells = model.mesh.cells.find(tag)
         function.x.array[cells] = principal_stretches(model, region=name)[:, 0, -1] if len(cells) else 1.0
+
+
+def write_mesh(mesh: NamedMesh, file: Path) -> None:
+    """Write a mesh with its region and boundary tags as XDMF.
+
+    Parameters
+    ----------
+    mesh
+        Named mesh.
+    file
+        Ends in .xdmf.
+    """
+    inner = mesh.mesh
+    inner.topology.create_connectivity(mesh.dimension - 1, mesh.dimension)
+    mesh.cells.name, mesh.facets.name = "regions", "boundaries"
+    with io.XDMFFile(inner.comm, file, "w") as out:
+        out.write_mesh(inner)
+        out.write_meshtags(mesh.cells, inner.geometry)
+        out.write_meshtags(mesh.facets, inner.geometry)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cases.jit import options
 from cases.model import Model
+from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
 
@@ -103,6 +104,27 @@ def surface(model: Model, displacement: float = 0.0) -> Surface | None:
     )
     keep = _outside(reference) if dimension == 3 else np.full(len(reference), True)
     return Surface(reference[keep], deformed[keep], stretch[keep], rubber[keep], displacement)
+
+
+def mesh_surface(mesh: NamedMesh) -> Surface | None:
+    """The same faces of a mesh that nothing is done to; collective, None except on rank 0."""
+    dimension = mesh.dimension
+    faces = np.array(_SECTION_FACES if dimension == 2 else _SOLID_FACES)
+    reference, rubber = [], []
+    for name, tag in mesh.region.items():
+        # Corners come first among a cell's nodes, in tensor-product order.
+        nodes = mesh.mesh.geometry.dofmap[mesh.cells.find(tag)][:, : 2**dimension]
+        x = mesh.mesh.geometry.x[nodes]
+        if dimension == 2:
+            x = x[..., [0, 2, 1]]
+        reference.append(x[:, faces].reshape(-1, 4, 3))
+        rubber.append(np.full(len(reference[-1]), name == "rubber"))
+    parts = mesh.mesh.comm.gather((np.concatenate(reference), np.concatenate(rubber)), root=0)
+    if parts is None:
+        return None
+    x, kind = (np.concatenate([part[i] for part in parts]) for i in range(2))
+    keep = _outside(x) if dimension == 3 else np.full(len(x), True)
+    return Surface(x[keep], x[keep], np.ones((int(keep.sum()), 4)), kind[keep], 0.0)
 
 
 def _corners(model: Model, cells: NDArray[np.int32], corners: Array) -> tuple[Array, Array]:

@@ -13,7 +13,14 @@ from pydantic import ValidationError
 from bushcli.casefile import checks
 from bushcli.casefile.case import Case, LoadCase, Material, MeshOptions
 from bushcli.casefile.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
-from bushcli.casefile.schema import LoadCaseTable, MaterialTable, MeshTable, RecordingTable, Table
+from bushcli.casefile.schema import (
+    CouponTable,
+    LoadCaseTable,
+    MaterialTable,
+    MeshTable,
+    RecordingTable,
+    Table,
+)
 from bushcli.errors import nearest
 from bushcli.source import UNITS, Quantity, Source, dimension
 from cases.mode import modes
@@ -190,7 +197,8 @@ class Builder:
         self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
     ) -> tuple[Source, ...]:
         sources: list[Source] = []
-        for table, keys in self._list(data, section, RecordingTable):
+        kind = CouponTable if section == "coupons" else RecordingTable
+        for table, keys in self._list(data, section, kind):
             known = self._mode(keys, table.mode, shape, "coupon" if section == "coupons" else None, material)
             file = self._file((*keys, "file"), table.file)
             units = self._units(keys, table) if known else {}
@@ -213,6 +221,7 @@ class Builder:
                     delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
                     decimal=table.decimal,
                     cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
+                    largest_stretch=table.largest_stretch if isinstance(table, CouponTable) else None,
                 )
             )
         return tuple(sources)

@@ -74,7 +74,7 @@ class LoadCase:
     rate : float, optional
         mm/s or rad/s along the path; None = time plays no part.
     steps : int
-        Steps from one point of the path to the next.
+        Steps on the longest segment of the path; the others get their share.
     source : Source, optional
         File with the program, for `bushcli.recording.read_program`.
     """
@@ -192,7 +192,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "delimiter": source.delimiter,
         "decimal": source.decimal,
         "cycles": list(source.cycles) if source.cycles else None,
-    }
+    } | ({} if source.largest_stretch is None else {"largest_stretch": source.largest_stretch})
 
 
 def _relative(file: Path, folder: Path) -> str:

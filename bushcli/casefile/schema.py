@@ -63,7 +63,7 @@ class LoadCaseTable(Table):
     )
     rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s")
     file: Name | None = Field(default=None, description="CSV with the path of the displacement")
-    steps: int = Field(default=20, ge=1, le=100_000, description="steps from one point to the next")
+    steps: int = Field(default=20, ge=1, le=100_000, description="steps on the longest segment of the path")
 
 
 class ColumnsTable(Table):
@@ -87,7 +87,7 @@ class UnitsTable(Table):
 
 
 class RecordingTable(Table):
-    """``[[recordings]]`` and ``[[coupons]]``."""
+    """``[[recordings]]``."""
 
     mode: str = Field(description="a mode, see bushcli list modes")
     file: Name = Field(description="CSV file, relative to the case file")
@@ -97,3 +97,11 @@ class RecordingTable(Table):
     delimiter: Literal[",", ";", "\t", " ", "comma", "semicolon", "tab", "space"] | None = None
     decimal: Literal[".", ","] | None = None
     cycles: list[Annotated[int, Field(ge=1)]] | None = Field(default=None, min_length=1)
+
+
+class CouponTable(RecordingTable):
+    """``[[coupons]]``."""
+
+    largest_stretch: float | None = Field(
+        default=None, gt=0, description="points beyond this stretch are left out of the fit"
+    )

@@ -73,6 +73,13 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
     if np.ptp(force) == 0.0:
         what = f"{table.label(index)} is {table.rows[0][index]} throughout: was the sensor connected?"
         raise RecordingError(Problem(str(table.path), what))
+    if source.largest_stretch is not None:
+        kept = displacement <= source.largest_stretch - 1.0
+        if np.count_nonzero(kept) < fewest:
+            what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
+            raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
+        displacement, force = displacement[kept], force[kept]
+        time = None if time is None else time[kept]
     recording = Recording(mode.name, displacement, force, time, name=source.label, source=source.file)
     return recording if whole or source.cycles is None else select_cycles(recording, source.cycles)
 
