@@ -46,7 +46,13 @@ class Run:
     """Options that every command on a case shares."""
 
     def __init__(
-        self, case: Path, overrides: tuple[str, ...], output: Path | None, json: bool, quiet: bool, verbose: bool
+        self,
+        case: Path,
+        overrides: tuple[str, ...],
+        output: Path | None,
+        json: bool,
+        quiet: bool,
+        verbose: bool,
     ) -> None:
         self.path, self.overrides, self.output = case, overrides, output
         self.json, self.quiet, self.verbose = json, quiet, verbose
@@ -85,7 +91,9 @@ class Run:
         from rich.console import Console
 
         terminal = sys.stdout.isatty()
-        console = Console(width=None if terminal else 120, highlight=False, no_color=None if terminal else True)
+        console = Console(
+            width=None if terminal else 120, highlight=False, no_color=None if terminal else True
+        )
         for renderable in renderables:
             console.print(renderable)
 
@@ -108,8 +116,20 @@ def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
     """Give a command the CASE argument and the common options, and turn its errors into exit codes."""
 
     @click.argument("case", type=click.Path(path_type=Path))
-    @click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Override a key of the case file, e.g. geometry.length=38.")
-    @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="DIR", help="Write result.json, report.html, curves, plots and fields there.")
+    @click.option(
+        "--set",
+        "overrides",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help="Override a key of the case file, e.g. geometry.length=38.",
+    )
+    @click.option(
+        "-o",
+        "--output",
+        type=click.Path(path_type=Path),
+        metavar="DIR",
+        help="Write result.json, report.html, curves, plots and fields there.",
+    )
     @click.option("--json", is_flag=True, help="The result as JSON on stdout, nothing else there.")
     @click.option("-q", "--quiet", is_flag=True, help="No narration and no progress.")
     @click.option("-v", "--verbose", is_flag=True, help="Say more: every step of the march.")
@@ -258,9 +278,15 @@ def _fit(run: Run, case: Case, model: str | None, weighting: str) -> Fit:
 
 @main.command()
 @weighted
-@click.option("--mesh-check", is_flag=True, help="Solve again on a finer mesh and say how well the curves are converged.")
+@click.option(
+    "--mesh-check",
+    is_flag=True,
+    help="Solve again on a finer mesh and say how well the curves are converged.",
+)
 @click.option("--no-fields", is_flag=True, help="With -o: no field files (they are the largest).")
-@click.option("--strict", is_flag=True, help="Exit 1 when a simulated curve is not within 10 % of its recording.")
+@click.option(
+    "--strict", is_flag=True, help="Exit 1 when a simulated curve is not within 10 % of its recording."
+)
 @on_a_case
 def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: bool) -> int:
     """Predict the curves of CASE and correlate them with its recordings.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +13,11 @@ from mpi4py import MPI
 from bushcli.casefile import Case, LoadCase, Material
 from bushcli.condition import Condition
 from bushcli.curve import Curve
+from bushcli.errors import InputError, Problem
 from bushcli.recording import Recording, read_program, read_recording
 from cases.fields import write_fields
 from cases.march import Attempt, History, NotConverged, march
+from cases.march import Progress as StepProgress
 from cases.mode import modes
 from cases.model import Model
 from cases.program import Program, path
@@ -23,7 +25,7 @@ from cases.simulate import Rubber, even_targets, prepare, sweep
 from cases.stability import stable
 from cases.stretches import Surface, principal_stretches, surface
 from forms.law import law
-from geometry.shape import Refinement
+from geometry.ring import Ring
 
 # Steps on the longer side of a recording's range: a cubic spline through them is exact to 0.01 % of the
 # force.
@@ -140,39 +142,15 @@ def predict(
     InputError
         A recording cannot be read.
     """
-    rubber = rubber_of(material or case.material)
     # All input is read before anything is solved: a bad file must not cost a march.
     recordings = [read_recording(source) for source in case.recordings]
-    programs = [(load, _program(load)) for load in case.load_cases]
-    channels = []
-    for number, (load, program) in enumerate(programs):
-        name = (
-            load.mode
-            if sum(other.mode == load.mode for other, _ in programs) == 1
-            else f"{load.mode}-{number + 1}"
-        )
-        if any(name == recording.name for recording in recordings):
-            name = f"{name}-program"
-        channels.append(
-            _simulate(case, rubber, load.mode, name, program, None, mesh_check, fields, progress, comm)
-        )
-    for recording in recordings:
-        channels.append(
-            _simulate(
-                case,
-                rubber,
-                recording.mode,
-                recording.name,
-                None,
-                recording,
-                mesh_check,
-                fields,
-                progress,
-                comm,
-            )
-        )
-    found = tuple(condition for channel in channels for condition in _conditions(channel, case))
-    return Response(case, material or case.material, tuple(channels), found)
+    _check_travel(case, recordings)
+    channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
+    channels += [_recorded(recording) for recording in recordings]
+    run = _Run(case, rubber_of(material or case.material), mesh_check, fields, progress, comm)
+    simulated = tuple(run.simulate(channel) for channel in channels)
+    found = tuple(condition for channel in simulated for condition in _conditions(channel))
+    return Response(case, material or case.material, simulated, found)
 
 
 def rubber_of(material: Material) -> Rubber:
@@ -180,82 +158,129 @@ def rubber_of(material: Material) -> Rubber:
     return Rubber(law(material.law), dict(material.parameters), material.bulk_modulus)
 
 
-def _program(load: LoadCase) -> Program:
+@dataclass(frozen=True)
+class _Channel:
+    """What is to be simulated: a program to follow, or the range of a recording to cover."""
+
+    name: str
+    mode: str
+    march: Callable[[Model, bool, StepProgress], History]
+    recording: Recording | None = None
+
+
+def _prescribed(case: Case, load: LoadCase, number: int) -> _Channel:
     if load.source is not None:
         times, displacement = read_program(load.source)
-        return Program(displacement, times)
-    return path(load.path, load.steps, load.rate)
-
-
-def _simulate(
-    case: Case,
-    rubber: Rubber,
-    mode: str,
-    name: str,
-    program: Program | None,
-    recording: Recording | None,
-    mesh_check: bool,
-    fields: Path | None,
-    progress: Progress | None,
-    comm: MPI.Comm,
-) -> Simulated:
-    """March one channel: along the program, or over the range of the recording."""
-
-    def report(step: int, steps: int, newton: int, q: float) -> None:
-        if progress is not None:
-            progress(name, step, steps, newton, q)
-
-    def run(model: Model, keep: bool) -> History:
-        if program is not None:
-            return march(model, program, keep_states=keep, progress=report)
-        assert recording is not None
-        low, high = min(0.0, recording.displacement.min()), max(0.0, recording.displacement.max())
-        targets = even_targets(low, high, RECORDING_STEPS)
-        return sweep(model, targets, keep_states=keep, progress=report)
-
-    begin = time.perf_counter()
-    model = prepare(case.geometry, modes()[mode], rubber, case.mesh.refinement, comm)
-    ready = time.perf_counter()
-    stopped, reach, target = "", 0.0, 0.0
-    try:
-        history = run(model, keep=True)
-        target = reach = float(history.displacement[np.argmax(np.abs(history.displacement))])
-    except NotConverged as failure:
-        history, stopped = failure.history, failure.reason
-        reach, target = failure.last, failure.target
-    done = time.perf_counter()
-    stretches, unstable = _stability(model, history, rubber)
-    picture = _picture(model, history)
-    if fields is not None and history.states is not None:
-        write_fields(model, history.displacement, history.states, fields / f"{name}.xdmf")
-    curve = Curve(mode, *_two_points(history), history.time if len(history.displacement) > 1 else None)
-    error = None
-    if mesh_check and not stopped:
-        fine = _finer(case.mesh.refinement, model)
-        error = _mesh_error(curve, run(prepare(case.geometry, modes()[mode], rubber, fine, comm), keep=False))
-    return Simulated(
-        name=name,
-        mode=mode,
-        curve=curve,
-        recording=recording,
-        attempts=history.attempts,
-        stopped=stopped,
-        reach=reach,
-        target=target,
-        unknowns=model.space.dofmap.index_map.size_global,
-        stretches=stretches,
-        unstable=unstable,
-        seconds={"mesh_and_forms": ready - begin, "march": done - ready},
-        surface=picture,
-        mesh_error=error,
+        program = Program(displacement, times)
+    else:
+        program = path(load.path, load.steps, load.rate)
+    taken = [other.mode for i, other in enumerate(case.load_cases) if i != number]
+    taken += [source.label for source in case.recordings]
+    name = load.mode if load.mode not in taken else f"{load.mode}-{number + 1}"
+    return _Channel(
+        name, load.mode, lambda model, keep, report: march(model, program, keep_states=keep, progress=report)
     )
 
 
-def _two_points(history: History) -> tuple[np.ndarray, np.ndarray]:
-    """The curve, never without its start: a march that fails at once still has the unloaded state."""
-    if len(history.displacement) > 1:
-        return history.displacement, history.force
-    return np.array([0.0, 1e-12]), np.zeros(2)
+def _recorded(recording: Recording) -> _Channel:
+    # Without history in the law, one solve over the range serves every cycle.
+    low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
+    targets = even_targets(low, high, RECORDING_STEPS)
+    return _Channel(
+        recording.name,
+        recording.mode,
+        lambda model, keep, report: sweep(model, targets, keep_states=keep, progress=report),
+        recording,
+    )
+
+
+def _check_travel(case: Case, recordings: Sequence[Recording]) -> None:
+    """Refuse a radial recording that goes further than there is rubber: wrong units, or another bushing."""
+    if not isinstance(case.geometry, Ring):
+        return
+    for recording in recordings:
+        furthest = float(np.abs(recording.displacement).max())
+        if recording.mode == "radial" and furthest >= case.geometry.thickness:
+            raise InputError(
+                Problem(
+                    str(recording.source),
+                    f"goes to {furthest:.4g} mm, but the rubber is only {case.geometry.thickness:.4g} mm thick",
+                    "",
+                    "displacement in mm of the bushing in [geometry]; units = { displacement = ... } for another unit",
+                )
+            )
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What all channels of a prediction share."""
+
+    case: Case
+    rubber: Rubber
+    mesh_check: bool
+    fields: Path | None
+    progress: Progress | None
+    comm: MPI.Comm
+
+    def model(self, mode: str, factor: float = 1.0) -> Model:
+        refinement = replace(self.case.mesh.refinement, factor=factor)
+        return prepare(self.case.geometry, modes()[mode], self.rubber, refinement, self.comm)
+
+    def simulate(self, channel: _Channel) -> Simulated:
+        """March one channel and look at what it went through."""
+
+        def report(step: int, steps: int, newton: int, q: float) -> None:
+            if self.progress is not None:
+                self.progress(channel.name, step, steps, newton, q)
+
+        begin = time.perf_counter()
+        model = self.model(channel.mode)
+        ready = time.perf_counter()
+        stopped = ""
+        try:
+            history = channel.march(model, True, report)
+            target = reach = float(history.displacement[np.argmax(np.abs(history.displacement))])
+        except NotConverged as failure:
+            history, stopped = failure.history, failure.reason
+            reach, target = failure.last, failure.target
+        done = time.perf_counter()
+        stretches, unstable = _stability(model, history, self.rubber)
+        if self.fields is not None and history.states is not None:
+            write_fields(model, history.displacement, history.states, self.fields / f"{channel.name}.xdmf")
+        error = None
+        if self.mesh_check and not stopped:
+            error = self._mesh_error(channel, history)
+        return Simulated(
+            name=channel.name,
+            mode=channel.mode,
+            curve=_curve(channel.mode, history),
+            recording=channel.recording,
+            attempts=history.attempts,
+            stopped=stopped,
+            reach=reach,
+            target=target,
+            unknowns=model.space.dofmap.index_map.size_global,
+            stretches=stretches,
+            unstable=unstable,
+            seconds={"mesh_and_forms": ready - begin, "march": done - ready},
+            surface=_picture(model, history),
+            mesh_error=error,
+        )
+
+    def _mesh_error(self, channel: _Channel, history: History) -> float:
+        """Deviation from a finer mesh, percent of the force range; infinite where that one does not get as far."""
+        try:
+            fine = channel.march(self.model(channel.mode, FINER), False, lambda *_: None)
+        except NotConverged:
+            return float("inf")
+        return 100.0 * float(np.max(np.abs(history.force - fine.force)) / np.ptp(fine.force))
+
+
+def _curve(mode: str, history: History) -> Curve:
+    """The curve as far as it went: never less than two points, for a march may fail at its first step."""
+    if len(history.displacement) < 2:
+        return Curve(mode, np.array([0.0, 1e-9]), np.zeros(2))
+    return Curve(mode, history.displacement, history.force, history.time)
 
 
 def _stability(model: Model, history: History, rubber: Rubber) -> tuple[tuple[float, float], float]:
@@ -284,24 +309,7 @@ def _picture(model: Model, history: History) -> Surface | None:
     return surface(model, float(history.displacement[widest]))
 
 
-def _finer(refinement: Refinement, model: Model) -> Refinement:
-    from geometry.ring import SECTION, SOLID
-
-    default = SECTION if model.mesh.dimension == 2 else SOLID
-    across = refinement.across or default.across
-    around = refinement.around or default.around
-    along = refinement.along or default.along
-    scale = [None if n is None else int(np.ceil(FINER * n)) for n in (across, along, around)]
-    return Refinement(*scale)
-
-
-def _mesh_error(curve: Curve, fine: History) -> float:
-    if curve.displacement.shape != fine.displacement.shape:
-        raise ValueError("the two meshes were not taken along the same displacements")
-    return 100.0 * float(np.max(np.abs(curve.force - fine.force)) / np.ptp(fine.force))
-
-
-def _conditions(channel: Simulated, case: Case) -> list[Condition]:
+def _conditions(channel: Simulated) -> list[Condition]:
     found = []
     if channel.stopped:
         unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
@@ -324,11 +332,12 @@ def _conditions(channel: Simulated, case: Case) -> list[Condition]:
             )
         )
     if channel.mesh_error is not None and channel.mesh_error > 1.0:
+        change = f"changes the force by {channel.mesh_error:.2g} % of its range"
         found.append(
             Condition(
                 "coarse_mesh",
-                f"{channel.name}: a mesh {FINER:g} times as fine in each direction changes the force by "
-                f"{channel.mesh_error:.2g} % of its range",
+                f"{channel.name}: a mesh {FINER:g} times as fine in each direction "
+                + (change if np.isfinite(channel.mesh_error) else "does not get as far"),
                 "raise mesh.elements_across, elements_along and elements_around",
             )
         )

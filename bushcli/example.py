@@ -30,7 +30,9 @@ def write_example(directory: Path) -> tuple[Path, ...]:
     targets = [directory / source.name for source in sources]
     present = [target for target in targets if target.exists()]
     if present:
-        raise InputError(*(Problem(str(target), "exists already and is not overwritten") for target in present))
+        raise InputError(
+            *(Problem(str(target), "exists already and is not overwritten") for target in present)
+        )
     try:
         directory.mkdir(parents=True, exist_ok=True)
         for source, target in zip(sources, targets, strict=True):

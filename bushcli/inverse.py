@@ -131,9 +131,7 @@ class _Coupon:
     def __init__(self, recording: Recording, rubber: Rubber, weighting: Weighting) -> None:
         self.recording = recording
         # Small models: every rank of a parallel run solves the same.
-        self.model: Model = prepare(
-            shapes()["coupon"](), modes()[recording.mode], rubber, comm=MPI.COMM_SELF
-        )
+        self.model: Model = prepare(shapes()["coupon"](), modes()[recording.mode], rubber, comm=MPI.COMM_SELF)
         strain = recording.displacement
         distinct = np.unique(strain)
         self.targets = distinct if len(distinct) <= DENSE else np.linspace(distinct[0], distinct[-1], DENSE)
@@ -227,7 +225,9 @@ def fit_coupons(
         material = Material(model, material.bulk_modulus)
     if material.law not in laws():
         raise InputError(
-            Problem("--model", f'"{material.law}" is not a law', nearest(material.law, laws()), ", ".join(laws()))
+            Problem(
+                "--model", f'"{material.law}" is not a law', nearest(material.law, laws()), ", ".join(laws())
+            )
         )
     chosen = law(material.law)
     names = material.parameter_names
@@ -269,7 +269,9 @@ def fit_coupons(
         name: Estimate(float(result.x[i]), float(spread[i]), float(lower[i]), float(upper[i]), at_bound[i])
         for i, name in enumerate(names)
     }
-    identified = Material(chosen.name, material.bulk_modulus, {n: e.value for n, e in parameters.items()}, material.terms)
+    identified = Material(
+        chosen.name, material.bulk_modulus, {n: e.value for n, e in parameters.items()}, material.terms
+    )
     singular, undetermined = _directions(slope, result.x, names)
     limits = coupon_limits(chosen, dict(identified.parameters))
     fit = Fit(
@@ -320,7 +322,9 @@ def _fitted(coupon: _Coupon, x: Array, names: tuple[str, ...]) -> FittedCurve:
     stress, _ = coupon.solve(dict(zip(names, map(float, x), strict=True)))
     recording = coupon.recording
     rms = float(np.sqrt(np.mean((stress - recording.force) ** 2)) / np.ptp(recording.force))
-    return FittedCurve(recording.name, recording, Curve(recording.mode, recording.displacement, stress), 100 * rms)
+    return FittedCurve(
+        recording.name, recording, Curve(recording.mode, recording.displacement, stress), 100 * rms
+    )
 
 
 def _covariance(value: Array, slope: Array) -> Array:
@@ -330,7 +334,10 @@ def _covariance(value: Array, slope: Array) -> Array:
 
 
 def _at_bound(value: float, lower: float, upper: float) -> bool:
-    return bool(min(value - lower, upper - value) <= AT_BOUND * max(abs(value), abs(lower) if np.isfinite(lower) else 0))
+    return bool(
+        min(value - lower, upper - value)
+        <= AT_BOUND * max(abs(value), abs(lower) if np.isfinite(lower) else 0)
+    )
 
 
 def _directions(slope: Array, x: Array, names: tuple[str, ...]) -> tuple[Array, tuple[Combination, ...]]:
@@ -398,10 +405,18 @@ def _with_conditions(fit: Fit) -> Fit:
             )
     for combination in fit.undetermined:
         found.append(
-            Condition("undetermined", combination.text, "add a coupon test of another mode or of larger stretch, or use a law with fewer parameters")
+            Condition(
+                "undetermined",
+                combination.text,
+                "add a coupon test of another mode or of larger stretch, or use a law with fewer parameters",
+            )
         )
     if not fit.converged:
         found.append(
-            Condition("not_converged", f"the fit stopped after {fit.sweeps} evaluations", "give start values in [material.parameters]")
+            Condition(
+                "not_converged",
+                f"the fit stopped after {fit.sweeps} evaluations",
+                "give start values in [material.parameters]",
+            )
         )
     return replace(fit, conditions=tuple(found))

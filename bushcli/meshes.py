@@ -59,12 +59,18 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
         directory.mkdir(parents=True, exist_ok=True)
     comm.barrier()
     return tuple(
-        _build(case, directory, dimension, mirrors, tuple(served), comm) for (dimension, mirrors), served in wanted.items()
+        _build(case, directory, dimension, mirrors, tuple(served), comm)
+        for (dimension, mirrors), served in wanted.items()
     )
 
 
 def _build(
-    case: Case, directory: Path, dimension: int, mirrors: frozenset[str], served: tuple[str, ...], comm: MPI.Comm
+    case: Case,
+    directory: Path,
+    dimension: int,
+    mirrors: frozenset[str],
+    served: tuple[str, ...],
+    comm: MPI.Comm,
 ) -> Meshed:
     mesh = build(case.geometry, dimension, mirrors, case.mesh.refinement, comm)  # type: ignore[arg-type]
     kind = "solid" if dimension == 3 else "section" if isinstance(case.geometry, Ring) else "half-plane"

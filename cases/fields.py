@@ -43,9 +43,7 @@ def write_fields(model: Model, displacements: Array, states: Array, file: Path) 
         (fem.Function(cellwise, name="largest_principal_stretch"), None),
     ]
     expressions = [
-        None
-        if expression is None
-        else fem.Expression(expression, _points(function), jit_options=options())
+        None if expression is None else fem.Expression(expression, _points(function), jit_options=options())
         for function, expression in fields
     ]
     with io.XDMFFile(mesh.comm, file, "w") as out:

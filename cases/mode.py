@@ -81,5 +81,8 @@ def modes() -> Mapping[str, Mode]:
     """All modes by name, discovered in `cases/modes`."""
     import cases.modes as package
 
-    found = (importlib.import_module(f"{package.__name__}.{m.name}").MODE for m in pkgutil.iter_modules(package.__path__))
+    found = (
+        importlib.import_module(f"{package.__name__}.{m.name}").MODE
+        for m in pkgutil.iter_modules(package.__path__)
+    )
     return {mode.name: mode for mode in sorted(found, key=lambda mode: (mode.specimen, mode.name))}

@@ -55,7 +55,9 @@ def path(points: Sequence[float], steps: int, rate: float | None = None) -> Prog
         corners = np.concatenate([[0.0], corners])
     lengths = np.abs(np.diff(corners))
     if rate is not None and not lengths.all():
-        raise ValueError("a hold (repeated point) has no duration at a constant rate: give the path as a file with times")
+        raise ValueError(
+            "a hold (repeated point) has no duration at a constant rate: give the path as a file with times"
+        )
     counts = np.maximum(2, np.ceil(steps * lengths / lengths.max())).astype(int)
     segments = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(corners, corners[1:], counts, strict=False)]
     q = np.concatenate([[corners[0]], *segments])

@@ -40,7 +40,8 @@ class Sensitivity:
         self.names = tuple(names)
         self._rate = fem.Function(model.space)
         self._forms = [
-            fem.form(model.potential.parameter_force(name, self._rate), jit_options=options()) for name in self.names
+            fem.form(model.potential.parameter_force(name, self._rate), jit_options=options())
+            for name in self.names
         ]
 
     def __call__(self, rate: Array) -> Array:

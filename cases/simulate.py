@@ -135,4 +135,3 @@ def _join(histories: Sequence[History]) -> History:
         states=column("states"),
         sensitivity=column("sensitivity"),
     )
-

@@ -81,7 +81,12 @@ def surface(model: Model, displacement: float = 0.0) -> Surface | None:
     """
     mesh = model.mesh
     dimension = mesh.dimension
-    corners = np.array(np.meshgrid(*[[0.0, 1.0]] * dimension, indexing="ij")).reshape(dimension, -1).T[:, ::-1].copy()
+    corners = (
+        np.array(np.meshgrid(*[[0.0, 1.0]] * dimension, indexing="ij"))
+        .reshape(dimension, -1)
+        .T[:, ::-1]
+        .copy()
+    )
     faces = np.array(_SECTION_FACES if dimension == 2 else _SOLID_FACES)
     reference, deformed, stretch, rubber = [], [], [], []
     for name, tag in mesh.region.items():

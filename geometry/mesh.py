@@ -87,7 +87,13 @@ def build(
         names = comm.bcast(names, root=0)
         mesh, cells, facets = _to_dolfinx(comm, dimension)
     return NamedMesh(
-        mesh, facets, cells, names[dimension - 1], names[dimension], shape.elastic_sleeves, shape.displacement_order
+        mesh,
+        facets,
+        cells,
+        names[dimension - 1],
+        names[dimension],
+        shape.elastic_sleeves,
+        shape.displacement_order,
     )
 
 

@@ -109,13 +109,13 @@ class Ring(Shape):
 
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
         default, grading = (SECTION, SECTION_GRADING) if dimension == 2 else (SOLID, SOLID_GRADING)
-        across = refinement.across or default.across or 6
-        along = refinement.along or default.along or self._along(across)
+        across = refinement.elements(refinement.across, default.across or 1)
+        along = refinement.elements(refinement.along, default.along or self._along(default.across or 1))
         s_axis = self._across_axis(across, grading[0])
         t_axis = _along_axis(along, grading[1], half="z" in mirrors)
         if dimension == 2:
             return Blocks((s_axis, t_axis), self._region, self._face_section, self._chart_section)
-        theta_axis = self._around_axis(refinement.around or default.around or 12, mirrors)
+        theta_axis = self._around_axis(refinement.elements(refinement.around, default.around or 1), mirrors)
         closed = not mirrors & {"x", "y"}
         return Blocks((s_axis, theta_axis, t_axis), self._region, self._face_solid, self._chart_solid, closed)
 
@@ -145,7 +145,9 @@ class Ring(Shape):
             stop = 2 * math.pi
         edges = {round(edge % (2 * math.pi), 12) for void in self.voids() for edge in void.theta}
         cuts = sorted({0.0, stop, *(edge for edge in edges if 1e-9 < edge < stop - 1e-9)})
-        return tuple(_share(low, high, around, 2 * math.pi) for low, high in zip(cuts, cuts[1:], strict=False))
+        return tuple(
+            _share(low, high, around, 2 * math.pi) for low, high in zip(cuts, cuts[1:], strict=False)
+        )
 
     def _region(self, middle: Array) -> str | None:
         s = middle[0]
@@ -201,7 +203,9 @@ class Ring(Shape):
     def _chart_solid(self, p: Array) -> Array:
         s, theta, t = p.T
         r = self.radius(s)
-        return np.column_stack([r * np.cos(theta), r * np.sin(theta), t * self.half_length(np.clip(s, 0.0, 1.0))])
+        return np.column_stack(
+            [r * np.cos(theta), r * np.sin(theta), t * self.half_length(np.clip(s, 0.0, 1.0))]
+        )
 
 
 def _share(low: float, high: float, elements: int, span: float) -> Interval:

@@ -11,6 +11,7 @@ and the outer sleeve); theta the angle about the axis in radians; t = -1 and 1 a
 from __future__ import annotations
 
 import importlib
+import math
 import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -42,11 +43,19 @@ class Sleeve(BaseModel):
 
 @dataclass(frozen=True)
 class Refinement:
-    """How fine the mesh is: rubber elements in each direction of the whole bushing (None = the default)."""
+    """How fine the mesh is: rubber elements in each direction of the whole bushing (None = the shape's default).
+
+    `factor` multiplies them all, the defaults too: for the finer mesh of a convergence check.
+    """
 
     across: int | None = None
     along: int | None = None
     around: int | None = None
+    factor: float = 1.0
+
+    def elements(self, given: int | None, default: int) -> int:
+        """Number of elements in a direction from what was given for it, or else its default."""
+        return max(1, math.ceil(self.factor * (default if given is None else given)))
 
 
 @dataclass(frozen=True)
@@ -68,7 +77,9 @@ class Interval:
         n = max(self.elements - 1, 1)
         depth = {"start": n - k, "stop": k, "both": np.abs(2 * k - n)}[self.fine] / n
         lengths = self.grading**-depth
-        return self.start + (self.stop - self.start) * np.concatenate([[0.0], np.cumsum(lengths) / lengths.sum()])
+        return self.start + (self.stop - self.start) * np.concatenate(
+            [[0.0], np.cumsum(lengths) / lengths.sum()]
+        )
 
 
 @dataclass(frozen=True)

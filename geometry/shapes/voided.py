@@ -25,7 +25,8 @@ class Voided(Tapered):
     void_outer_radius: float = Field(gt=0, description="outer radius of the voids, mm")
     void_angle: float = Field(gt=0, lt=180, description="angle of each void about the axis, degrees")
     void_orientation: Literal["along", "across"] = Field(
-        default="along", description="direction of the radial load: along the line through the voids, or across it"
+        default="along",
+        description="direction of the radial load: along the line through the voids, or across it",
     )
 
     @model_validator(mode="before")
@@ -56,7 +57,9 @@ class Voided(Tapered):
         return self
 
     def voids(self) -> tuple[Void, ...]:
-        low, high = ((r - self.inner_radius) / self.thickness for r in (self.void_inner_radius, self.void_outer_radius))
+        low, high = (
+            (r - self.inner_radius) / self.thickness for r in (self.void_inner_radius, self.void_outer_radius)
+        )
         half = 0.5 * math.radians(self.void_angle)
         first = 0.0 if self.void_orientation == "along" else 0.5 * math.pi
         turn = 2 * math.pi

@@ -1,0 +1,198 @@
+"""Result -> JSON, as scripts rely on it. Nothing but JSON's own types: nan is null, infinity is "inf"."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bushcli.casefile import resolved
+from bushcli.direct import Simulated
+from bushcli.inverse import Fit
+from bushcli.misfit import Misfit
+from bushcli.report.quantity import quantities
+from bushcli.report.result import Result
+from bushcli.report.verdict import Verdict, judge
+from cases.mode import modes
+from forms.law import law
+
+
+def as_json(result: Result) -> dict[str, Any]:
+    """Return a result as JSON-ready data."""
+    document: dict[str, Any] = {
+        "command": result.command,
+        "case": resolved(result.case),
+        "versions": dict(result.versions),
+        "timings_s": dict(result.timings),
+        "problems": [
+            {"name": p.name, "message": p.message, "remedy": p.remedy} for p in result.problems
+        ],
+    }
+    if result.response is not None:
+        document["complete"] = result.response.complete
+        document["verdict"] = _verdict(judge(result), result.misfits)
+        document["load_cases"] = [_channel(c, result.misfits.get(c.name)) for c in result.channels]
+    if result.fit is not None:
+        found = fit_document(result.fit)
+        document |= found if result.response is None else {"fit": found}
+    clean = _clean(document)
+    assert isinstance(clean, dict)
+    return clean
+
+
+def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
+    shown = quantities(channel.mode)
+    coupon = modes()[channel.mode].specimen == "coupon"
+    rejected = sum(not attempt.accepted for attempt in channel.attempts)
+    document = {
+        "name": channel.name,
+        "mode": channel.mode,
+        "units": {
+            "displacement": "stretch - 1" if coupon else shown.displacement_unit,
+            "force": shown.force_unit,
+            "stiffness": shown.stiffness_unit,
+        },
+        "time": channel.curve.time,
+        # Without the offset of a stretch: zero is at rest, as in the case file's path.
+        "displacement": shown.shown(channel.curve.displacement) - shown.rest,
+        "force": channel.curve.force,
+        "stiffness": {
+            "initial": shown.stiffness(channel.curve.initial_stiffness()),
+            "secant": shown.stiffness(channel.curve.secant_stiffness()),
+        },
+        "complete": not channel.stopped,
+        "stopped": channel.stopped,
+        "reach": float(shown.shown(channel.reach)) - shown.rest,
+        "newton_iterations": channel.newton,
+        "steps_tried": len(channel.attempts),
+        "steps_rejected": rejected,
+        "unknowns": channel.unknowns,
+        "principal_stretches": list(channel.stretches),
+        "unstable_percent": 100 * channel.unstable,
+        "mesh_error_percent": channel.mesh_error,
+        "seconds": dict(channel.seconds),
+    }
+    if found is not None:
+        document["recording"] = _recording(channel, found)
+    return document
+
+
+def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:
+    shown = quantities(channel.mode)
+    source = channel.recording.source if channel.recording else None
+    return {
+        "file": str(source) if source else None,
+        "samples": len(channel.recording.displacement) if channel.recording else 0,
+        "rms_percent": found.rms_percent,
+        "peak_percent": found.peak_percent,
+        "noise_percent": found.noise_percent,
+        "stiffness_measured": shown.stiffness(found.measured.secant),
+        "stiffness_simulated": shown.stiffness(found.predicted.secant),
+        "stiffness_ratio": found.stiffness_ratio,
+        "initial_stiffness_measured": shown.stiffness(found.measured.initial),
+        "initial_stiffness_simulated": shown.stiffness(found.predicted.initial),
+        "within_10_percent": found.within_10_percent,
+        "compared": found.compared,
+        "force_range": found.force_range,
+    }
+
+
+def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
+    document: dict[str, Any] = {
+        "headline": verdict.headline,
+        "text": verdict.text,
+        "within_10_percent": verdict.within_10_percent,
+        "channels": {},
+        "single_factor": None,
+    }
+    for channel in verdict.channels:
+        found = misfits.get(channel.name)
+        entry: dict[str, Any] = {"text": channel.text, "within_10_percent": channel.within_10_percent}
+        if found is not None:
+            shown = quantities(channel.mode)
+            entry |= {
+                "stiffness_simulated": shown.stiffness(found.predicted.secant),
+                "stiffness_measured": shown.stiffness(found.measured.secant),
+                "stiffness_ratio": found.stiffness_ratio,
+                "unit": shown.stiffness_unit,
+            }
+        document["channels"][channel.name] = entry
+    factor = verdict.single_factor
+    if factor is not None:
+        document["single_factor"] = {
+            "factor": factor.factor,
+            "by_channel": dict(factor.by_channel),
+            "rms_percent_before": dict(factor.rms_before),
+            "rms_percent_after": dict(factor.rms_after),
+            "explains_most": factor.explains,
+        }
+    return document
+
+
+def fit_document(fit: Fit) -> dict[str, Any]:
+    """Return an identified law as data; not yet free of nan and infinity."""
+    chosen = law(fit.material.law)
+    names = list(fit.parameters)
+    return {
+        "law": fit.material.law,
+        "bulk_modulus": fit.material.bulk_modulus,
+        "parameters": {
+            name: {
+                "value": estimate.value,
+                "std": estimate.std,
+                "lower": estimate.lower,
+                "upper": estimate.upper,
+                "at_bound": estimate.at_bound,
+                "unit": chosen.parameter(name).unit,
+            }
+            for name, estimate in fit.parameters.items()
+        },
+        "correlation": {
+            one: {other: fit.correlation[i, j] for j, other in enumerate(names)} for i, one in enumerate(names)
+        },
+        "misfit": {key: {"rms_percent": rms} for key, rms in misfit_by_mode(fit).items()},
+        "weighting": fit.weighting,
+        "stability": {
+            mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()
+        },
+        "forward_solves": fit.forward_solves,
+        "failed_solves": fit.failed_solves,
+        "sweeps": fit.sweeps,
+        "iterations": fit.iterations,
+        "converged": fit.converged,
+        "seconds": fit.seconds,
+        "identifiability": {
+            "singular_values": fit.singular_values,
+            "undetermined": [
+                {"weights": dict(c.weights), "singular_value": c.singular_value, "text": c.text}
+                for c in fit.undetermined
+            ],
+        },
+    }
+
+
+def misfit_by_mode(fit: Fit) -> dict[str, float]:
+    """Rms misfit in percent by coupon mode, or by the coupon's name where a mode was tested more than once."""
+    count = Counter(curve.recording.mode for curve in fit.curves)
+    return {
+        curve.recording.mode if count[curve.recording.mode] == 1 else curve.name: curve.rms_percent
+        for curve in fit.curves
+    }
+
+
+def _clean(value: Any) -> Any:
+    """Arrays to lists, NumPy scalars to Python's, nan to None, infinities to text."""
+    if isinstance(value, Mapping):
+        return {str(key): _clean(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _clean(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_clean(item) for item in value]
+    if isinstance(value, np.generic):
+        return _clean(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
+    return value

@@ -1,0 +1,93 @@
+"""How numbers are shown: units of a mode at the door (mm, degrees, N, N mm), and significant digits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.mode import modes
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """Names and units of a mode's displacement and force, and the way there from internal units.
+
+    Attributes
+    ----------
+    displacement, displacement_unit, force, force_unit, stiffness_unit : str
+    per_internal : float
+        Shown displacement per internal one: degrees per radian, else 1.
+    rest : float
+        Shown where nothing is deformed: stretch 1 of a coupon, else 0.
+    """
+
+    displacement: str
+    displacement_unit: str
+    force: str
+    force_unit: str
+    stiffness_unit: str
+    per_internal: float = 1.0
+    rest: float = 0.0
+
+    def shown(self, displacement: Array) -> Array:
+        """Internal displacement (mm, rad, stretch - 1) -> mm, degrees, stretch."""
+        return self.rest + self.per_internal * np.asarray(displacement, dtype=float)
+
+    def stiffness(self, internal: float) -> float:
+        """N/mm, N mm/rad or MPa -> N/mm, N mm/degree or MPa."""
+        return internal / self.per_internal
+
+    @property
+    def displacement_label(self) -> str:
+        """For an axis."""
+        return f"{self.displacement} [{self.displacement_unit}]" if self.displacement_unit else self.displacement
+
+    @property
+    def force_label(self) -> str:
+        """For an axis."""
+        return f"{self.force} [{self.force_unit}]"
+
+
+_TRANSLATION = Quantities("displacement", "mm", "force", "N", "N/mm")
+_ROTATION = Quantities("rotation", "deg", "moment", "N mm", "N mm/deg", per_internal=180.0 / math.pi)
+_COUPON = Quantities("stretch", "", "nominal stress", "MPa", "MPa", rest=1.0)
+
+
+def quantities(mode: str) -> Quantities:
+    """What a mode's curve is made of."""
+    found = modes()[mode]
+    if found.specimen == "coupon":
+        return _COUPON
+    return _ROTATION if found.rotational else _TRANSLATION
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """Show a number with so many significant digits, without an exponent between 1e-4 and 1e7."""
+    if value is None or math.isnan(value):
+        return "-"
+    if math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    if value == 0.0:
+        return "0"
+    if not 1e-4 <= abs(value) < 1e7:
+        return f"{value:.{digits - 1}e}"
+    magnitude = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
+    # Digits before the decimal point are all shown: 1234, not 1230, which would look rounded off by nature.
+    return f"{value:.{max(digits - 1 - magnitude, 0)}f}"
+
+
+def percent(value: float | None) -> str:
+    """Show a percentage: one decimal below ten."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    return f"{value:.2f} %" if abs(value) < 1 else f"{value:.1f} %" if abs(value) < 10 else f"{value:.0f} %"
+
+
+def listed(names: list[str]) -> str:
+    """Join as in a sentence: a, b and c."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else ""

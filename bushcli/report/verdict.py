@@ -1,0 +1,220 @@
+"""The answer in the engineer's words: how stiff, how far off, within the accepted 10 % or not.
+
+Where all channels are off by about the same factor, another batch of rubber is the first suspect: the literature's
+bushings were 645 N/mm by coupon data against 363 N/mm measured. The factor here is measured, not assumed: the least
+squares one between the curves, with the misfit that it leaves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bushcli.direct import Simulated
+from bushcli.misfit import BAND, Misfit
+from bushcli.report.quantity import Quantities, listed, number, percent, quantities
+from bushcli.report.result import Result
+
+# A single factor counts as an explanation when it takes away this share of the rms misfit...
+EXPLAINS = 0.5
+# ... and the channels' own best factors lie this close to the common one.
+AGREE = 0.05
+
+
+@dataclass(frozen=True)
+class ChannelVerdict:
+    """One channel in words.
+
+    Attributes
+    ----------
+    name, mode : str
+    text : str
+        One sentence.
+    within_10_percent : bool or None
+        None where there is nothing to compare with.
+    """
+
+    name: str
+    mode: str
+    text: str
+    within_10_percent: bool | None
+
+
+@dataclass(frozen=True)
+class SingleFactor:
+    """The one factor on all simulated forces that brings them closest to the recordings.
+
+    Attributes
+    ----------
+    factor : float
+    by_channel
+        Channel -> its own best factor.
+    rms_before, rms_after
+        Channel -> rms misfit in percent of the force range, without and with the common factor.
+    explains : bool
+        Whether it takes away most of the misfit, and the channels agree on it.
+    """
+
+    factor: float
+    by_channel: Mapping[str, float]
+    rms_before: Mapping[str, float]
+    rms_after: Mapping[str, float]
+    explains: bool
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on a direct prediction.
+
+    Attributes
+    ----------
+    headline : str
+        Half a line.
+    text : str
+        The whole verdict.
+    within_10_percent : bool or None
+        Of all recorded channels; None without any.
+    channels : tuple of ChannelVerdict
+    single_factor : SingleFactor or None
+    """
+
+    headline: str
+    text: str
+    within_10_percent: bool | None
+    channels: tuple[ChannelVerdict, ...]
+    single_factor: SingleFactor | None
+
+
+def judge(result: Result) -> Verdict:
+    """Put a direct prediction into words."""
+    channels = tuple(_channel(channel, result.misfits.get(channel.name)) for channel in result.channels)
+    compared = [channel for channel in channels if channel.within_10_percent is not None]
+    recorded = [channel for channel in result.channels if channel.recording is not None]
+    within = (
+        len(compared) == len(recorded) and all(c.within_10_percent for c in compared) if recorded else None
+    )
+    factor = single_factor(list(result.misfits.values()))
+    headline = _headline(result, within, [c.name for c in compared if not c.within_10_percent])
+    sentences = [f"{headline}.", *(channel.text for channel in channels)]
+    # Within the band there is no gap that would ask for an explanation.
+    if factor is not None and not within:
+        sentences.append(_factor_text(factor))
+    return Verdict(headline, " ".join(sentences), within, channels, factor)
+
+
+def single_factor(misfits: Sequence[Misfit]) -> SingleFactor | None:
+    """Find the best common factor on the simulated forces; None where nothing is compared.
+
+    Each channel's misfit counts relative to its force range and per sample, so that neither the stiffer nor the longer
+    recording rules.
+    """
+    if not misfits or not all(np.any(m.simulated) and m.force_range > 0 for m in misfits):
+        return None
+    scaled = {m.channel: m.simulated / m.force_range / math.sqrt(len(m.simulated)) for m in misfits}
+    recorded = {
+        m.channel: (m.simulated - m.difference) / m.force_range / math.sqrt(len(m.simulated)) for m in misfits
+    }
+    above = {name: float(s @ recorded[name]) for name, s in scaled.items()}
+    below = {name: float(s @ s) for name, s in scaled.items()}
+    factor = sum(above.values()) / sum(below.values())
+    own = {name: above[name] / below[name] for name in scaled}
+    before = {m.channel: m.rms_percent for m in misfits}
+    after = {name: 100 * float(np.linalg.norm(factor * s - recorded[name])) for name, s in scaled.items()}
+    agree = all(abs(value / factor - 1.0) <= AGREE for value in own.values()) if factor > 0 else False
+    takes_away = _joint(after) <= (1.0 - EXPLAINS) * _joint(before)
+    return SingleFactor(factor, own, before, after, bool(agree and takes_away))
+
+
+def _joint(rms: Mapping[str, float]) -> float:
+    return math.sqrt(sum(value**2 for value in rms.values()) / len(rms))
+
+
+def _headline(result: Result, within: bool | None, outside: list[str]) -> str:
+    if within is None:
+        stopped = [c.name for c in result.channels if c.stopped]
+        return (
+            f"Simulated, but {listed(stopped)} stopped early; no recording to compare with"
+            if stopped
+            else "Simulated; no recording to compare with"
+        )
+    if within:
+        return "Within the accepted 10 % of the recording" + ("s" if len(result.misfits) > 1 else "")
+    if not outside:
+        return "Not comparable with the recordings: the simulation ended too early"
+    ratios = [result.misfits[name].stiffness_ratio for name in outside]
+    if all(ratio > 1 + BAND for ratio in ratios):
+        return f"Too stiff: {listed(outside)} outside the accepted 10 %"
+    if all(ratio < 1 - BAND for ratio in ratios):
+        return f"Too soft: {listed(outside)} outside the accepted 10 %"
+    return f"{listed(outside)} outside the accepted 10 %".capitalize()
+
+
+def _channel(channel: Simulated, found: Misfit | None) -> ChannelVerdict:
+    shown = quantities(channel.mode)
+    if found is None:
+        text = f"{channel.name}: {_alone(channel, shown)}."
+        return ChannelVerdict(channel.name, channel.mode, text, None)
+    unit, ratio = shown.stiffness_unit, found.stiffness_ratio
+    predicted, measured = shown.stiffness(found.predicted.secant), shown.stiffness(found.measured.secant)
+    text = (
+        f"{channel.name}: simulated {number(predicted)} {unit}, measured {number(measured)} {unit}: {stiffer(ratio)}; "
+        f"{_band(found)}"
+    )
+    if found.compared < 1.0:
+        text += f" (compared on {percent(100 * found.compared)} of the recording, where the simulation ended)"
+    return ChannelVerdict(channel.name, channel.mode, f"{text}.", found.within_10_percent)
+
+
+def _alone(channel: Simulated, shown: Quantities) -> str:
+    stiffness = f"{number(shown.stiffness(channel.curve.secant_stiffness()))} {shown.stiffness_unit} (secant)"
+    low, high = (
+        number(float(shown.shown(q))) for q in (channel.curve.displacement.min(), channel.curve.displacement.max())
+    )
+    text = f"simulated {stiffness} from {low} to {high} {shown.displacement_unit}".rstrip()
+    return f"{text}, where it stopped" if channel.stopped else text
+
+
+def stiffer(ratio: float) -> str:
+    """Say how stiff a simulation is, given simulated over measured stiffness: "78 % too stiff"."""
+    if not math.isfinite(ratio):
+        return "no stiffness to compare"
+    off = 100 * abs(ratio - 1.0)
+    if off < 0.5:
+        return "as stiff as measured"
+    return f"{off:.0f} % too {'stiff' if ratio > 1 else 'soft'}"
+
+
+def _band(found: Misfit) -> str:
+    if found.within_10_percent:
+        return f"within the accepted 10 % (curve {percent(found.rms_percent)} rms, noise {percent(found.noise_percent)})"
+    stiffness_off = not abs(found.stiffness_ratio - 1.0) <= BAND
+    if stiffness_off:
+        return "outside the accepted 10 %"
+    if found.peak_percent > 100 * BAND:
+        return (
+            f"the secant stiffness is within the accepted 10 %, the curve is not: it departs by up to "
+            f"{percent(found.peak_percent)} of the force range"
+        )
+    return "within the accepted 10 % as far as the simulation went"
+
+
+def _factor_text(found: SingleFactor) -> str:
+    left = listed([f"{percent(rms)} ({name})" for name, rms in found.rms_after.items()])
+    if found.explains:
+        alone = len(found.by_channel) == 1
+        return (
+            f"A single factor of {found.factor:.2f} on the stiffness would explain most of the gap"
+            f"{'' if alone else ' in all channels'}, leaving {left} rms: another batch of rubber?"
+        )
+    own = listed([f"{factor:.2f} ({name})" for name, factor in found.by_channel.items()])
+    if len(found.by_channel) > 1:
+        return (
+            f"No single factor on the stiffness explains the gap: the channels ask for {own}, and a common "
+            f"{found.factor:.2f} leaves {left} rms."
+        )
+    return (
+        f"A single factor on the stiffness does not explain the gap: the best, {found.factor:.2f}, leaves {left} rms."
+    )
