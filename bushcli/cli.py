@@ -169,7 +169,7 @@ def _finish(work: Callable[[], int | None], debug: bool) -> None:
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - the interpreter flushes it at exit
         code = DONE
-    except Exception as error:  # noqa: BLE001 - the last line of defence between a traceback and a user
+    except Exception as error:  # the last line of defence between a traceback and a user
         if debug:
             raise
         if _speaks():

@@ -318,16 +318,16 @@ def _conditions(channel: Simulated) -> list[Condition]:
                 "not_converged",
                 f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
                 f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
-                "ask for a smaller displacement, more steps or a coarser mesh; beyond some 60 % of the rubber's thickness "
-                "the free ends fold",
+                "ask for a smaller displacement, more steps or a coarser mesh; beyond some 60 % of the rubber's "
+                "thickness the free ends fold",
             )
         )
     if channel.unstable > 0:
         found.append(
             Condition(
                 "unstable_law",
-                f"{channel.name}: the law violates Drucker's stability in {100 * channel.unstable:.2g} % of the states that "
-                f"the rubber reaches (principal stretches {channel.stretches[0]:.2f} to {channel.stretches[1]:.2f})",
+                f"{channel.name}: the law violates Drucker's stability in {100 * channel.unstable:.2g} % of the states "
+                f"that the rubber reaches (principal stretches {channel.stretches[0]:.2f} to {channel.stretches[1]:.2f})",
                 "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
             )
         )

@@ -163,7 +163,7 @@ class _Problem:
         self.sweeps = self.solves = self.failed = 0
         self.size = sum(len(c.recording.displacement) for c in coupons)
         self._at: Array | None = None
-        self._value = (np.empty(0), np.empty((0, 0)))
+        self._value: tuple[Array, Array] = (np.empty(0), np.empty((0, 0)))
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         if self._at is None or not np.array_equal(self._at, x):
@@ -370,8 +370,8 @@ def _with_conditions(fit: Fit) -> Fit:
         found.append(
             Condition(
                 "one_coupon_mode",
-                f"{chosen.name} depends on more than I1, and only {', '.join(tested)} tests are given: what it predicts "
-                "in other modes is not determined",
+                f"{chosen.name} depends on more than I1, and only {', '.join(tested)} tests are given: what it "
+                "predicts in other modes is not determined",
                 "add a coupon test of another mode, or use a law in I1 alone (yeoh, arruda_boyce, gent, neo_hookean)",
             )
         )
@@ -391,7 +391,8 @@ def _with_conditions(fit: Fit) -> Fit:
             found.append(
                 Condition(
                     "unstable_law",
-                    f"the fitted law is unstable in {mode} deformation beyond stretch {high:.3g}, inside the test's range",
+                    f"the fitted law is unstable in {mode} deformation beyond stretch {high:.3g}, "
+                    "inside the test's range",
                     "choose another law, or leave out the part of the test that it cannot follow",
                 )
             )

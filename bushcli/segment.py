@@ -85,7 +85,7 @@ def segment(displacement: Array, time: Array | None = None) -> tuple[Branch, ...
     threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
     # Noise of more than a twentieth of the range leaves nothing to cut.
     threshold = min(threshold, 0.4 * span)
-    turns = _turning_points(displacement.tolist(), threshold)
+    turns = _turning_points([float(q) for q in displacement], threshold)
     holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
     pieces = _merge(_pieces(len(displacement), turns, holds), displacement, threshold)
     return tuple(_named(pieces, displacement, threshold))
@@ -121,7 +121,7 @@ def _turning_points(q: list[float], threshold: float) -> list[int]:
 def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
     """Return the holds as (start, stop)."""
     band = 2.0 * _HALF_BAND * sigma
-    holds, start, n, values = [], 0, len(q), q.tolist()
+    holds, start, n, values = [], 0, len(q), [float(value) for value in q]
     while start <= n - _SHORTEST_HOLD:
         stop = start
         low = high = values[start]

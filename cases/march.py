@@ -116,8 +116,8 @@ class _Path:
     def add(self, q: float, x: Array) -> None:
         # One state per displacement: an elastic body has one, and the extrapolation needs distinct points.
         keep = [i for i, known in enumerate(self.q) if abs(known - q) > 1e-12 * max(1.0, abs(q))]
-        self.q = [self.q[i] for i in keep][-(PREDICTOR_STATES - 1) :] + [q]
-        self.x = [self.x[i] for i in keep][-(PREDICTOR_STATES - 1) :] + [x]
+        self.q = [*[self.q[i] for i in keep][-(PREDICTOR_STATES - 1) :], q]
+        self.x = [*[self.x[i] for i in keep][-(PREDICTOR_STATES - 1) :], x]
 
     def extrapolate(self, q: float) -> Array:
         """Lagrange polynomial through the points, at q."""
@@ -146,8 +146,8 @@ class _Solver:
         snes.setType("newtonls")
         prefix = f"bushcli_{id(self):x}_"
         snes.setOptionsPrefix(prefix)
-        # The secant search minimises the residual along the step. Backtracking only asks for a decrease, which the saddle
-        # point of u and p refuses too often: with it, radial loads stop at 42 % of the thickness instead of beyond 60 %.
+        # The secant search minimises the residual along the step. Backtracking only asks for a decrease, which
+        # the saddle point of u and p refuses too often: radial loads then stop at 42 % of the thickness.
         PETSc.Options()[prefix + "snes_linesearch_type"] = "l2"
         ksp = snes.getKSP()
         ksp.setType("preonly")
@@ -218,7 +218,9 @@ class _Solver:
 
 
 _REASONS = {
-    value: name for name, value in vars(PETSc.SNES.ConvergedReason).items() if name.startswith(("CONVERGED_", "DIVERGED_"))
+    value: name
+    for name, value in vars(PETSc.SNES.ConvergedReason).items()
+    if name.startswith(("CONVERGED_", "DIVERGED_"))
 }
 
 

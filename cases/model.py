@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import basix.ufl
-import dolfinx.fem.petsc
 import numpy as np
 import ufl
 from dolfinx import fem
+from dolfinx.fem import petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
@@ -70,7 +70,12 @@ class Model:
     """
 
     def __init__(
-        self, mesh: NamedMesh, mode: Mode, law: Law, parameters: Mapping[str, float], bulk_modulus: float = np.inf
+        self,
+        mesh: NamedMesh,
+        mode: Mode,
+        law: Law,
+        parameters: Mapping[str, float],
+        bulk_modulus: float = np.inf,
     ) -> None:
         self.mesh, self.mode, self.law = mesh, mode, law
         self.setting = setting_for(mode, mesh.dimension)
@@ -128,7 +133,9 @@ class Model:
                         continue
                     facets = mesh.facets.find(mesh.boundary[name])
                     dofs, own = fem.locate_dofs_topological((part, collapsed), mesh.dimension - 1, facets)
-                    values.update({int(d): (component, points[o], driven) for d, o in zip(dofs, own, strict=True)})
+                    values.update(
+                        {int(d): (component, points[o], driven) for d, o in zip(dofs, own, strict=True)}
+                    )
         # The pressure has no work to do in a metal sleeve, where the energy does not contain it.
         for dof in self._idle_pressures():
             values[dof] = (-1, np.zeros(3), False)
@@ -148,7 +155,8 @@ class Model:
         tdim = mesh.dimension
         mesh.mesh.topology.create_connectivity(tdim, tdim)
         idle = [
-            fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region[name])) for name in mesh.sleeves
+            fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region[name]))
+            for name in mesh.sleeves
         ]
         busy = fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))
         return [int(d) for d in np.setdiff1d(np.concatenate(idle), busy)]
@@ -186,7 +194,7 @@ class Model:
 
     def create_matrix(self) -> PETSc.Mat:
         """A matrix for `assemble_tangent`, marked symmetric."""
-        matrix = fem.petsc.create_matrix(self._tangent)
+        matrix = petsc.create_matrix(self._tangent)
         matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
         return matrix
@@ -195,7 +203,7 @@ class Model:
         """Out-of-balance force at the present state in every unknown, constrained ones included."""
         with b.localForm() as local:
             local.set(0.0)
-        fem.petsc.assemble_vector(b, self._residual)
+        petsc.assemble_vector(b, self._residual)
         b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
 
     def clear_constrained(self, b: PETSc.Vec) -> float:
@@ -215,17 +223,17 @@ class Model:
     def assemble_tangent(self, matrix: PETSc.Mat) -> None:
         """Tangent at the present state; constrained rows and columns are those of the identity."""
         matrix.zeroEntries()
-        fem.petsc.assemble_matrix(matrix, self._tangent, bcs=[self._bc])
+        petsc.assemble_matrix(matrix, self._tangent, bcs=[self._bc])
         matrix.assemble()
 
     def lift(self, b: PETSc.Vec, rate: Array) -> None:
-        """b = -K_fc rate_c: the force that a motion of the sleeve exerts on the free unknowns."""
+        """Set b = -K_fc rate_c, the force that a motion of the sleeve exerts on the free unknowns."""
         self._prescribed.x.array[:] = rate
         with b.localForm() as local:
             local.set(0.0)
-        fem.petsc.apply_lifting(b, [self._tangent], bcs=[[self._bc]], alpha=1.0)
+        petsc.apply_lifting(b, [self._tangent], bcs=[[self._bc]], alpha=1.0)
         b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-        fem.petsc.set_bc(b, [self._bc], alpha=1.0)
+        petsc.set_bc(b, [self._bc], alpha=1.0)
 
     def energy(self) -> float:
         """Stored energy of the whole bushing (N mm), or of one face's share of a coupon."""

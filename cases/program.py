@@ -35,7 +35,7 @@ class Program:
 
 def ramp(amplitude: float, steps: int) -> Program:
     """Equal steps from zero to the amplitude (mm or rad), zero included."""
-    return Program(np.linspace(0.0, amplitude, steps + 1))
+    return Program(np.linspace(0.0, amplitude, steps + 1, dtype=np.float64))
 
 
 def path(points: Sequence[float], steps: int, rate: float | None = None) -> Program:

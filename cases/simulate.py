@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 # A recording that ends this close to rest, as a share of its range, is not worth a march of its own on that side.
 NEGLIGIBLE = 0.01
+DEFAULT = Refinement()
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ def prepare(
     shape: Shape,
     mode: Mode,
     rubber: Rubber,
-    refinement: Refinement = Refinement(),
+    refinement: Refinement = DEFAULT,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> Model:
     """Mesh the shape as the mode's symmetry allows, in the half-plane where both are axisymmetric."""

@@ -17,6 +17,8 @@ from mpi4py import MPI
 
 from geometry.shape import Array, Blocks, Mirrors, Refinement, Shape, Sleeve
 
+DEFAULT = Refinement()
+
 
 @dataclass(frozen=True)
 class NamedMesh:
@@ -54,7 +56,7 @@ def build(
     shape: Shape,
     dimension: int = 3,
     mirrors: Mirrors = frozenset(),
-    refinement: Refinement = Refinement(),
+    refinement: Refinement = DEFAULT,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> NamedMesh:
     """Mesh a shape.
@@ -140,7 +142,7 @@ def _mesh_blocks(blocks: Blocks, order: int) -> dict[int, dict[str, int]]:
     }
     for _, curve in model.getEntities(1):
         box = np.array(model.getBoundingBox(1, curve))
-        model.mesh.setTransfiniteCurve(curve, int(round(np.max(box[3:] - box[:3]))) + 1)
+        model.mesh.setTransfiniteCurve(curve, round(float(np.max(box[3:] - box[:3]))) + 1)
     for _, surface in model.getEntities(2):
         model.mesh.setTransfiniteSurface(surface)
         model.mesh.setRecombine(2, surface)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
+from typing_extensions import override
 
 from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape, Sleeve
 
@@ -69,6 +71,7 @@ class Ring(Shape):
         return self.outer_radius - self.inner_radius
 
     @property
+    @override
     def elastic_sleeves(self) -> Mapping[str, Sleeve]:
         given = {"inner_sleeve": self.inner_sleeve, "outer_sleeve": self.outer_sleeve}
         return {name: sleeve for name, sleeve in given.items() if sleeve is not None}
@@ -107,6 +110,7 @@ class Ring(Shape):
 
     # -- the blocks ----------------------------------------------------------------------------------------------
 
+    @override
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
         default, grading = (SECTION, SECTION_GRADING) if dimension == 2 else (SOLID, SOLID_GRADING)
         across = refinement.elements(refinement.across, default.across or 1)
@@ -129,7 +133,7 @@ class Ring(Shape):
         if len(cuts) == 2:
             rubber = [Interval(0.0, 1.0, across, grading, "both")]
         else:
-            rubber = [_share(low, high, across, 1.0) for low, high in zip(cuts, cuts[1:], strict=False)]
+            rubber = [_share(low, high, across, 1.0) for low, high in itertools.pairwise(cuts)]
         before = [Interval(-1.0, 0.0, SLEEVE_ELEMENTS)] if self.inner_sleeve else []
         after = [Interval(1.0, 2.0, SLEEVE_ELEMENTS)] if self.outer_sleeve else []
         return (*before, *rubber, *after)
@@ -145,9 +149,7 @@ class Ring(Shape):
             stop = 2 * math.pi
         edges = {round(edge % (2 * math.pi), 12) for void in self.voids() for edge in void.theta}
         cuts = sorted({0.0, stop, *(edge for edge in edges if 1e-9 < edge < stop - 1e-9)})
-        return tuple(
-            _share(low, high, around, 2 * math.pi) for low, high in zip(cuts, cuts[1:], strict=False)
-        )
+        return tuple(_share(low, high, around, 2 * math.pi) for low, high in itertools.pairwise(cuts))
 
     def _region(self, middle: Array) -> str | None:
         s = middle[0]

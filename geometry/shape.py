@@ -143,7 +143,9 @@ def shapes() -> Mapping[str, type[Shape]]:
     for info in pkgutil.iter_modules(package.__path__):
         module = importlib.import_module(f"{package.__name__}.{info.name}")
         for value in vars(module).values():
-            if isinstance(value, type) and issubclass(value, Shape) and value.__module__ == module.__name__:
-                if "name" in vars(value):
-                    found[value.name] = value
+            ours = (
+                isinstance(value, type) and issubclass(value, Shape) and value.__module__ == module.__name__
+            )
+            if ours and "name" in vars(value):
+                found[value.name] = value
     return dict(sorted(found.items()))

@@ -5,16 +5,16 @@ import numpy as np
 from cases.mode import Array, Mode, Setting
 
 
-def _along_last(components: int):
-    def motion(x: Array, q: float) -> Array:
-        u = np.zeros((components, x.shape[1]))
-        u[-1] = q
-        return u
+def motion(x: Array, q: float) -> Array:
+    """Translation by q along the axis, the last coordinate of the half-plane and of space."""
+    u = np.zeros_like(x)
+    u[-1] = q
+    return u
 
-    def rate(x: Array, q: float) -> Array:
-        return motion(x, 1.0)
 
-    return motion, rate
+def rate(x: Array, q: float) -> Array:
+    """Derivative of `motion` with respect to q."""
+    return motion(x, 1.0)
 
 
 MODE = Mode(
@@ -22,6 +22,6 @@ MODE = Mode(
     summary="inner sleeve along the axis",
     specimen="bushing",
     rotational=False,
-    section=Setting("axisymmetric", *_along_last(2)),
-    solid=Setting("cartesian", *_along_last(3), mirrors=frozenset({"x", "y"})),
+    section=Setting("axisymmetric", motion, rate),
+    solid=Setting("cartesian", motion, rate, mirrors=frozenset({"x", "y"})),
 )

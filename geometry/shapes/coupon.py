@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
+from typing_extensions import override
+
 from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape
 
 
@@ -17,9 +19,11 @@ class Coupon(Shape):
     # The field is linear: first-order displacement and one pressure represent it exactly.
     displacement_order: ClassVar[int] = 1
 
+    @override
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
         return Blocks(((Interval(0.0, 1.0, 1),),) * 3, lambda middle: "rubber", _face, lambda p: p)
 
+    @override
     def measures(self) -> Mapping[str, float]:
         return {"rubber": 1.0}
 

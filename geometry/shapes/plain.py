@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
+from typing_extensions import override
 
 from geometry.ring import Ring
 from geometry.shape import Array
@@ -19,5 +20,6 @@ class Plain(Ring):
 
     length: float = Field(gt=0, description="bonded length, mm")
 
+    @override
     def half_length(self, s: Array) -> Array:
         return np.full_like(s, 0.5 * self.length)

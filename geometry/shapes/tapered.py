@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
+from typing_extensions import override
 
 from geometry.ring import Ring
 from geometry.shape import Array
@@ -30,10 +31,11 @@ class Tapered(Ring):
             raise ValueError('profile_depth needs profile = "concave"')
         if self.profile == "concave" and self.profile_depth == 0:
             raise ValueError('profile = "concave" needs profile_depth > 0 (mm)')
-        if float(self.half_length(np.linspace(0.0, 1.0, 101)).min()) <= 0:
+        if float(self.half_length(np.linspace(0.0, 1.0, 101, dtype=np.float64)).min()) <= 0:
             raise ValueError(f"profile_depth = {self.profile_depth:g} mm hollows the rubber through")
         return self
 
+    @override
     def half_length(self, s: Array) -> Array:
         straight = 0.5 * (self.inner_length + s * (self.outer_length - self.inner_length))
         return straight - self.profile_depth * 4.0 * s * (1.0 - s)

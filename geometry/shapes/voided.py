@@ -6,6 +6,7 @@ import math
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
+from typing_extensions import override
 
 from geometry.ring import Void
 from geometry.shapes.tapered import Tapered
@@ -56,6 +57,7 @@ class Voided(Tapered):
             )
         return self
 
+    @override
     def voids(self) -> tuple[Void, ...]:
         low, high = (
             (r - self.inner_radius) / self.thickness for r in (self.void_inner_radius, self.void_outer_radius)
