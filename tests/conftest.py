@@ -1,0 +1,67 @@
+"""What all tests share: one thread, slow tests on demand, and the rubber of the reference curves."""
+
+from __future__ import annotations
+
+import os
+
+# Small matrices: more BLAS threads only fight each other. Before NumPy is imported.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import pytest
+
+
+def pytest_addoption(parser):
+    parser.addoption("--slow", action="store_true", help="run the slow tests too")
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave the slow tests out unless they are asked for; the summary then says how many."""
+    if config.getoption("--slow") or config.getoption("markexpr"):
+        return
+    slow = [item for item in items if item.get_closest_marker("slow")]
+    if slow:
+        items[:] = [item for item in items if item not in slow]
+        config.hook.pytest_deselected(items=slow)
+        config.stash[_LEFT_OUT] = len(slow)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    left_out = config.stash.get(_LEFT_OUT, 0)
+    if left_out:
+        terminalreporter.write_line(f"{left_out} slow tests left out: run them with --slow")
+
+
+_LEFT_OUT = pytest.StashKey[int]()
+
+# Laws of the reference curves (tests/verification/data/README.md), and Gent with the same shear modulus and a limit
+# that its neighbours' stretches do not reach.
+LAWS = {
+    "neo_hookean": {"C10": 0.5},
+    "mooney_rivlin": {"C10": 0.4, "C01": 0.1},
+    "yeoh": {"C10": 0.5, "C20": -0.05, "C30": 0.01},
+    "ogden": {"mu1": 0.6, "alpha1": 1.3, "mu2": 0.005, "alpha2": 5.0, "mu3": -0.02, "alpha3": -2.0},
+    "arruda_boyce": {"mu": 1.0, "lambda_m": 3.0},
+    "gent": {"mu": 1.0, "Jm": 30.0},
+}
+
+
+@pytest.fixture(scope="session")
+def rubber():
+    """Make a rubber of a law by name, with the parameters of the references or others (MPa)."""
+    from cases.simulate import Rubber
+    from forms.law import law
+
+    def make(name="yeoh", bulk_modulus=2000.0, **parameters):
+        chosen = law(name)
+        given = parameters or LAWS.get(name) or {p.name: p.start for p in chosen.parameters}
+        return Rubber(chosen, given, bulk_modulus)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def reference_bushing():
+    """Return the plain bushing 12/22/40 mm of the reference curves."""
+    from geometry.shape import shapes
+
+    return shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
