@@ -10,6 +10,7 @@ mirror=${BUSHCLI_MIRROR:-http://deb.debian.org/debian}
 if [ -z "${BUSHCLI_IN_NAMESPACE:-}" ]; then
     BUSHCLI_IN_NAMESPACE=1 exec unshare --mount --pid --fork --kill-child --mount-proc bash "$0" "$@"
 fi
+trap "exit 130" INT TERM # the first process of a namespace is deaf to signals that it does not handle
 shift
 exec >&3
 
@@ -22,7 +23,7 @@ if ! /usr/lib/apt/apt-helper -o Acquire::Retries=0 download-file "$mirror/dists/
     rm -f "$new.release"
     echo "bushcli set-up: cannot reach $mirror: there is no network, or it wants a proxy (http_proxy)" \
         "or another mirror (BUSHCLI_MIRROR)." >&2
-    exit 1
+    exit 3
 fi
 rm -rf --one-file-system "$new" "$new.release"
 debootstrap --variant=minbase trixie "$new" "$mirror" 2>&1

@@ -24,7 +24,7 @@ logged() {
     printf '\n$ %s\n' "$*" >>"$log"
     local status=0
     "$@" >>"$log" 2>&1 </dev/null || status=$?
-    ((status == 0 || status == 126)) || tail -n 12 "$log" | sed 's/^/    /' >&2
+    ((status == 0 || status == 126)) || tail -n 3 "$log" | sed 's/^/    /' >&2
     return $status
 }
 

@@ -67,13 +67,26 @@ prepare_apt() {
     find_python || fail "apt-get has installed DOLFINx, but python3 cannot import it; see $log."
 }
 
+build_root() {
+    local status=0
+    as_root bash "$checkout/setup/build-root.sh" "$root" $(debian_packages) 3>>"$log" </dev/null || status=$?
+    case $status in
+    0) return ;;
+    3) exit 1 ;; # it has said why
+    esac
+    tail -n 5 "$log" | sed 's/^/    /' >&2
+    fail "the Debian 13 root could not be built. The whole story is in $log."
+}
+
 prepare_root() {
     local key
-    key=$({ debian_packages && cat "$checkout/setup/build-root.sh"; } | digest)
+    key=$({ debian_packages && grep -v '^ *#' "$checkout/setup/build-root.sh"; } | digest)
     root=$home/root-$key
     if [ ! -f "$root/complete" ] && [ -f "$shared_home/root-$key/complete" ]; then root=$shared_home/root-$key; fi
     python=/usr/bin/python3
     if [ ! -f "$root/complete" ]; then
+        [[ $root != *[[:space:]]* ]] || fail "debootstrap wants a path without blanks, and $root has one;" \
+            "choose another place with BUSHCLI_HOME=/path."
         ask_for_rights
         need_space "$home" 4000 "the Debian 13 root"
         command -v debootstrap >/dev/null || apt_install debootstrap debian-archive-keyring
@@ -84,7 +97,6 @@ prepare_root() {
             "the Dockerfile; elsewhere unprivileged user namespaces are switched off. The whole story is in $log."
     if [ ! -f "$root/complete" ]; then
         say "building the Debian 13 root in $root (3 GB, about 3 minutes, once)"
-        as_root bash "$checkout/setup/build-root.sh" "$root" $(debian_packages) 3>>"$log" </dev/null ||
-            fail "the Debian 13 root could not be built; the whole story is in $log."
+        build_root
     fi
 }
