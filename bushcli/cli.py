@@ -203,11 +203,14 @@ def init(directory: Path) -> None:
 def check(run: Run) -> int:
     """Validate CASE and its recordings, print a summary, solve nothing."""
     from bushcli import report
+    from bushcli.direct import check_material
     from bushcli.recording import read_coupon, read_recording
 
     case = run.load()
     curves = [read_recording(source) for source in case.recordings]
     coupons = [read_coupon(source) for source in case.coupons]
+    if not case.needs_fit:
+        check_material(case, case.material)
     run.show(report.case_text(case, curves, coupons))
     run.emit(report.case_json(case, curves, coupons, run.timings()))
     return DONE

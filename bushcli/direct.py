@@ -22,7 +22,7 @@ from cases.mode import modes
 from cases.model import Model
 from cases.program import Program, path
 from cases.simulate import Rubber, even_targets, prepare, sweep
-from cases.stability import stable
+from cases.stability import coupon_limits, stable
 from cases.stretches import Surface, principal_stretches, surface
 from forms.law import law
 from geometry.ring import Ring
@@ -32,6 +32,8 @@ from geometry.ring import Ring
 RECORDING_STEPS = 16
 # States of the march in which the law's stability is checked, evenly chosen.
 STABILITY_STATES = 6
+# A law that is unstable between these stretches is no rubber's.
+SMALL_STRAIN = (0.9, 1.1)
 # Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction.
 FINER = 1.5
 
@@ -140,17 +142,21 @@ def predict(
     Raises
     ------
     InputError
-        A recording cannot be read.
+        A recording cannot be read, there is nothing to simulate, or the law is unstable from the start.
     """
+    material = material or case.material
+    check_material(case, material)
     # All input is read before anything is solved: a bad file must not cost a march.
     recordings = [read_recording(source) for source in case.recordings]
+    if not recordings and not case.load_cases:
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", "[[recordings]] or [[load_cases]]"))
     _check_travel(case, recordings)
     channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
     channels += [_recorded(recording) for recording in recordings]
-    run = _Run(case, rubber_of(material or case.material), mesh_check, fields, progress, comm)
+    run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in _conditions(channel))
-    return Response(case, material or case.material, simulated, found)
+    return Response(case, material, simulated, found)
 
 
 def rubber_of(material: Material) -> Rubber:
@@ -192,6 +198,31 @@ def _recorded(recording: Recording) -> _Channel:
         lambda model, keep, report: sweep(model, targets, keep_states=keep, progress=report),
         recording,
     )
+
+
+def check_material(case: Case, material: Material) -> None:
+    """Refuse a law that no rubber follows: without parameters, or unstable (Drucker) at small strain already.
+
+    Raises
+    ------
+    InputError
+    """
+    if not material.parameters:
+        raise InputError(
+            Problem(case.path.name, "material.parameters are not given", "", "them, or [[coupons]] to fit them to")
+        )
+    chosen = law(material.law)
+    for mode, (low, high) in coupon_limits(chosen, dict(material.parameters)).items():
+        if low > SMALL_STRAIN[0] or high < SMALL_STRAIN[1]:
+            raise InputError(
+                Problem(
+                    case.path.name,
+                    f"material.parameters make {material.law} unstable: in {mode} deformation it is stable only "
+                    f"between stretches {low:.3g} and {high:.3g}",
+                    "",
+                    f"stable at least between {SMALL_STRAIN[0]:g} and {SMALL_STRAIN[1]:g}",
+                )
+            )
 
 
 def _check_travel(case: Case, recordings: Sequence[Recording]) -> None:

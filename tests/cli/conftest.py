@@ -1,0 +1,66 @@
+"""The command line as a user has it: a process, its two streams and its exit code."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples" / "batch"
+Cli = Callable[..., subprocess.CompletedProcess[str]]
+
+# A coarse case that solves in a fraction of a second: numbers are not what these tests are about.
+SMALL = """
+title = "small"
+[geometry]
+shape = "plain"
+inner_radius = 9.0
+outer_radius = 18.0
+length = 34.0
+[mesh]
+elements_across = 2
+elements_along = 4
+[material]
+law = "yeoh"
+bulk_modulus = 2000.0
+[material.parameters]
+C10 = 0.2087
+C20 = -0.0108
+C30 = 0.00074
+[[recordings]]
+mode = "axial"
+file = "axial.csv"
+"""
+
+
+@pytest.fixture
+def cli() -> Cli:
+    """Run bushcli with arguments; returns the finished process."""
+
+    def run(*arguments: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-m", "bushcli.cli", *map(str, arguments)],
+            capture_output=True,
+            text=True,
+            cwd=cwd or ROOT,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            check=False,
+            timeout=300,
+        )
+
+    return run
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """A small case with one recording, in a folder of its own."""
+    shutil.copy(EXAMPLE / "axial.csv", tmp_path)
+    case = tmp_path / "case.toml"
+    case.write_text(SMALL, encoding="utf-8")
+    return case
