@@ -52,9 +52,11 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
     asked = {load.mode for load in case.load_cases} | {source.mode for source in case.recordings}
     names = asked or {mode.name for mode in modes().values() if mode.specimen == case.geometry.specimen}
     wanted: dict[tuple[int, frozenset[str]], list[str]] = {}
+    planes = case.geometry.mirror_planes
     for name in sorted(names):
         dimension = 2 if modes()[name].section is not None and case.geometry.axisymmetric else 3
-        wanted.setdefault((dimension, setting_for(modes()[name], dimension).mirrors), []).append(name)
+        mirrors = setting_for(modes()[name], dimension).mirrors & planes
+        wanted.setdefault((dimension, mirrors), []).append(name)
     if comm.rank == 0:
         directory.mkdir(parents=True, exist_ok=True)
     comm.barrier()

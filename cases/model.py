@@ -29,6 +29,7 @@ from forms import kinematics
 from forms.law import Law
 from forms.potential import Potential, potential
 from geometry.mesh import NamedMesh
+from geometry.shape import Mirrors
 
 Array = NDArray[np.float64]
 
@@ -94,7 +95,7 @@ class Model:
         self._prescribed = fem.Function(self.space)
         self._bc = fem.dirichletbc(self._prescribed, self._constrained.dofs)
         # The modelled part is one of this many equal parts; equal faces of a coupon share the work.
-        self.multiplicity = 2 ** len(self.setting.mirrors) / mode.shares
+        self.multiplicity = 2 ** len(mesh.mirrors) / mode.shares
 
     # -- set-up --------------------------------------------------------------------------------------------------
 
@@ -121,7 +122,7 @@ class Model:
         mesh, space = self.mesh, self.space
         components = space.sub(0).num_sub_spaces
         held = dict(self.mode.held)
-        planes = _mirror_components(self.setting, components)
+        planes = _mirror_components(mesh.mirrors, components)
         values: dict[int, tuple[int, Array, bool]] = {}
         for component in range(components):
             part = space.sub(0).sub(component)
@@ -261,7 +262,7 @@ def _element(mesh: NamedMesh, setting: Setting) -> Any:
     return basix.ufl.mixed_element([displacement, basix.ufl.element("Lagrange", cell, order - 1)])
 
 
-def _mirror_components(setting: Setting, components: int) -> dict[str, tuple[int, ...] | None]:
+def _mirror_components(mirrors: Mirrors, components: int) -> dict[str, tuple[int, ...] | None]:
     """Mirror boundary -> the displacement component normal to it; the last component is along the axis."""
     normal = {"x": 0, "y": 1, "z": components - 1}
-    return {f"mirror_{plane}": (normal[plane],) for plane in setting.mirrors}
+    return {f"mirror_{plane}": (normal[plane],) for plane in mirrors}

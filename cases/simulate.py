@@ -42,7 +42,7 @@ def prepare(
 ) -> Model:
     """Mesh the shape as the mode's symmetry allows, in the half-plane where both are axisymmetric."""
     dimension = 2 if mode.section is not None and shape.axisymmetric else 3
-    mirrors = setting_for(mode, dimension).mirrors
+    mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
     mesh = build(shape, dimension, mirrors, refinement, comm)
     return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus)
 

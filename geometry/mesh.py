@@ -36,6 +36,8 @@ class NamedMesh:
         Elastic sleeves by region name.
     displacement_order
         Polynomial degree that the shape asks of the displacement.
+    mirrors
+        Planes of symmetry at which the mesh is cut.
     """
 
     mesh: Any
@@ -45,6 +47,7 @@ class NamedMesh:
     region: Mapping[str, int]
     sleeves: Mapping[str, Sleeve]
     displacement_order: int
+    mirrors: Mirrors = frozenset()
 
     @property
     def dimension(self) -> int:
@@ -81,6 +84,9 @@ def build(
     """
     if dimension == 2 and not shape.axisymmetric:
         raise ValueError(f"a {shape.name} shape is not one of revolution: it has no half-plane model")
+    if not mirrors <= shape.mirror_planes:
+        planes = ", ".join(sorted(mirrors - shape.mirror_planes))
+        raise ValueError(f"a {shape.name} shape is not symmetric about the planes normal to {planes}")
     blocks = shape.blocks(dimension, mirrors, refinement)
     names: dict[int, dict[str, int]] = {dimension: {}, dimension - 1: {}}
     with _session():
@@ -96,6 +102,7 @@ def build(
         names[dimension],
         shape.elastic_sleeves,
         shape.displacement_order,
+        mirrors,
     )
 
 
