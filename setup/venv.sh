@@ -18,8 +18,9 @@ make_venv() {
         fail "$python cannot make a virtual environment in $venv; see $log."
     "$venv/enter" "$python" "$checkout/setup/parent_paths.py" "$venv"
     "$venv/enter" "$venv/bin/python" -c 'import gmsh' 2>>"$log" || target+=(gmsh)
-    logged "$venv/enter" "$venv/bin/python" -m pip install -q --disable-pip-version-check \
-        --retries "${PIP_RETRIES:-1}" "${target[@]}" ||
+    # Retries in the environment, where the pip that pip starts for building finds them: no network takes no minute.
+    PIP_RETRIES=${PIP_RETRIES:-2} logged "$venv/enter" "$venv/bin/python" -m pip install -q \
+        --disable-pip-version-check "${target[@]}" ||
         fail "pip could not install what bushcli needs from PyPI: there is no network, or it wants a proxy" \
             "(https_proxy) or another index (PIP_INDEX_URL). The whole story is in $log."
     echo "$base" >"$venv/base"
