@@ -26,7 +26,7 @@ bash "$checkout/setup/setup.sh" "$installed"
 mkdir -p "$bindir" && [ -w "$bindir" ] || fail "cannot write in $bindir; choose another directory with BINDIR=/path."
 
 launcher() { # name, what to run
-    printf '#!/bin/sh\n%s\nexec "%s/enter" %s"$@"\n' "$mark" "$installed" "${2:+"$2" }" >"$bindir/.$1.new"
+    printf '#!/bin/sh\n%s\nexec "%s/enter" %s"$@"\n' "$mark" "$installed" "${2:+\"$2\" }" >"$bindir/.$1.new"
     chmod 755 "$bindir/.$1.new"
     mv "$bindir/.$1.new" "$bindir/$1"
     say "installed $bindir/$1"
