@@ -21,7 +21,7 @@ from cases.march import Progress as StepProgress
 from cases.mode import modes
 from cases.model import Model
 from cases.program import Program, path
-from cases.simulate import Rubber, even_targets, prepare, sweep
+from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
 from cases.stability import coupon_limits, stable
 from cases.stretches import Surface, principal_stretches, surface
 from forms.law import law
@@ -152,7 +152,7 @@ def predict(
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", "[[recordings]] or [[load_cases]]"))
     _check_travel(case, recordings)
     channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
-    channels += [_recorded(recording) for recording in recordings]
+    channels += [_recorded(case, recording) for recording in recordings]
     run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in _conditions(channel))
@@ -188,9 +188,11 @@ def _prescribed(case: Case, load: LoadCase, number: int) -> _Channel:
     )
 
 
-def _recorded(recording: Recording) -> _Channel:
-    # Without history in the law, one solve over the range serves every cycle.
+def _recorded(case: Case, recording: Recording) -> _Channel:
+    # Without history in the law, one solve over the range serves every cycle; where the curve is odd, one side.
     low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
+    if is_odd(case.geometry, modes()[recording.mode]):
+        low, high = (0.0, max(high, -low)) if high >= -low else (low, 0.0)
     targets = even_targets(low, high, RECORDING_STEPS)
     return _Channel(
         recording.name,
@@ -284,7 +286,7 @@ class _Run:
         return Simulated(
             name=channel.name,
             mode=channel.mode,
-            curve=_curve(channel.mode, history),
+            curve=_curve(self.case, channel, history),
             recording=channel.recording,
             attempts=history.attempts,
             stopped=stopped,
@@ -307,11 +309,24 @@ class _Run:
         return 100.0 * float(np.max(np.abs(history.force - fine.force)) / np.ptp(fine.force))
 
 
-def _curve(mode: str, history: History) -> Curve:
+def _curve(case: Case, channel: _Channel, history: History) -> Curve:
     """The curve as far as it went: never less than two points, for a march may fail at its first step."""
-    if len(history.displacement) < 2:
-        return Curve(mode, np.array([0.0, 1e-9]), np.zeros(2))
-    return Curve(mode, history.displacement, history.force, history.time)
+    q, force = history.displacement, history.force
+    if len(q) < 2:
+        return Curve(channel.mode, np.array([0.0, 1e-9]), np.zeros(2))
+    recording = channel.recording
+    if recording is None:
+        return Curve(channel.mode, q, force, history.time)
+    both = float(recording.displacement.min()) < 0.0 < float(recording.displacement.max())
+    if both and is_odd(case.geometry, modes()[channel.mode]):
+        _, first = np.unique(np.concatenate([q, -q]), return_index=True)
+        q, force = np.concatenate([q, -q])[first], np.concatenate([force, -force])[first]
+        # No further than was recorded, but for a step: the plot and the stiffness are of the recorded range.
+        low, high = recording.displacement.min(), recording.displacement.max()
+        step = float(np.diff(q).max())
+        kept = (q >= low - step) & (q <= high + step)
+        q, force = q[kept], force[kept]
+    return Curve(channel.mode, q, force)
 
 
 def _stability(model: Model, history: History, rubber: Rubber) -> tuple[tuple[float, float], float]:

@@ -60,6 +60,8 @@ class Mode:
         The setting in the half-plane, for shapes of revolution; None where the mode is not axisymmetric.
     driven, held
         Boundary name -> displacement components that follow the motion, or stay at zero (None = all).
+    reversed_by
+        A plane whose mirror image turns the motion q into -q: where the shape is symmetric about it, the curve is odd.
     shares
         Number of equal faces that work on q: the force is divided by it (equibiaxial 2, volumetric 3).
     """
@@ -73,6 +75,7 @@ class Mode:
     driven: Constraints = field(default_factory=lambda: {"inner": None})
     held: Constraints = field(default_factory=lambda: {"outer": None})
     shares: int = 1
+    reversed_by: Literal["x", "y", "z"] | None = None
     needs_compressibility: bool = False
 
 

@@ -47,6 +47,11 @@ def prepare(
     return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus)
 
 
+def is_odd(shape: Shape, mode: Mode) -> bool:
+    """Whether the force reverses with the displacement, so that one side of the curve tells the other."""
+    return mode.reversed_by is not None and mode.reversed_by in shape.mirror_planes
+
+
 def even_targets(lower: float, upper: float, steps: int) -> Array:
     """Displacements from `lower` to `upper` through zero: `steps` on the longer side of it, the share of the other.
 

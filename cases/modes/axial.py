@@ -24,4 +24,5 @@ MODE = Mode(
     rotational=False,
     section=Setting("axisymmetric", motion, rate),
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"x", "y"})),
+    reversed_by="z",
 )

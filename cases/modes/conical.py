@@ -23,4 +23,5 @@ MODE = Mode(
     specimen="bushing",
     rotational=True,
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y"})),
+    reversed_by="x",
 )

@@ -23,4 +23,5 @@ MODE = Mode(
     specimen="bushing",
     rotational=False,
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y", "z"})),
+    reversed_by="x",
 )

@@ -36,4 +36,5 @@ MODE = Mode(
     rotational=True,
     section=Setting("axisymmetric_twist", twist, twist_rate, mirrors=frozenset({"z"})),
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"z"})),
+    reversed_by="y",
 )
