@@ -11,11 +11,11 @@ from pydantic import Field, model_validator
 
 from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape
 
-# From plate to plate, from bore to flank, around.
-SECTION = (14, 12)
-SOLID = (10, 6, 12)
-# Longest over shortest element. The singular edges lie where the free surfaces meet the plates.
-GRADING = (4.0, 4.0)
+# Elements from plate to plate, from bore to flank, around; all of one size. Compression makes the surface of the bore
+# crease (Biot's instability): finer meshes, and meshes graded toward the edges, follow creases of their own size and
+# stop early. Eight even elements give the force up to half the height within 0.5 % of thirty (test_mount.py).
+SECTION = (8, 8)
+SOLID = (8, 6, 12)
 
 
 class Mount(Shape):
@@ -82,8 +82,8 @@ class Mount(Shape):
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
         default = (*SECTION, 1) if dimension == 2 else SOLID
         # "Across" is from bond to bond, as in a bushing: here along the axis.
-        t_axis = (Interval(-1.0, 1.0, refinement.elements(refinement.across, default[0]), GRADING[0]),)
-        s_axis = (Interval(0.0, 1.0, refinement.elements(refinement.along, default[1]), GRADING[1]),)
+        t_axis = (Interval(-1.0, 1.0, refinement.elements(refinement.across, default[0])),)
+        s_axis = (Interval(0.0, 1.0, refinement.elements(refinement.along, default[1])),)
         if dimension == 2:
             return Blocks((s_axis, t_axis), lambda middle: "rubber", _face_section, self._chart_section)
         share = 0.25 if {"x", "y"} <= mirrors else 0.5 if mirrors else 1.0
