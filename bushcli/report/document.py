@@ -4,43 +4,119 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from bushcli.casefile import resolved
-from bushcli.direct import Simulated
+from bushcli.casefile import Case, resolved
+from bushcli.condition import Condition
+from bushcli.direct import Response, Simulated
 from bushcli.inverse import Fit
+from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
+from bushcli.recording import Recording, branches, force_noise
 from bushcli.report.quantity import quantities
-from bushcli.report.result import Result
 from bushcli.report.verdict import Verdict, judge
+from bushcli.report.versions import versions
 from cases.mode import modes
 from forms.law import law
 
 
-def as_json(result: Result) -> dict[str, Any]:
-    """Return a result as JSON-ready data."""
-    document: dict[str, Any] = {
-        "command": result.command,
-        "case": resolved(result.case),
-        "versions": dict(result.versions),
-        "timings_s": dict(result.timings),
-        "problems": [
-            {"name": p.name, "message": p.message, "remedy": p.remedy} for p in result.problems
-        ],
+def direct_json(
+    response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, timings: Mapping[str, float]
+) -> dict[str, Any]:
+    """Return a direct prediction, and the fit that went before it, as JSON-ready data."""
+    document = _head("direct", response.case, problems_of(response, misfits, fit), timings)
+    document["complete"] = response.complete
+    document["material"] = {
+        "law": response.material.law,
+        "bulk_modulus": response.material.bulk_modulus,
+        "parameters": dict(response.material.parameters),
     }
-    if result.response is not None:
-        document["complete"] = result.response.complete
-        document["verdict"] = _verdict(judge(result), result.misfits)
-        document["load_cases"] = [_channel(c, result.misfits.get(c.name)) for c in result.channels]
-    if result.fit is not None:
-        found = fit_document(result.fit)
-        document |= found if result.response is None else {"fit": found}
-    clean = _clean(document)
-    assert isinstance(clean, dict)
-    return clean
+    document["verdict"] = _verdict(judge(response, misfits), misfits)
+    document["load_cases"] = [_channel(c, misfits.get(c.name)) for c in response.channels]
+    if fit is not None:
+        document["fit"] = _fit(fit)
+    return _cleaned(document)
+
+
+def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
+    """Return an identified law as JSON-ready data."""
+    return _cleaned(_head("fit", case, fit.conditions, timings) | _fit(fit))
+
+
+def case_json(
+    case: Case, curves: Sequence[Recording], coupons: Sequence[Recording], timings: Mapping[str, float]
+) -> dict[str, Any]:
+    """Return a checked case and what its recordings hold as JSON-ready data."""
+    document = _head("check", case, (), timings)
+    document["recordings"] = [_summary(curve) for curve in curves]
+    document["coupons"] = [_summary(curve) for curve in coupons]
+    return _cleaned(document)
+
+
+def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]) -> dict[str, Any]:
+    """Return the meshes of a case as JSON-ready data."""
+    document = _head("mesh", case, (), timings)
+    document["meshes"] = [
+        {
+            "name": mesh.name,
+            "modes": list(mesh.modes),
+            "dimension": mesh.dimension,
+            "cells": mesh.cells,
+            "nodes": mesh.nodes,
+            "boundaries": dict(mesh.boundaries),
+            "regions": dict(mesh.regions),
+        }
+        for mesh in meshes
+    ]
+    return _cleaned(document)
+
+
+def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
+    """What is doubtful about a direct prediction: of the fit, of the marches, and recordings left uncompared."""
+    left = tuple(
+        Condition(
+            "not_compared",
+            f"{channel.name}: the simulation ended before the recording could be compared with it",
+            "see why the simulation stopped",
+        )
+        for channel in response.channels
+        if channel.recording is not None and channel.name not in misfits
+    )
+    return (*(fit.conditions if fit else ()), *response.conditions, *left)
+
+
+def _head(
+    command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float]
+) -> dict[str, Any]:
+    """What every result has."""
+    return {
+        "command": command,
+        "case": resolved(case),
+        "versions": versions(),
+        "timings_s": dict(timings),
+        "problems": [{"name": p.name, "message": p.message, "remedy": p.remedy} for p in problems],
+    }
+
+
+def _summary(curve: Recording) -> dict[str, Any]:
+    shown = quantities(curve.mode)
+    found = branches(curve)
+    return {
+        "name": curve.name,
+        "mode": curve.mode,
+        "file": str(curve.source) if curve.source else None,
+        "samples": len(curve.displacement),
+        "cycles": max(branch.cycle for branch in found),
+        "holds": sum(branch.kind == "hold" for branch in found),
+        "duration_s": None if curve.time is None else float(np.ptp(curve.time)),
+        "units": {"displacement": shown.displacement_unit or "stretch", "force": shown.force_unit},
+        "displacement": [shown.at(q) for q in (curve.displacement.min(), curve.displacement.max())],
+        "force": [float(curve.force.min()), float(curve.force.max())],
+        "noise_percent": 100 * force_noise(curve) / float(np.ptp(curve.force)),
+    }
 
 
 def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
@@ -65,7 +141,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
         },
         "complete": not channel.stopped,
         "stopped": channel.stopped,
-        "reach": float(shown.shown(channel.reach)) - shown.rest,
+        "reach": shown.at(channel.reach) - shown.rest,
         "newton_iterations": channel.newton,
         "steps_tried": len(channel.attempts),
         "steps_rejected": rejected,
@@ -132,8 +208,7 @@ def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     return document
 
 
-def fit_document(fit: Fit) -> dict[str, Any]:
-    """Return an identified law as data; not yet free of nan and infinity."""
+def _fit(fit: Fit) -> dict[str, Any]:
     chosen = law(fit.material.law)
     names = list(fit.parameters)
     return {
@@ -151,13 +226,12 @@ def fit_document(fit: Fit) -> dict[str, Any]:
             for name, estimate in fit.parameters.items()
         },
         "correlation": {
-            one: {other: fit.correlation[i, j] for j, other in enumerate(names)} for i, one in enumerate(names)
+            one: {other: fit.correlation[i, j] for j, other in enumerate(names)}
+            for i, one in enumerate(names)
         },
         "misfit": {key: {"rms_percent": rms} for key, rms in misfit_by_mode(fit).items()},
         "weighting": fit.weighting,
-        "stability": {
-            mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()
-        },
+        "stability": {mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()},
         "forward_solves": fit.forward_solves,
         "failed_solves": fit.failed_solves,
         "sweeps": fit.sweeps,
@@ -181,6 +255,12 @@ def misfit_by_mode(fit: Fit) -> dict[str, float]:
         curve.recording.mode if count[curve.recording.mode] == 1 else curve.name: curve.rms_percent
         for curve in fit.curves
     }
+
+
+def _cleaned(document: dict[str, Any]) -> dict[str, Any]:
+    clean = _clean(document)
+    assert isinstance(clean, dict)
+    return clean
 
 
 def _clean(value: Any) -> Any:

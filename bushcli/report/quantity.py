@@ -24,6 +24,8 @@ class Quantities:
         Shown displacement per internal one: degrees per radian, else 1.
     rest : float
         Shown where nothing is deformed: stretch 1 of a coupon, else 0.
+    csv_names : tuple of str
+        Column names of displacement and force.
     """
 
     displacement: str
@@ -33,10 +35,15 @@ class Quantities:
     stiffness_unit: str
     per_internal: float = 1.0
     rest: float = 0.0
+    csv_names: tuple[str, str] = ("displacement_mm", "force_N")
 
     def shown(self, displacement: Array) -> Array:
         """Internal displacement (mm, rad, stretch - 1) -> mm, degrees, stretch."""
-        return self.rest + self.per_internal * np.asarray(displacement, dtype=float)
+        return self.rest + self.per_internal * displacement
+
+    def at(self, displacement: float) -> float:
+        """The same of one value."""
+        return self.rest + self.per_internal * float(displacement)
 
     def stiffness(self, internal: float) -> float:
         """N/mm, N mm/rad or MPa -> N/mm, N mm/degree or MPa."""
@@ -45,7 +52,9 @@ class Quantities:
     @property
     def displacement_label(self) -> str:
         """For an axis."""
-        return f"{self.displacement} [{self.displacement_unit}]" if self.displacement_unit else self.displacement
+        return (
+            f"{self.displacement} [{self.displacement_unit}]" if self.displacement_unit else self.displacement
+        )
 
     @property
     def force_label(self) -> str:
@@ -54,8 +63,12 @@ class Quantities:
 
 
 _TRANSLATION = Quantities("displacement", "mm", "force", "N", "N/mm")
-_ROTATION = Quantities("rotation", "deg", "moment", "N mm", "N mm/deg", per_internal=180.0 / math.pi)
-_COUPON = Quantities("stretch", "", "nominal stress", "MPa", "MPa", rest=1.0)
+_ROTATION = Quantities(
+    "rotation", "deg", "moment", "N mm", "N mm/deg", 180.0 / math.pi, 0.0, ("rotation_deg", "moment_Nmm")
+)
+_COUPON = Quantities(
+    "stretch", "", "nominal stress", "MPa", "MPa", 1.0, 1.0, ("stretch", "nominal_stress_MPa")
+)
 
 
 def quantities(mode: str) -> Quantities:

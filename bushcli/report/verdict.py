@@ -13,10 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.direct import Simulated
+from bushcli.direct import Response, Simulated
 from bushcli.misfit import BAND, Misfit
 from bushcli.report.quantity import Quantities, listed, number, percent, quantities
-from bushcli.report.result import Result
 
 # A single factor counts as an explanation when it takes away this share of the rms misfit...
 EXPLAINS = 0.5
@@ -79,6 +78,8 @@ class Verdict:
         Of all recorded channels; None without any.
     channels : tuple of ChannelVerdict
     single_factor : SingleFactor or None
+    lines : tuple of str
+        The sentences after the headline.
     """
 
     headline: str
@@ -86,23 +87,32 @@ class Verdict:
     within_10_percent: bool | None
     channels: tuple[ChannelVerdict, ...]
     single_factor: SingleFactor | None
+    lines: tuple[str, ...]
 
 
-def judge(result: Result) -> Verdict:
-    """Put a direct prediction into words."""
-    channels = tuple(_channel(channel, result.misfits.get(channel.name)) for channel in result.channels)
+def judge(response: Response, misfits: Mapping[str, Misfit]) -> Verdict:
+    """Put a direct prediction into words.
+
+    Parameters
+    ----------
+    response
+        The simulated channels.
+    misfits
+        Channel name -> misfit, for those that could be compared.
+    """
+    channels = tuple(_channel(channel, misfits.get(channel.name)) for channel in response.channels)
     compared = [channel for channel in channels if channel.within_10_percent is not None]
-    recorded = [channel for channel in result.channels if channel.recording is not None]
+    recorded = [channel for channel in response.channels if channel.recording is not None]
     within = (
         len(compared) == len(recorded) and all(c.within_10_percent for c in compared) if recorded else None
     )
-    factor = single_factor(list(result.misfits.values()))
-    headline = _headline(result, within, [c.name for c in compared if not c.within_10_percent])
-    sentences = [f"{headline}.", *(channel.text for channel in channels)]
+    factor = single_factor(list(misfits.values()))
+    headline = _headline(response, misfits, within, [c.name for c in compared if not c.within_10_percent])
+    lines = [channel.text for channel in channels]
     # Within the band there is no gap that would ask for an explanation.
     if factor is not None and not within:
-        sentences.append(_factor_text(factor))
-    return Verdict(headline, " ".join(sentences), within, channels, factor)
+        lines.append(_factor_text(factor))
+    return Verdict(headline, " ".join([f"{headline}.", *lines]), within, channels, factor, tuple(lines))
 
 
 def single_factor(misfits: Sequence[Misfit]) -> SingleFactor | None:
@@ -132,19 +142,21 @@ def _joint(rms: Mapping[str, float]) -> float:
     return math.sqrt(sum(value**2 for value in rms.values()) / len(rms))
 
 
-def _headline(result: Result, within: bool | None, outside: list[str]) -> str:
+def _headline(
+    response: Response, misfits: Mapping[str, Misfit], within: bool | None, outside: list[str]
+) -> str:
     if within is None:
-        stopped = [c.name for c in result.channels if c.stopped]
+        stopped = [c.name for c in response.channels if c.stopped]
         return (
             f"Simulated, but {listed(stopped)} stopped early; no recording to compare with"
             if stopped
             else "Simulated; no recording to compare with"
         )
     if within:
-        return "Within the accepted 10 % of the recording" + ("s" if len(result.misfits) > 1 else "")
+        return "Within the accepted 10 % of the recording" + ("s" if len(misfits) > 1 else "")
     if not outside:
         return "Not comparable with the recordings: the simulation ended too early"
-    ratios = [result.misfits[name].stiffness_ratio for name in outside]
+    ratios = [misfits[name].stiffness_ratio for name in outside]
     if all(ratio > 1 + BAND for ratio in ratios):
         return f"Too stiff: {listed(outside)} outside the accepted 10 %"
     if all(ratio < 1 - BAND for ratio in ratios):
@@ -171,7 +183,8 @@ def _channel(channel: Simulated, found: Misfit | None) -> ChannelVerdict:
 def _alone(channel: Simulated, shown: Quantities) -> str:
     stiffness = f"{number(shown.stiffness(channel.curve.secant_stiffness()))} {shown.stiffness_unit} (secant)"
     low, high = (
-        number(float(shown.shown(q))) for q in (channel.curve.displacement.min(), channel.curve.displacement.max())
+        number(shown.at(q))
+        for q in (channel.curve.displacement.min(), channel.curve.displacement.max())
     )
     text = f"simulated {stiffness} from {low} to {high} {shown.displacement_unit}".rstrip()
     return f"{text}, where it stopped" if channel.stopped else text
@@ -215,6 +228,4 @@ def _factor_text(found: SingleFactor) -> str:
             f"No single factor on the stiffness explains the gap: the channels ask for {own}, and a common "
             f"{found.factor:.2f} leaves {left} rms."
         )
-    return (
-        f"A single factor on the stiffness does not explain the gap: the best, {found.factor:.2f}, leaves {left} rms."
-    )
+    return f"A single factor on the stiffness does not explain the gap: the best, {found.factor:.2f}, leaves {left} rms."

@@ -1,0 +1,24 @@
+"""Results -> text, JSON, pictures, HTML: values in, strings and figures out.
+
+Only `output` writes files. Matplotlib and Jinja are loaded when something is written, not before.
+"""
+
+from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
+from bushcli.report.output import write_direct, write_fit, write_meshes
+from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
+from bushcli.report.verdict import judge
+
+__all__ = [
+    "case_json",
+    "case_text",
+    "direct_json",
+    "direct_text",
+    "fit_json",
+    "fit_text",
+    "judge",
+    "mesh_json",
+    "mesh_text",
+    "write_direct",
+    "write_fit",
+    "write_meshes",
+]

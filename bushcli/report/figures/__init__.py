@@ -1,0 +1,104 @@
+"""Pictures of results: every figure of a command, drawn and saved as PNG and SVG in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from bushcli.direct import Response, Simulated
+from bushcli.inverse import Fit
+from bushcli.meshes import Meshed
+from bushcli.misfit import Misfit
+from bushcli.report.figures.body import deformed_figure, mesh_figure
+from bushcli.report.figures.coupons import coupon_figure, coupon_title
+from bushcli.report.figures.curves import curve_figure, curve_title
+from bushcli.report.figures.picture import Picture, picture
+from bushcli.report.quantity import listed, number, quantities
+from cases.stretches import Surface
+
+__all__ = ["Picture", "direct_figures", "fit_figures", "mesh_figures"]
+
+
+def direct_figures(
+    response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, names: Mapping[str, str]
+) -> tuple[Picture, ...]:
+    """Curves, coupons, deformed shapes and meshes of a direct prediction.
+
+    Parameters
+    ----------
+    names
+        Channel -> name for its files.
+    """
+    found: list[Picture] = []
+    for channel in response.channels:
+        compared = misfits.get(channel.name)
+        title = curve_title(channel, compared)
+        figure = curve_figure(channel, compared)
+        found.append(picture(f"{names[channel.name]}-curve", "curve", title, figure, channel.name))
+    if fit is not None:
+        found += fit_figures(fit)
+    drawn: list[Surface] = []
+    for channel in response.channels:
+        if channel.surface is None:
+            continue
+        title = _deformed_title(channel)
+        figure = deformed_figure(channel.surface, title, _note(channel.surface))
+        found.append(picture(f"{names[channel.name]}-deformed", "deformed", title, figure, channel.name))
+        if any(_same(channel.surface, other) for other in drawn):
+            continue
+        drawn.append(channel.surface)
+        served = [
+            c.name for c in response.channels if c.surface is not None and _same(channel.surface, c.surface)
+        ]
+        title = f"Mesh for {listed(served)}"
+        figure = mesh_figure(channel.surface, title, _note(channel.surface))
+        found.append(picture(f"{names[channel.name]}-mesh", "mesh", title, figure, channel.name))
+    return tuple(found)
+
+
+def fit_figures(fit: Fit) -> tuple[Picture, ...]:
+    """The coupons of a fit."""
+    return (picture("coupons", "coupons", coupon_title(fit), coupon_figure(fit)),)
+
+
+def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:
+    """One picture per mesh."""
+    found = []
+    for mesh in meshes:
+        if mesh.surface is None:
+            continue
+        title = f"Mesh for {listed(list(mesh.modes))}: {mesh.cells} elements"
+        figure = mesh_figure(mesh.surface, title, _note(mesh.surface))
+        found.append(picture(f"mesh-{mesh.name}", "mesh", title, figure))
+    return tuple(found)
+
+
+def _deformed_title(channel: Simulated) -> str:
+    assert channel.surface is not None
+    shown = quantities(channel.mode)
+    reached = shown.at(channel.surface.displacement)
+    largest = float(channel.surface.stretch[channel.surface.rubber].max())
+    name = channel.name[:1].upper() + channel.name[1:]
+    unit = f" {shown.displacement_unit}" if shown.displacement_unit else ""
+    return f"{name}, {shown.displacement} {number(reached)}{unit}: stretch up to {largest:.2f}"
+
+
+def _note(surface: Surface) -> str:
+    low = surface.reference.reshape(-1, 3).min(axis=0)
+    high = surface.reference.reshape(-1, 3).max(axis=0)
+    if np.isclose(low[1], high[1]):
+        return "section; true scale"
+    small = 1e-3 * (high - low)
+    cut = [
+        f"{axis} = 0"
+        for axis, a, b, s in zip("xyz", low, high, small, strict=True)
+        if abs(a) < s or abs(b) < s
+    ]
+    return f"cut at {listed(cut)} by symmetry; true scale" if cut else "true scale"
+
+
+def _same(one: Surface, other: Surface) -> bool:
+    return one is other or (
+        one.reference.shape == other.reference.shape and np.allclose(one.reference, other.reference)
+    )

@@ -1,0 +1,175 @@
+"""A simulated curve, alone or against its recording, with the 10 % band and the difference below."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from bushcli.direct import Simulated
+from bushcli.misfit import BAND, Misfit
+from bushcli.recording import Recording, branches
+from bushcli.report.figures.picture import BLACK, BLUE, GREY, LIGHT, RED, legend, literal, new_figure, style
+from bushcli.report.quantity import Quantities, number, percent, quantities
+from bushcli.report.verdict import stiffer
+
+Array = NDArray[np.float64]
+
+# Up to this many samples are drawn one by one; more of them are a line.
+_SEPARATE = 80
+
+
+def curve_title(channel: Simulated, found: Misfit | None) -> str:
+    """What the picture shows."""
+    name = channel.name[:1].upper() + channel.name[1:]
+    shown = quantities(channel.mode)
+    if found is None:
+        secant = shown.stiffness(channel.curve.secant_stiffness())
+        return f"{name}: {number(secant)} {shown.stiffness_unit} simulated (secant)"
+    if found.within_10_percent:
+        return f"{name}: within 10 % of the recording ({percent(found.rms_percent)} rms)"
+    if abs(found.stiffness_ratio - 1.0) <= BAND:
+        return f"{name}: stiffness within 10 %, curve off by up to {percent(found.peak_percent)}"
+    return f"{name}: simulation {stiffer(found.stiffness_ratio)}"
+
+
+def curve_figure(channel: Simulated, found: Misfit | None) -> Figure:
+    """Draw a channel."""
+    with style():
+        if found is None or channel.recording is None:
+            return _alone(channel)
+        return _compared(channel, channel.recording, found)
+
+
+def _alone(channel: Simulated) -> Figure:
+    figure = new_figure(6.8, 4.4)
+    axes = figure.add_subplot()
+    shown = quantities(channel.mode)
+    _zero_lines(axes, shown)
+    if channel.recording is not None:
+        _recorded(axes, channel.recording, shown)
+    _simulated(axes, channel, shown, marked=True)
+    _stop(axes, channel, shown)
+    axes.set(
+        xlabel=shown.displacement_label, ylabel=shown.force_label, title=literal(curve_title(channel, None))
+    )
+    legend(axes, loc="best")
+    return figure
+
+
+def _compared(channel: Simulated, recording: Recording, found: Misfit) -> Figure:
+    figure = new_figure(6.8, 6.0)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.15))
+    shown = quantities(channel.mode)
+    _zero_lines(above, shown)
+    _band(above, recording, found.force_range, shown)
+    _recorded(above, recording, shown)
+    _simulated(above, channel, shown)
+    _stop(above, channel, shown)
+    above.set(ylabel=shown.force_label, title=literal(curve_title(channel, found)))
+    legend(above, loc="upper left")
+    unit = shown.stiffness_unit
+    above.annotate(
+        f"secant stiffness\nsimulated {number(shown.stiffness(found.predicted.secant))} {unit}\n"
+        f"measured {number(shown.stiffness(found.measured.secant))} {unit}",
+        (0.985, 0.04),
+        xycoords="axes fraction",
+        ha="right",
+        va="bottom",
+        fontsize=9.5,
+        bbox={"boxstyle": "round,pad=0.4", "fc": "white", "ec": LIGHT},
+    )
+    _residual(below, channel, found, shown)
+    figure.align_ylabels([above, below])
+    return figure
+
+
+def _residual(axes: Axes, channel: Simulated, found: Misfit, shown: Quantities) -> None:
+    """Simulated minus recorded, in percent of the force range, with the band and the noise."""
+    percent_off = 100 * found.difference / found.force_range
+    axes.axhspan(-100 * BAND, 100 * BAND, color=LIGHT, lw=0)
+    axes.axhline(0, color=GREY, lw=0.8)
+    q = shown.shown(found.displacement)
+    few = len(q) <= _SEPARATE
+    axes.plot(q, percent_off, color=RED, lw=1.1, marker="o" if few else "", ms=2.5)
+    reach = 1.15 * max(100 * BAND, float(np.abs(percent_off).max()))
+    axes.set(
+        xlabel=shown.displacement_label,
+        ylabel="simulated -\nrecorded [%]",
+        ylim=(-reach, reach),
+    )
+    axes.set_title(
+        f"difference in % of the recorded force range: rms {percent(found.rms_percent)}, "
+        f"peak {percent(found.peak_percent)}, noise {percent(found.noise_percent)}",
+        fontsize=9,
+        fontweight="normal",
+        pad=4,
+    )
+
+
+def _zero_lines(axes: Axes, shown: Quantities) -> None:
+    axes.axhline(0, color=GREY, lw=0.8, zorder=1)
+    axes.axvline(shown.rest, color=GREY, lw=0.8, zorder=1)
+
+
+def _band(axes: Axes, recording: Recording, force_range: float, shown: Quantities) -> None:
+    """The recording, branch by branch, widened by 10 % of its force range."""
+    for i, branch in enumerate(branches(recording)):
+        # The sample before belongs to both branches: without it the band has gaps at the turning points.
+        part = slice(max(branch.start - 1, 0), branch.stop)
+        q, force = recording.displacement[part], recording.force[part]
+        if branch.kind == "hold" or len(q) < 2:
+            continue
+        order = np.argsort(q, kind="stable")
+        axes.fill_between(
+            shown.shown(q[order]),
+            force[order] - BAND * force_range,
+            force[order] + BAND * force_range,
+            color=LIGHT,
+            lw=0,
+            zorder=0.5,
+            label="± 10 % of the recorded force range" if i == 0 else None,
+        )
+
+
+def _recorded(axes: Axes, recording: Recording, shown: Quantities) -> None:
+    few = len(recording.displacement) <= _SEPARATE
+    axes.plot(
+        shown.shown(recording.displacement),
+        recording.force,
+        color=BLACK,
+        lw=0 if few else 1.0,
+        marker="o" if few else "",
+        ms=3.5,
+        label="recorded",
+        zorder=2.5,
+    )
+
+
+def _simulated(axes: Axes, channel: Simulated, shown: Quantities, marked: bool = False) -> None:
+    """The curve, smooth between the steps of the march where it does not go back and forth."""
+    curve = channel.curve
+    try:
+        q = np.linspace(curve.displacement.min(), curve.displacement.max(), 200)
+        force = curve.at(q)
+    except ValueError:
+        q, force = curve.displacement, curve.force
+    axes.plot(shown.shown(q), force, color=BLUE, label="simulated", zorder=3)
+    if marked:
+        axes.plot(shown.shown(curve.displacement), curve.force, "o", color=BLUE, ms=3, zorder=3)
+
+
+def _stop(axes: Axes, channel: Simulated, shown: Quantities) -> None:
+    if not channel.stopped:
+        return
+    end = int(np.argmax(np.abs(channel.curve.displacement)))
+    axes.plot(
+        shown.shown(channel.curve.displacement[end : end + 1]),
+        channel.curve.force[end : end + 1],
+        "X",
+        color=RED,
+        ms=9,
+        zorder=4,
+        label="simulation stopped",
+    )

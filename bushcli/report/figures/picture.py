@@ -1,0 +1,117 @@
+"""How pictures look, and a drawn figure as PNG and SVG.
+
+Figures are made by Matplotlib's objects alone: no window, no global state that another caller could disturb.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+Kind = Literal["curve", "coupons", "mesh", "deformed"]
+
+# Okabe and Ito's palette, told apart with any colour vision: https://jfly.uni-koeln.de/color/
+BLACK, BLUE, ORANGE, GREEN, RED = "#1a1a1a", "#0072B2", "#E69F00", "#009E73", "#D55E00"
+GREY, LIGHT, METAL = "#5f6670", "#e3e6ea", "#b9c0c8"
+
+_DPI = 160
+_STYLE: Mapping[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10,
+    "axes.titlesize": 12,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titlepad": 10,
+    "axes.labelsize": 10.5,
+    "axes.edgecolor": GREY,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#d5d9de",
+    "grid.linewidth": 0.5,
+    "xtick.color": GREY,
+    "ytick.color": GREY,
+    "xtick.labelcolor": BLACK,
+    "ytick.labelcolor": BLACK,
+    "text.color": BLACK,
+    "axes.labelcolor": BLACK,
+    "lines.linewidth": 1.8,
+    "lines.solid_capstyle": "round",
+    "legend.frameon": False,
+    "legend.fontsize": 9.5,
+    # The same input gives the same file, byte for byte.
+    "svg.hashsalt": "bushcli",
+}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawn figure.
+
+    Attributes
+    ----------
+    name : str
+        Of its files.
+    kind : str
+    title : str
+        What is seen, in words.
+    channel : str
+        The channel that it belongs to; empty for a picture of all.
+    png, svg : bytes
+    """
+
+    name: str
+    kind: Kind
+    title: str
+    channel: str
+    png: bytes = field(repr=False)
+    svg: bytes = field(repr=False)
+
+
+def style() -> AbstractContextManager[None]:
+    """The look, for the time of drawing."""
+    return mpl.rc_context(dict(_STYLE))
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of this size in inches."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def literal(text: str) -> str:
+    """Return text that is drawn as it stands: a dollar sign of a user's title does not start a formula."""
+    return text.replace("$", r"\$")
+
+
+def legend(axes: Axes, **options: Any) -> None:
+    """Place a legend where there is something to name."""
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(**options)
+
+
+def picture(name: str, kind: Kind, title: str, figure: Figure, channel: str = "") -> Picture:
+    """Save a figure in both forms."""
+    files: dict[str, bytes] = {}
+    with style(), warnings.catch_warnings():
+        # A character that the font lacks is drawn as a box; that is no reason to disturb a run.
+        warnings.filterwarnings("ignore", message=r"Glyph .* missing from font")
+        for form, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
+            buffer = io.BytesIO()
+            figure.savefig(buffer, format=form, dpi=_DPI, facecolor="white", metadata=metadata)
+            files[form] = buffer.getvalue()
+            # Laid out once: it takes as long as drawing.
+            figure.set_layout_engine("none")
+    return Picture(name, kind, title, channel, files["png"], files["svg"])

@@ -1,0 +1,163 @@
+"""Faces in space -> polygons in the plane of the picture, far ones first.
+
+A parallel projection and the painter's algorithm. Faces are split before they are sorted, so that neither the order nor
+the colour shows how coarse the elements are. Nothing here knows Matplotlib.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.stretches import Surface
+
+Array = NDArray[np.float64]
+
+# Edges at which the surface bends by more than this are drawn as outlines.
+_CREASE = np.cos(np.radians(35.0))
+# Sector in which a body of revolution is drawn, and the step of its meridians; the open quarter faces the viewer.
+_SECTOR, _MERIDIANS = 270.0, 10.0
+
+
+@dataclass(frozen=True)
+class View:
+    """A parallel projection by three orthogonal unit vectors: to the right, up, and towards the eye."""
+
+    right: Array
+    up: Array
+    towards: Array
+
+    def project(self, points: Array) -> Array:
+        """(..., 3) mm -> (..., 2) mm in the picture."""
+        return np.stack([points @ self.right, points @ self.up], axis=-1)
+
+    def depth(self, points: Array) -> Array:
+        """(..., 3) -> (...), larger is nearer."""
+        return np.asarray(points @ self.towards)
+
+
+SECTION = View(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0]))
+
+
+def looking_from(direction: Array) -> View:
+    """View from a direction, with z upright."""
+    towards = direction / np.linalg.norm(direction)
+    right = np.cross([0.0, 0.0, 1.0], towards)
+    right /= np.linalg.norm(right)
+    return View(right, np.cross(towards, right), towards)
+
+
+def cut_view(reference: Array) -> View:
+    """View on the cut faces: a model that lies on one side of x = 0 or y = 0 was cut there.
+
+    From above in any case, where the free end of the rubber is.
+    """
+    low, high = reference.reshape(-1, 3).min(axis=0), reference.reshape(-1, 3).max(axis=0)
+    small = 1e-3 * (high - low)
+    # Seen from -y where nothing is cut: x to the right then.
+    direction = np.array([0.3, -1.0, 0.65])
+    for axis in (0, 1):
+        if low[axis] > -small[axis]:
+            direction[axis] = -(1.0 if axis else 0.75)
+        elif high[axis] < small[axis]:
+            direction[axis] = 1.0 if axis else 0.75
+    return looking_from(direction)
+
+
+def is_section(surface: Surface) -> bool:
+    """Whether the faces are those of a half-plane."""
+    return bool(np.allclose(surface.reference[..., 1], 0.0))
+
+
+def in_section(points: Array) -> Array:
+    """Points turned back into the half-plane: radius, 0, height."""
+    radius = np.hypot(points[..., 0], points[..., 1])
+    return np.stack([radius, np.zeros_like(radius), points[..., 2]], axis=-1)
+
+
+def split(faces: Array, pieces: int) -> Array:
+    """Cut four-cornered faces (n, 4, k), bilinear, into (n * pieces**2, 4, k); k are coordinates or values."""
+    t = np.linspace(0.0, 1.0, pieces + 1)
+    s, r = (grid[..., None] for grid in np.meshgrid(t, t, indexing="ij"))
+    a, b, c, d = (faces[:, None, None, i] for i in range(4))
+    grid = (1 - s) * ((1 - r) * a + r * b) + s * ((1 - r) * d + r * c)
+    corners = (grid[:, :-1, :-1], grid[:, :-1, 1:], grid[:, 1:, 1:], grid[:, 1:, :-1])
+    return np.stack(corners, axis=3).reshape(-1, 4, faces.shape[-1])
+
+
+def face_edges(faces: Array) -> Array:
+    """Sides of faces (n, 4, 3) as segments (4 n, 2, 3), face by face."""
+    return np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+
+
+def outline(surface: Surface) -> NDArray[np.bool_]:
+    """Which of `face_edges` bound the body, bend sharply, or part rubber from metal; shape (4 n,)."""
+    edges = face_edges(surface.reference)
+    middle = np.round(edges.mean(axis=1), 5)
+    _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
+    group = group.ravel()
+    owner = np.repeat(np.arange(len(surface.reference)), 4)
+    corners = surface.reference
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    order = np.argsort(group, kind="stable")
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    one, other = owner[order[first]], owner[order[first + count - 1]]
+    sharp = np.abs(np.einsum("ij,ij->i", normal[one], normal[other])) < _CREASE
+    parts = surface.rubber[one] != surface.rubber[other]
+    return np.asarray(((count == 1) | sharp | parts)[group])
+
+
+def revolved(surface: Surface) -> Surface:
+    """The body of revolution of a half-plane, open over a quarter: its outside and the two cut faces."""
+    edges = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
+    bounding = _bounding(surface.reference)
+    face, side = np.nonzero(bounding.reshape(-1, 4))
+    ends = edges[side]
+    angles = np.radians(np.arange(0.0, _SECTOR + _MERIDIANS / 2, _MERIDIANS))
+
+    def swept(points: Array) -> Array:
+        segments = points[face[:, None], ends]
+        rings = np.stack([_turned(segments, angle) for angle in angles])
+        sides = np.stack([rings[:-1, :, 0], rings[:-1, :, 1], rings[1:, :, 1], rings[1:, :, 0]], axis=2)
+        cuts = [_turned(points, angles[0]), _turned(points, angles[-1])]
+        return np.concatenate([sides.reshape(-1, 4, 3), *cuts])
+
+    values = surface.stretch[face[:, None], ends]
+    sides = np.tile(
+        np.stack([values[:, 0], values[:, 1], values[:, 1], values[:, 0]], axis=1), (len(angles) - 1, 1)
+    )
+    return Surface(
+        swept(surface.reference),
+        swept(surface.deformed),
+        np.concatenate([sides, surface.stretch, surface.stretch]),
+        np.concatenate([np.tile(surface.rubber[face], len(angles) - 1), surface.rubber, surface.rubber]),
+        surface.displacement,
+    )
+
+
+def revolved_view() -> View:
+    """Into the open quarter, from above."""
+    middle = np.radians((_SECTOR + 360.0) / 2.0)
+    return looking_from(np.array([np.cos(middle), np.sin(middle), 0.75]))
+
+
+def shade(pieces: Array, view: View) -> Array:
+    """Brightness (n,) of faces (n, 4, 3) in a light from the upper left; mild, for colour carries a value."""
+    normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, 3] - pieces[:, 1])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    light = view.towards + 0.7 * view.up - 0.5 * view.right
+    return np.asarray(0.72 + 0.28 * np.abs(normal @ light) / np.linalg.norm(light))
+
+
+def _bounding(faces: Array) -> NDArray[np.bool_]:
+    middle = np.round(face_edges(faces).mean(axis=1), 5)
+    _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(count[group.ravel()] == 1)
+
+
+def _turned(points: Array, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.asarray(points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))

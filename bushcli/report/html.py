@@ -1,0 +1,149 @@
+"""Results -> one HTML page that opens offline: pictures and style are in it, and nothing is fetched or run.
+
+Everything from a case or a recording is escaped by Jinja.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import jinja2
+
+from bushcli.casefile import Case
+from bushcli.direct import Response
+from bushcli.inverse import Fit
+from bushcli.misfit import Misfit
+from bushcli.report.figures.picture import Picture
+from bushcli.report.tables import (
+    Table,
+    channel_table,
+    conditions,
+    coupon_table,
+    parameter_table,
+    solution_table,
+)
+from bushcli.report.verdict import judge
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page: a heading with pictures and tables under it."""
+
+    heading: str
+    pictures: Sequence[Picture] = ()
+    tables: Sequence[Table] = ()
+    note: str = ""
+
+
+def direct_html(
+    result: Mapping[str, Any],
+    response: Response,
+    misfits: Mapping[str, Misfit],
+    fit: Fit | None,
+    pictures: Iterable[Picture],
+) -> str:
+    """Return the page of a direct prediction.
+
+    Parameters
+    ----------
+    result
+        What `direct_json` returned.
+    """
+    verdict = judge(response, misfits)
+    kinds = _by_kind(pictures)
+    sections = [Section("Channels", tables=[channel_table(response, misfits)])]
+    heading = "Simulated and recorded curves" if misfits else "Simulated curves"
+    sections.append(Section(heading, kinds.get("curve", [])))
+    if fit is not None:
+        sections.append(_fitted(fit, kinds))
+    sections.append(Section("Deformed shape at the largest displacement", kinds.get("deformed", [])))
+    sections.append(Section("Mesh and solution", kinds.get("mesh", []), [solution_table(response)]))
+    return _page(
+        result,
+        response.case,
+        verdict.headline,
+        verdict.lines,
+        {True: "good", False: "bad", None: "plain"}[verdict.within_10_percent],
+        sections,
+    )
+
+
+def fit_html(result: Mapping[str, Any], case: Case, fit: Fit, pictures: Iterable[Picture]) -> str:
+    """Return the page of an identified law."""
+    worst = max(curve.rms_percent for curve in fit.curves)
+    headline = f"{fit.material.law} fits the coupon tests to {worst:.1f} % rms or better"
+    lines = [] if fit.converged else ["The fit did not converge."]
+    return _page(result, case, headline, lines, "plain", [_fitted(fit, _by_kind(pictures))])
+
+
+def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
+    note = (
+        "Stable means that Drucker's postulate holds: any further deformation at constant volume takes work. "
+        "Standard errors are from the misfit itself."
+    )
+    return Section(
+        "Law identified from coupon tests",
+        kinds.get("coupons", []),
+        [parameter_table(fit), coupon_table(fit)],
+        note,
+    )
+
+
+def _page(
+    result: Mapping[str, Any],
+    case: Case,
+    headline: str,
+    lines: Sequence[str],
+    tone: str,
+    sections: Sequence[Section],
+) -> str:
+    return (
+        _environment()
+        .get_template("report.html")
+        .render(
+            title=case.title,
+            command=result["command"],
+            headline=headline,
+            lines=lines,
+            tone=tone,
+            problems=result["problems"],
+            conditions=conditions(case),
+            path=str(case.path),
+            sections=[section for section in sections if section.pictures or section.tables],
+            case=json.dumps(result["case"], indent=2, ensure_ascii=False),
+            versions=result["versions"],
+            timings=result["timings_s"],
+        )
+    )
+
+
+def _by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
+    kinds: dict[str, list[Picture]] = {}
+    for picture in pictures:
+        kinds.setdefault(picture.kind, []).append(picture)
+    return kinds
+
+
+def _embedded(picture: Picture) -> str:
+    """A data address: lines stay sharp as SVG, shaded bodies are smaller as PNG."""
+    if picture.kind in ("curve", "coupons"):
+        return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
+    return "data:image/png;base64," + base64.b64encode(picture.png).decode()
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("bushcli.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["embedded"] = _embedded
+    return environment

@@ -1,0 +1,221 @@
+"""Results -> files in a folder: result.json, curves as CSV, pictures, report.html. The one place that writes.
+
+Every file is written beside its place and then renamed, so that a reader never sees half of one. A folder
+of results may be written again, for parameter sweeps; files of other names in it are left alone. What the
+tool would replace but cannot have written itself is refused: an input of the case, and files in a folder that
+holds no result of an earlier run.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bushcli.casefile import Case
+from bushcli.direct import Response, Simulated
+from bushcli.errors import InputError, Problem
+from bushcli.inverse import Fit
+from bushcli.meshes import Meshed
+from bushcli.misfit import Misfit
+from bushcli.recording import write_curve_csv
+from bushcli.report.quantity import quantities
+
+RESULT = "result.json"
+REPORT = "report.html"
+
+
+def write_direct(
+    directory: Path,
+    result: Mapping[str, Any],
+    response: Response,
+    misfits: Mapping[str, Misfit],
+    fit: Fit | None,
+) -> tuple[Path, ...]:
+    """Write a direct prediction.
+
+    Parameters
+    ----------
+    directory
+        Made if it is not there.
+    result
+        What `direct_json` returned.
+    response, misfits, fit
+        As given to `direct_json`.
+
+    Returns
+    -------
+    tuple of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        The folder is a file or cannot be written, or a file in the way is not the tool's own.
+    """
+    from bushcli.report.figures import direct_figures
+    from bushcli.report.html import direct_html
+
+    names = file_names([channel.name for channel in response.channels])
+    files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
+    for channel in response.channels:
+        name = names[channel.name]
+        files[f"{name}.csv"] = _curve(channel)
+        if channel.name in misfits:
+            files[f"{name}-comparison.csv"] = _comparison(channel, misfits[channel.name])
+    pictures = direct_figures(response, misfits, fit, names)
+    for picture in pictures:
+        files[f"{picture.name}.png"] = _bytes(picture.png)
+        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files[REPORT] = _text(direct_html(result, response, misfits, fit, pictures))
+    return _write(directory, files, response.case)
+
+
+def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) -> tuple[Path, ...]:
+    """Write an identified law: result.json, a CSV with recorded and fitted stress per coupon, picture, report.
+
+    Raises
+    ------
+    InputError
+        As `write_direct`.
+    """
+    from bushcli.report.figures import fit_figures
+    from bushcli.report.html import fit_html
+
+    names = file_names([curve.name for curve in fit.curves])
+    files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
+    for curve in fit.curves:
+        stretch = 1.0 + curve.recording.displacement
+        files[f"{names[curve.name]}-fit.csv"] = _table(
+            ("stretch", "recorded_nominal_stress_MPa", "fitted_nominal_stress_MPa"),
+            (stretch, curve.recording.force, curve.fitted.force),
+        )
+    pictures = fit_figures(fit)
+    for picture in pictures:
+        files[f"{picture.name}.png"] = _bytes(picture.png)
+        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files[REPORT] = _text(fit_html(result, case, fit, pictures))
+    return _write(directory, files, case)
+
+
+def write_meshes(directory: Path, meshes: Sequence[Meshed]) -> tuple[Path, ...]:
+    """Write a picture of each mesh, as PNG and SVG.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    from bushcli.report.figures import mesh_figures
+
+    files: dict[str, Callable[[Path], None]] = {}
+    for picture in mesh_figures(meshes):
+        files[f"{picture.name}.png"] = _bytes(picture.png)
+        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    return _write(directory, files, None)
+
+
+def file_names(channels: Iterable[str]) -> dict[str, str]:
+    """Return channel -> a name for its files: nothing in it leaves the folder or troubles a file system."""
+    names: dict[str, str] = {}
+    for channel in channels:
+        safe = re.sub(r"[^\w.-]+", "_", channel).strip("._-")[:100] or "channel"
+        number, name = 1, safe
+        while name.casefold() in {taken.casefold() for taken in names.values()}:
+            number += 1
+            name = f"{safe}_{number}"
+        names[channel] = name
+    return names
+
+
+def _write(
+    directory: Path, files: Mapping[str, Callable[[Path], None]], case: Case | None
+) -> tuple[Path, ...]:
+    if directory.exists() and not directory.is_dir():
+        raise InputError(Problem(str(directory), "is a file", "", "a folder for the results"))
+    if case is not None:
+        _refuse_others(directory, files, case)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for name, write in files.items():
+            _replace(directory / name, write)
+    except OSError as error:
+        place = str(error.filename or directory)
+        raise InputError(Problem(place, f"cannot be written: {error.strerror or error}")) from None
+    return tuple(directory / name for name in files)
+
+
+def _refuse_others(directory: Path, files: Iterable[str], case: Case) -> None:
+    """Refuse to replace inputs of the case, or anything in a folder that holds no earlier result."""
+    inputs = [case.path, *(source.file for source in (*case.recordings, *case.coupons))]
+    inputs += [load.source.file for load in case.load_cases if load.source is not None]
+    read = {path.resolve() for path in inputs}
+    there = [directory / name for name in files if (directory / name).exists()]
+    lost = [path for path in there if path.resolve() in read]
+    if lost:
+        raise InputError(
+            *(
+                Problem(str(path), "is an input of the case, and a result would replace it", "", "another -o")
+                for path in lost
+            )
+        )
+    if there and not (directory / RESULT).exists():
+        raise InputError(
+            *(
+                Problem(
+                    str(path),
+                    "is there already, and not by an earlier run (the folder has no result.json)",
+                    "",
+                    "another -o",
+                )
+                for path in there
+            )
+        )
+
+
+def _replace(path: Path, write: Callable[[Path], None]) -> None:
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        write(part)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _json(result: Mapping[str, Any]) -> Callable[[Path], None]:
+    return _text(json.dumps(result, indent=2, allow_nan=False) + "\n")
+
+
+def _text(content: str) -> Callable[[Path], None]:
+    return _bytes(content.encode())
+
+
+def _bytes(content: bytes) -> Callable[[Path], None]:
+    def write(path: Path) -> None:
+        path.write_bytes(content)
+
+    return write
+
+
+def _curve(channel: Simulated) -> Callable[[Path], None]:
+    return lambda path: write_curve_csv(path, channel.curve)
+
+
+def _comparison(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
+    """Recorded and simulated force at the recorded displacements, in the order of the recording."""
+    shown = quantities(channel.mode)
+    q, force = shown.csv_names
+    return _table(
+        (q, f"recorded_{force}", f"simulated_{force}"),
+        (shown.shown(found.displacement), found.simulated - found.difference, found.simulated),
+    )
+
+
+def _table(names: Sequence[str], columns: Sequence[np.ndarray[Any, Any]]) -> Callable[[Path], None]:
+    rows = "".join(",".join(f"{value:.12g}" for value in row) + "\n" for row in np.column_stack(columns))
+    return _text(",".join(names) + "\n" + rows)

@@ -1,0 +1,236 @@
+"""Results as tables of text, for the terminal and for the report alike."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bushcli.casefile import Case
+from bushcli.direct import Response
+from bushcli.inverse import Fit
+from bushcli.meshes import Meshed
+from bushcli.misfit import Misfit
+from bushcli.recording import Recording, branches
+from bushcli.report.quantity import number, percent, quantities
+from forms.law import law
+
+Row = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes
+    ----------
+    title : str
+    heads : tuple of str
+    rows : tuple of rows
+    left : int
+        So many columns, from the left, are words; the others are numbers and flush right.
+    """
+
+    title: str
+    heads: Row
+    rows: tuple[Row, ...]
+    left: int = 1
+
+
+def case_table(case: Case) -> Table:
+    """What a case says about bushing and rubber."""
+    return Table(case.title, ("", ""), tuple(conditions(case)), left=2)
+
+
+def recording_table(title: str, curves: Sequence[Recording]) -> Table:
+    """What recordings hold."""
+    heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
+    return Table(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
+
+
+def mesh_table(meshes: Sequence[Meshed]) -> Table:
+    """Size and boundaries of the meshes."""
+    rows = tuple(
+        (mesh.name, ", ".join(mesh.modes), ", ".join(mesh.boundaries), str(mesh.cells), str(mesh.nodes))
+        for mesh in meshes
+    )
+    return Table("Meshes", ("mesh", "for", "boundaries", "elements", "nodes"), rows, left=3)
+
+
+def conditions(case: Case) -> list[tuple[str, str]]:
+    """The conditions of a simulation, as names and values in words."""
+    shape = case.geometry
+    sizes = ", ".join(
+        f"{key.replace('_', ' ')} {number(value, 4)}"
+        for key, value in shape.model_dump().items()
+        if isinstance(value, float | int) and not isinstance(value, bool)
+    )
+    sleeves = [
+        f"{key.replace('_', ' ')} {number(value['thickness'], 4)} mm, E {number(value['youngs_modulus'], 4)} MPa"
+        for key, value in shape.model_dump().items()
+        if isinstance(value, dict) and "thickness" in value
+    ]
+    rows = [("geometry", f"{type(shape).name}: {sizes}" if sizes else type(shape).name)]
+    if shape.specimen == "bushing":
+        rows.append(("sleeves", "; ".join(sleeves) if sleeves else "rigid"))
+    parameters = ", ".join(f"{name} {number(value, 4)}" for name, value in case.material.parameters.items())
+    rows.append(("law", f"{case.material.law}: {parameters or 'to be identified from the coupon tests'}"))
+    bulk = case.material.bulk_modulus
+    rows.append(
+        ("bulk modulus", f"{number(bulk, 4)} MPa" if np.isfinite(bulk) else "infinite (incompressible)")
+    )
+    return rows
+
+
+def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
+    """Stiffness of each channel, simulated and measured, misfit, and whether it is within the 10 % band."""
+    return _compared(response, misfits) if misfits else _simulated(response)
+
+
+def _simulated(response: Response) -> Table:
+    heads = ("channel", "unit", "initial stiffness", "secant stiffness", "from", "to", "")
+    rows: list[Row] = []
+    for channel in response.channels:
+        shown = quantities(channel.mode)
+        ends = [
+            shown.at(q) for q in (min(channel.curve.displacement), max(channel.curve.displacement))
+        ]
+        rows.append(
+            (
+                channel.name,
+                shown.stiffness_unit,
+                number(shown.stiffness(channel.curve.initial_stiffness())),
+                number(shown.stiffness(channel.curve.secant_stiffness())),
+                *(number(end) for end in ends),
+                shown.displacement_unit,
+            )
+        )
+    return Table("Simulated stiffness", heads, tuple(rows), left=2)
+
+
+def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
+    heads = (
+        *("channel", "stiffness", "simulated", "measured", "sim/meas"),
+        *("rms", "peak", "noise", "within 10 %"),
+    )
+    rows = []
+    for channel in response.channels:
+        shown, found = quantities(channel.mode), misfits.get(channel.name)
+        unit = shown.stiffness_unit
+        if found is None:
+            secant = number(shown.stiffness(channel.curve.secant_stiffness()))
+            rows.append((channel.name, f"secant, {unit}", secant, *("-",) * 6))
+            continue
+        for name, ours, theirs, rest in (
+            (
+                "secant",
+                found.predicted.secant,
+                found.measured.secant,
+                (
+                    percent(found.rms_percent),
+                    percent(found.peak_percent),
+                    percent(found.noise_percent),
+                    "yes" if found.within_10_percent else "no",
+                ),
+            ),
+            ("initial", found.predicted.initial, found.measured.initial, ("", "", "", "")),
+        ):
+            rows.append(
+                (
+                    channel.name if name == "secant" else "",
+                    f"{name}, {unit}",
+                    number(shown.stiffness(ours)),
+                    number(shown.stiffness(theirs)),
+                    f"{ours / theirs:.2f}" if theirs else "-",
+                    *rest,
+                )
+            )
+    return Table("Simulated against measured", heads, tuple(rows), left=2)
+
+
+def solution_table(response: Response) -> Table:
+    """How each channel was solved."""
+    rows = []
+    for channel in response.channels:
+        rejected = sum(not attempt.accepted for attempt in channel.attempts)
+        low, high = channel.stretches
+        rows.append(
+            (
+                channel.name,
+                str(channel.unknowns),
+                str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else ""),
+                str(channel.newton),
+                f"{low:.2f} to {high:.2f}",
+                percent(100 * channel.unstable) if channel.unstable else "none",
+                "not checked" if channel.mesh_error is None else percent(channel.mesh_error),
+                f"{sum(channel.seconds.values()):.2f} s",
+                "yes" if not channel.stopped else f"stopped: {channel.stopped}",
+            )
+        )
+    heads = (
+        *("channel", "unknowns", "steps", "Newton", "principal stretches"),
+        *("unstable states", "mesh error", "time", "complete"),
+    )
+    return Table("How it was solved", heads, tuple(rows))
+
+
+def parameter_table(fit: Fit) -> Table:
+    """The identified law's parameters."""
+    chosen = law(fit.material.law)
+    rows = [
+        (
+            name,
+            number(estimate.value, 4),
+            number(estimate.std, 2),
+            "-" if chosen.parameter(name).unit == "1" else chosen.parameter(name).unit,
+            f"{number(estimate.lower)} to {number(estimate.upper)}"
+            + (" (at bound)" if estimate.at_bound else ""),
+        )
+        for name, estimate in fit.parameters.items()
+    ]
+    return Table(f"Law {fit.material.law}", ("parameter", "value", "std", "unit", "bounds"), tuple(rows))
+
+
+def coupon_table(fit: Fit) -> Table:
+    """The coupons: misfit, range tested, range in which the law is stable."""
+    rows = []
+    for curve in fit.curves:
+        mode, stretch = curve.recording.mode, 1.0 + curve.recording.displacement
+        limits = fit.stability.get(mode)
+        rows.append(
+            (
+                curve.name,
+                mode,
+                percent(curve.rms_percent),
+                f"{stretch.min():.2f} to {stretch.max():.2f}",
+                "-" if limits is None else _interval(*limits),
+            )
+        )
+    heads = ("coupon", "mode", "rms misfit", "stretch tested", "stable at stretch")
+    return Table(f"Coupon tests, {fit.weighting} weighting", heads, tuple(rows), left=2)
+
+
+def _interval(low: float, high: float) -> str:
+    if low <= 0 and not np.isfinite(high):
+        return "all"
+    if low <= 0:
+        return f"below {high:.2f}"
+    return f"above {low:.2f}" if not np.isfinite(high) else f"{low:.2f} to {high:.2f}"
+
+
+def _recording_row(curve: Recording) -> tuple[str, ...]:
+    shown = quantities(curve.mode)
+    low, high = (shown.at(q) for q in (curve.displacement.min(), curve.displacement.max()))
+    return (
+        curve.name,
+        curve.mode,
+        str(len(curve.displacement)),
+        str(max(branch.cycle for branch in branches(curve))),
+        number(low),
+        number(high),
+        shown.displacement_unit or "stretch",
+        number(float(curve.force.min())),
+        number(float(curve.force.max())),
+        shown.force_unit,
+    )

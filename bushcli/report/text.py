@@ -1,0 +1,119 @@
+"""Results for people, at the terminal: tables with rules where it is one, plain aligned columns where output is piped.
+
+Everything returned is a rich renderable; the command line prints it. Colour carries no meaning of its own: what it says
+stands in words as well, and piped output has none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import rich.table
+from rich import box
+from rich.console import Console, ConsoleOptions, Group, RenderResult
+from rich.padding import Padding
+from rich.text import Text
+
+from bushcli.casefile import Case
+from bushcli.condition import Condition
+from bushcli.direct import Response
+from bushcli.inverse import Fit
+from bushcli.meshes import Meshed
+from bushcli.misfit import Misfit
+from bushcli.recording import Recording
+from bushcli.report.document import problems_of
+from bushcli.report.tables import (
+    Table,
+    case_table,
+    channel_table,
+    coupon_table,
+    mesh_table,
+    parameter_table,
+    recording_table,
+)
+from bushcli.report.verdict import judge
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A table on a console: rules on a terminal, bare aligned columns elsewhere."""
+
+    table: Table
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Draw for the console in hand."""
+        drawn = rich.table.Table(
+            title=Text(self.table.title, "bold"),
+            title_justify="left",
+            box=box.SIMPLE_HEAD if console.is_terminal else None,
+            pad_edge=False,
+            padding=(0, 2, 0, 0),
+            header_style="bold",
+            show_header=any(self.table.heads),
+        )
+        for i, head in enumerate(self.table.heads):
+            justify: Literal["left", "right"] = "left" if i < self.table.left else "right"
+            drawn.add_column(Text(head), justify=justify)
+        for row in self.table.rows:
+            # As Text: a name in square brackets is no mark-up.
+            drawn.add_row(*(Text(cell) for cell in row))
+        yield drawn
+
+
+def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> Group:
+    """The verdict, the table of channels and the problems; the fit before them where there was one."""
+    parts: list[object] = []
+    if fit is not None:
+        parts += [*_fit_parts(fit), Text()]
+    parts.append(Shown(channel_table(response, misfits)))
+    verdict = judge(response, misfits)
+    style = {True: "bold green", False: "bold red", None: "bold"}[verdict.within_10_percent]
+    parts += [Text(), Text(f"{verdict.headline}.", style)]
+    parts += [Padding(Text(line), (0, 0, 0, 2)) for line in verdict.lines]
+    parts += _problems(problems_of(response, misfits, fit))
+    return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable
+
+
+def fit_text(fit: Fit) -> Group:
+    """The identified law: parameters, misfit by coupon, stability, problems."""
+    return Group(*_fit_parts(fit), *_problems(fit.conditions))  # type: ignore[arg-type]
+
+
+def case_text(case: Case, curves: Sequence[Recording], coupons: Sequence[Recording]) -> Group:
+    """What a case says and what its recordings hold."""
+    parts: list[object] = [Shown(case_table(case))]
+    for title, recorded in (("Recordings", curves), ("Coupon tests", coupons)):
+        if recorded:
+            parts += [Text(), Shown(recording_table(title, recorded))]
+    return Group(*parts)  # type: ignore[arg-type]
+
+
+def mesh_text(meshes: Sequence[Meshed]) -> Group:
+    """Size and boundaries of the meshes."""
+    return Group(Shown(mesh_table(meshes)))
+
+
+def _fit_parts(fit: Fit) -> list[object]:
+    solved = (
+        f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, {fit.sweeps} sweeps, "
+        f"{fit.forward_solves} simulations of a coupon, {fit.seconds:.1f} s"
+    )
+    return [
+        Shown(parameter_table(fit)),
+        Text(),
+        Shown(coupon_table(fit)),
+        Text(solved, "dim"),
+    ]
+
+
+def _problems(found: Iterable[Condition]) -> list[object]:
+    parts: list[object] = []
+    for problem in found:
+        parts += [
+            Text(),
+            Text.assemble(("problem ", "bold yellow"), (problem.name, "bold"), f": {problem.message}"),
+            Padding(Text(f"remedy: {problem.remedy}"), (0, 0, 0, 2)),
+        ]
+    return parts
