@@ -16,7 +16,7 @@ import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +109,11 @@ class Blocks:
 
 
 class Shape(BaseModel):
-    """A parametric shape: its fields are its dimensions (mm, degrees), one subclass per file in `geometry/shapes`."""
+    """A parametric shape: its fields are its dimensions (mm, degrees), one subclass per file in `geometry/shapes`.
+
+    `examples` holds the dimensions of sound specimens, one of each kind that the shape knows; the tests of all shapes
+    are made with them.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -119,6 +123,7 @@ class Shape(BaseModel):
     axisymmetric: ClassVar[bool] = False
     displacement_order: ClassVar[int] = 2
     mirror_planes: ClassVar[Mirrors] = frozenset({"x", "y", "z"})
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
 
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
         """Blocks of the half-plane (`dimension` 2, axes s and t) or of the solid cut at the `mirrors` (3)."""

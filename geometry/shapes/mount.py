@@ -30,6 +30,10 @@ class Mount(Shape):
     axisymmetric: ClassVar[bool] = True
     # Only one of the plates is driven: nothing mirrors the load about the mid-plane.
     mirror_planes: ClassVar[Mirrors] = frozenset({"x", "y"})
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"inner_radius": 10.0, "outer_radius": 30.0, "height": 40.0},
+        {"inner_radius": 10.0, "outer_radius": 30.0, "height": 40.0, "waist_depth": 5.0},
+    )
 
     inner_radius: float = Field(gt=0, description="radius of the bore, mm")
     outer_radius: float = Field(gt=0, description="outer radius of the rubber at the plates, mm")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -17,6 +18,9 @@ class Plain(Ring):
 
     name: ClassVar[str] = "plain"
     summary: ClassVar[str] = "rubber annulus with plane free ends"
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"inner_radius": 12.0, "outer_radius": 22.0, "length": 40.0},
+    )
 
     length: float = Field(gt=0, description="bonded length, mm")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -17,6 +18,17 @@ class Tapered(Ring):
 
     name: ClassVar[str] = "tapered"
     summary: ClassVar[str] = "rubber ring with conical or hollowed (concave) free ends"
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"inner_radius": 12.0, "outer_radius": 22.0, "inner_length": 40.0, "outer_length": 30.0},
+        {
+            "inner_radius": 12.0,
+            "outer_radius": 22.0,
+            "inner_length": 40.0,
+            "outer_length": 36.0,
+            "profile": "concave",
+            "profile_depth": 4.0,
+        },
+    )
 
     inner_length: float = Field(gt=0, description="bonded length on the inner sleeve, mm")
     outer_length: float = Field(gt=0, description="bonded length on the outer sleeve, mm")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -21,6 +22,18 @@ class Voided(Tapered):
     name: ClassVar[str] = "voided"
     summary: ClassVar[str] = "plain or tapered, with two opposite kidney voids"
     axisymmetric: ClassVar[bool] = False
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = tuple(
+        {
+            "inner_radius": 12.0,
+            "outer_radius": 22.0,
+            "length": 40.0,
+            "void_inner_radius": 14.0,
+            "void_outer_radius": 19.0,
+            "void_angle": 70.0,
+            "void_orientation": orientation,
+        }
+        for orientation in ("along", "across")
+    )
 
     void_inner_radius: float = Field(gt=0, description="inner radius of the voids, mm")
     void_outer_radius: float = Field(gt=0, description="outer radius of the voids, mm")
