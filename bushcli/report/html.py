@@ -14,7 +14,7 @@ from typing import Any
 
 import jinja2
 
-from bushcli.casefile import Case
+from bushcli.casefile import Case, Material
 from bushcli.direct import Response
 from bushcli.inverse import Fit
 from bushcli.misfit import Misfit
@@ -66,6 +66,7 @@ def direct_html(
     return _page(
         result,
         response.case,
+        response.material,
         verdict.headline,
         verdict.lines,
         {True: "good", False: "bad", None: "plain"}[verdict.within_10_percent],
@@ -78,7 +79,7 @@ def fit_html(result: Mapping[str, Any], case: Case, fit: Fit, pictures: Iterable
     worst = max(curve.rms_percent for curve in fit.curves)
     headline = f"{fit.material.law} fits the coupon tests to {worst:.1f} % rms or better"
     lines = [] if fit.converged else ["The fit did not converge."]
-    return _page(result, case, headline, lines, "plain", [_fitted(fit, _by_kind(pictures))])
+    return _page(result, case, fit.material, headline, lines, "plain", [_fitted(fit, _by_kind(pictures))])
 
 
 def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
@@ -97,6 +98,7 @@ def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
 def _page(
     result: Mapping[str, Any],
     case: Case,
+    material: Material | None,
     headline: str,
     lines: Sequence[str],
     tone: str,
@@ -112,7 +114,7 @@ def _page(
             lines=lines,
             tone=tone,
             problems=result["problems"],
-            conditions=conditions(case),
+            conditions=conditions(case, material),
             path=str(case.path),
             sections=[section for section in sections if section.pictures or section.tables],
             case=json.dumps(result["case"], indent=2, ensure_ascii=False),

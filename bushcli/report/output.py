@@ -103,8 +103,10 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
     return _write(directory, files, case)
 
 
-def write_meshes(directory: Path, meshes: Sequence[Meshed]) -> tuple[Path, ...]:
-    """Write a picture of each mesh, as PNG and SVG.
+def write_meshes(
+    directory: Path, meshes: Sequence[Meshed], result: Mapping[str, Any] | None = None
+) -> tuple[Path, ...]:
+    """Write a picture of each mesh, as PNG and SVG, and result.json where a result is given.
 
     Raises
     ------
@@ -113,7 +115,7 @@ def write_meshes(directory: Path, meshes: Sequence[Meshed]) -> tuple[Path, ...]:
     """
     from bushcli.report.figures import mesh_figures
 
-    files: dict[str, Callable[[Path], None]] = {}
+    files: dict[str, Callable[[Path], None]] = {} if result is None else {RESULT: _json(result)}
     for picture in mesh_figures(meshes):
         files[f"{picture.name}.png"] = _bytes(picture.png)
         files[f"{picture.name}.svg"] = _bytes(picture.svg)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.casefile import Case
+from bushcli.casefile import Case, Material
 from bushcli.direct import Response
 from bushcli.inverse import Fit
 from bushcli.meshes import Meshed
@@ -58,29 +58,47 @@ def mesh_table(meshes: Sequence[Meshed]) -> Table:
     return Table("Meshes", ("mesh", "for", "boundaries", "elements", "nodes"), rows, left=3)
 
 
-def conditions(case: Case) -> list[tuple[str, str]]:
-    """The conditions of a simulation, as names and values in words."""
+def conditions(case: Case, material: Material | None = None) -> list[tuple[str, str]]:
+    """What was simulated, as names and values in words.
+
+    Parameters
+    ----------
+    material
+        The rubber that was used, where it is not the case's own.
+    """
     shape = case.geometry
-    sizes = ", ".join(
-        f"{key.replace('_', ' ')} {number(value, 4)}"
-        for key, value in shape.model_dump().items()
-        if isinstance(value, float | int) and not isinstance(value, bool)
-    )
-    sleeves = [
-        f"{key.replace('_', ' ')} {number(value['thickness'], 4)} mm, E {number(value['youngs_modulus'], 4)} MPa"
-        for key, value in shape.model_dump().items()
-        if isinstance(value, dict) and "thickness" in value
-    ]
-    rows = [("geometry", f"{type(shape).name}: {sizes}" if sizes else type(shape).name)]
-    if shape.specimen == "bushing":
-        rows.append(("sleeves", "; ".join(sleeves) if sleeves else "rigid"))
-    parameters = ", ".join(f"{name} {number(value, 4)}" for name, value in case.material.parameters.items())
-    rows.append(("law", f"{case.material.law}: {parameters or 'to be identified from the coupon tests'}"))
-    bulk = case.material.bulk_modulus
+    entries = shape.model_dump()
+    numbers = {k: v for k, v in entries.items() if isinstance(v, int | float) and not isinstance(v, bool)}
+    words = {k: v for k, v in entries.items() if isinstance(v, str)}
+    sizes = [f"{_words(k)} {v:g} {'degrees' if 'angle' in k else 'mm'}" for k, v in numbers.items()]
+    sizes += [f"{_words(k)} {v}" for k, v in words.items()]
+    rows = [("geometry", ": ".join([type(shape).name, ", ".join(sizes)]) if sizes else type(shape).name)]
+    sleeves = [(k, v) for k, v in entries.items() if k.endswith("sleeve")]
+    for name, sleeve in sleeves:
+        rows.append((_words(name), "rigid" if sleeve is None else _sleeve(sleeve)))
+    used = material or case.material
+    parameters = ", ".join(f"{name} = {number(value, 4)}" for name, value in used.parameters.items())
+    if not parameters:
+        parameters = "to be identified from the coupon tests"
+    elif not case.material.parameters:
+        parameters += " (identified from the coupon tests)"
+    bulk = number(used.bulk_modulus, 4)
+    rows.append(("law", f"{used.law}: {parameters}"))
     rows.append(
-        ("bulk modulus", f"{number(bulk, 4)} MPa" if np.isfinite(bulk) else "infinite (incompressible)")
+        ("bulk modulus", f"{bulk} MPa" if np.isfinite(used.bulk_modulus) else "infinite: incompressible")
     )
     return rows
+
+
+def _words(key: str) -> str:
+    return key.replace("_", " ")
+
+
+def _sleeve(values: Mapping[str, float]) -> str:
+    units = {"thickness": "mm", "youngs_modulus": "MPa"}
+    return "elastic: " + ", ".join(
+        f"{_words(k)} {v:g} {units.get(k, '')}".rstrip() for k, v in values.items()
+    )
 
 
 def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
@@ -93,9 +111,7 @@ def _simulated(response: Response) -> Table:
     rows: list[Row] = []
     for channel in response.channels:
         shown = quantities(channel.mode)
-        ends = [
-            shown.at(q) for q in (min(channel.curve.displacement), max(channel.curve.displacement))
-        ]
+        ends = [shown.at(q) for q in (min(channel.curve.displacement), max(channel.curve.displacement))]
         rows.append(
             (
                 channel.name,

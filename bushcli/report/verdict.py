@@ -183,8 +183,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> ChannelVerdict:
 def _alone(channel: Simulated, shown: Quantities) -> str:
     stiffness = f"{number(shown.stiffness(channel.curve.secant_stiffness()))} {shown.stiffness_unit} (secant)"
     low, high = (
-        number(shown.at(q))
-        for q in (channel.curve.displacement.min(), channel.curve.displacement.max())
+        number(shown.at(q)) for q in (channel.curve.displacement.min(), channel.curve.displacement.max())
     )
     text = f"simulated {stiffness} from {low} to {high} {shown.displacement_unit}".rstrip()
     return f"{text}, where it stopped" if channel.stopped else text
@@ -202,7 +201,8 @@ def stiffer(ratio: float) -> str:
 
 def _band(found: Misfit) -> str:
     if found.within_10_percent:
-        return f"within the accepted 10 % (curve {percent(found.rms_percent)} rms, noise {percent(found.noise_percent)})"
+        rms, noise = percent(found.rms_percent), percent(found.noise_percent)
+        return f"within the accepted 10 % (curve {rms} rms, noise {noise})"
     stiffness_off = not abs(found.stiffness_ratio - 1.0) <= BAND
     if stiffness_off:
         return "outside the accepted 10 %"
@@ -228,4 +228,5 @@ def _factor_text(found: SingleFactor) -> str:
             f"No single factor on the stiffness explains the gap: the channels ask for {own}, and a common "
             f"{found.factor:.2f} leaves {left} rms."
         )
-    return f"A single factor on the stiffness does not explain the gap: the best, {found.factor:.2f}, leaves {left} rms."
+    best = f"the best, {found.factor:.2f}, leaves {left} rms"
+    return f"A single factor on the stiffness does not explain the gap: {best}."

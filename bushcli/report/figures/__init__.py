@@ -14,7 +14,8 @@ from bushcli.report.figures.body import deformed_figure, mesh_figure
 from bushcli.report.figures.coupons import coupon_figure, coupon_title
 from bushcli.report.figures.curves import curve_figure, curve_title
 from bushcli.report.figures.picture import Picture, picture
-from bushcli.report.quantity import listed, number, quantities
+from bushcli.report.figures.projection import is_twisted
+from bushcli.report.quantity import listed, quantities
 from cases.stretches import Surface
 
 __all__ = ["Picture", "direct_figures", "fit_figures", "mesh_figures"]
@@ -43,7 +44,7 @@ def direct_figures(
         if channel.surface is None:
             continue
         title = _deformed_title(channel)
-        figure = deformed_figure(channel.surface, title, _note(channel.surface))
+        figure = deformed_figure(channel.surface, title, _note(channel.surface, deformed=True))
         found.append(picture(f"{names[channel.name]}-deformed", "deformed", title, figure, channel.name))
         if any(_same(channel.surface, other) for other in drawn):
             continue
@@ -77,25 +78,27 @@ def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:
 def _deformed_title(channel: Simulated) -> str:
     assert channel.surface is not None
     shown = quantities(channel.mode)
-    reached = shown.at(channel.surface.displacement)
-    largest = float(channel.surface.stretch[channel.surface.rubber].max())
-    name = channel.name[:1].upper() + channel.name[1:]
+    reached = f"{float(f'{shown.at(channel.surface.displacement):.3g}'):g}"
     unit = f" {shown.displacement_unit}" if shown.displacement_unit else ""
-    return f"{name}, {shown.displacement} {number(reached)}{unit}: stretch up to {largest:.2f}"
+    name = channel.name[:1].upper() + channel.name[1:]
+    return f"{name}: deformed at {'' if unit else 'stretch '}{reached}{unit}"
 
 
-def _note(surface: Surface) -> str:
+def _note(surface: Surface, deformed: bool = False) -> str:
+    """What is to be known of a picture: where it is cut, that it is in scale."""
     low = surface.reference.reshape(-1, 3).min(axis=0)
     high = surface.reference.reshape(-1, 3).max(axis=0)
+    scale = "true scale; dashed: before the load" if deformed else "true scale"
     if np.isclose(low[1], high[1]):
-        return "section; true scale"
+        twisted = deformed and is_twisted(surface)
+        return f"{'a quarter is left open' if twisted else 'section'}; {scale}"
     small = 1e-3 * (high - low)
     cut = [
         f"{axis} = 0"
         for axis, a, b, s in zip("xyz", low, high, small, strict=True)
         if abs(a) < s or abs(b) < s
     ]
-    return f"cut at {listed(cut)} by symmetry; true scale" if cut else "true scale"
+    return f"cut at {listed(cut)} by symmetry; {scale}" if cut else scale
 
 
 def _same(one: Surface, other: Surface) -> bool:

@@ -6,6 +6,10 @@ from the side on which it is cut.
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Sequence
+from typing import TypeAlias
+
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
@@ -21,10 +25,12 @@ from bushcli.report.figures.projection import View
 from cases.stretches import Surface
 
 Array = NDArray[np.float64]
+_Layer: TypeAlias = tuple[Array, Array, Array, float, Array]
+"""Polygons (n, 4, 3), fill and ink (n, 4), line width in points, depth (n,) in mm: larger is drawn later."""
 
 _RUBBER = "#8fb3c9"
-_COLOURS = "viridis"
-_SPLIT_SECTION, _SPLIT_SOLID = 8, 4
+_COLOURS = "YlOrRd"  # of ColorBrewer, safe for colour-blind eyes; light where nothing happens
+_SPLIT_SECTION, _SPLIT_SOLID = 8, 6
 # The colour scale ends where all but this share of the surface is told apart: at bond edges the stretch is singular.
 _BEYOND = 0.005
 _LONGEST = 5.4  # inches of the drawing's longer side
@@ -46,7 +52,7 @@ def deformed_figure(surface: Surface, title: str, note: str = "") -> Figure:
         if not projection.is_section(surface):
             view = projection.cut_view(surface.reference)
             return _Drawing(surface, surface.deformed, view, scale).figure(title, note)
-        if np.allclose(surface.deformed[..., 1], 0.0, atol=1e-9):
+        if not projection.is_twisted(surface):
             return _Drawing(surface, surface.deformed, projection.SECTION, scale).figure(title, note)
         body = projection.revolved(surface)
         return _Drawing(body, body.deformed, projection.revolved_view(), scale).figure(title, note)
@@ -62,49 +68,49 @@ class _Drawing:
     """One drawing of a surface: faces, element edges, outline; and what an engineer measures it by."""
 
     def __init__(self, surface: Surface, points: Array, view: View, scale: Normalize | None) -> None:
-        self.surface, self.points, self.view, self.scale = surface, points, view, scale
+        self.surface, self.view, self.scale = surface, view, scale
         self.flat = view is projection.SECTION
+        self.many = _SPLIT_SECTION if self.flat else _SPLIT_SOLID
+        self.grid = projection.lattice(surface, points, self.many)
+        self.extent = float(np.ptp(surface.reference.reshape(-1, 3), axis=0).max())
 
     def figure(self, title: str, note: str) -> Figure:
         """Draw."""
-        projected = self.view.project(np.concatenate([self.points, self.surface.reference]).reshape(-1, 3))
+        both = (self.grid.reshape(-1, 3), self.surface.reference.reshape(-1, 3))
+        projected = self.view.project(np.concatenate(both))
         low, high = projected.min(axis=0), projected.max(axis=0)
         if self.flat:
             low[0] = min(low[0], 0.0)
+        else:
+            low[1] -= 0.1 * self.extent  # room for the bar and the directions
+        low, high = low - 0.03 * self.extent, high + 0.03 * self.extent
         size = high - low
         width, height = _LONGEST * size / size.max()
-        figure = new_figure(max(width + (1.9 if self.scale else 0.9), 4.2), max(height + 1.2, 2.6))
+        figure = new_figure(max(width + (1.3 if self.scale else 0.3) + 0.6 * self.flat, 4.6), height + 0.9)
         axes = figure.add_subplot()
         self._faces(axes)
         if self.scale is not None:
-            self._former_outline(axes)
             self._colour_bar(figure, axes)
         axes.set_aspect("equal")
-        margin = 0.03 * size.max()
-        axes.set_xlim(low[0] - margin, high[0] + margin)
-        axes.set_ylim(low[1] - margin, high[1] + margin)
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
         if self.flat:
             self._section_axes(axes)
         else:
             self._solid_axes(axes)
-        figure.suptitle(literal(title), fontsize=11.5, fontweight="bold", x=0.01, ha="left")
+        wrapped = "\n".join(textwrap.wrap(title, max(20, int(9.5 * figure.get_figwidth()))))
+        axes.set_title(literal(wrapped), fontsize=11.5)
         if note:
-            axes.annotate(
-                literal(note),
-                (0.0, 0.0),
-                xycoords="figure fraction",
-                xytext=(6, 5),
-                textcoords="offset points",
-                fontsize=8,
-                color=GREY,
-            )
+            figure.supxlabel(literal(note), fontsize=8.5, color=GREY, x=0.01, ha="left")
         return figure
 
     def _faces(self, axes: Axes) -> None:
-        """Faces and edges in one collection, far ones first."""
-        many = _SPLIT_SECTION if self.flat else _SPLIT_SOLID
-        pieces = projection.split(self.points, many)
-        values = projection.split(self.surface.stretch[..., None], many).mean(axis=(1, 2))
+        """Faces and lines in one collection, far ones first."""
+        many = self.many
+        pieces = projection.cells(self.grid)
+        values = projection.cells(projection.bilinear(self.surface.stretch[..., None], many)).mean(
+            axis=(1, 2)
+        )
         rubber = np.repeat(self.surface.rubber, many * many)
         fill = np.empty((len(pieces), 4))
         fill[rubber] = (
@@ -113,46 +119,52 @@ class _Drawing:
         fill[~rubber] = (*to_rgb(METAL), 1.0)
         if not self.flat:
             fill[:, :3] *= projection.shade(pieces, self.view)[:, None]
-        lines, bold = self._lines(1 if self.flat else many)
-        ink = np.tile((*to_rgb(BLACK), 1.0 if self.scale is None else 0.35), (len(lines), 1))
-        ink[bold, 3] = 1.0
-        # A line lies on the faces beside it; towards the eye by a little, it is drawn after them.
-        extent = float(np.ptp(self.surface.reference.reshape(-1, 3), axis=0).max())
-        depth = np.concatenate(
-            [
-                self.view.depth(pieces).mean(axis=1),
-                self.view.depth(lines).mean(axis=1) + (extent if self.flat else 0.012 * extent),
-            ]
-        )
+        depth = self.view.depth(pieces).mean(axis=1)
+        lines = projection.segments(projection.sides(self.grid))
+        bold = np.repeat(projection.outline(self.surface), many)
+        # A line comes right after the piece of face that it bounds. In the plane, where nothing is behind, after all.
+        beside = projection.side_cells(depth, many) + self.extent * (1.0 if self.flat else 0.006)
+        layers = [
+            (pieces, fill, fill, 0.4, depth),
+            self._lines(lines[~bold], 0.25 if self.scale else 0.8, 0.35, beside[~bold]),
+            self._lines(lines[bold], 1.0, 1.1, beside[bold] + 1e-3 * self.extent),
+        ]
+        if self.scale is not None and not self.flat:
+            former = projection.lattice(self.surface, self.surface.reference, many)
+            edges = projection.once(projection.sides(former)[projection.outline(self.surface)])
+            dashes = projection.dashes(edges, 0.012 * self.extent)
+            # Not hidden where nothing has moved, nor by the faces beside it.
+            near = self.view.depth(dashes).mean(axis=1) + 0.008 * self.extent
+            layers.append(self._lines(dashes, 0.8, 0.7, near))
+        self._paint(axes, layers)
+
+    def _lines(self, segments: Array, opacity: float, width: float, depth: Array) -> _Layer:
+        """Segments (n, 2, 3) as polygons of no area."""
+        ink = np.tile((*to_rgb(BLACK), opacity), (len(segments), 1))
+        return segments[:, [0, 1, 1, 0]], np.zeros_like(ink), ink, width, depth
+
+    def _paint(self, axes: Axes, layers: Sequence[_Layer]) -> None:
+        depth = np.concatenate([layer[4] for layer in layers])
         order = np.argsort(depth, kind="stable")
-        polygons = np.concatenate([self.view.project(pieces), self.view.project(lines[:, [0, 1, 1, 0]])])
-        none = np.zeros((len(lines), 4))
+        polygons, fill, ink = (np.concatenate([layer[i] for layer in layers])[order] for i in range(3))
+        width = np.concatenate([np.full(len(layer[0]), layer[3]) for layer in layers])[order]
         axes.add_collection(
             PolyCollection(
-                list(polygons[order]),
-                facecolors=np.concatenate([fill, none])[order],
-                edgecolors=np.concatenate([fill, ink])[order],
-                linewidths=np.concatenate([np.full(len(pieces), 0.4), np.where(bold, 1.1, 0.35)])[order],
+                list(self.view.project(polygons)),
+                facecolors=fill,
+                edgecolors=ink,
+                linewidths=width,
                 joinstyle="round",
                 rasterized=True,
             )
         )
 
-    def _lines(self, many: int) -> tuple[Array, NDArray[np.bool_]]:
-        """Element edges in pieces, shape (n, 2, 3), and which of them are outline."""
-        edges = projection.face_edges(self.points)
-        bold = projection.outline(self.surface)
-        t = np.linspace(0.0, 1.0, many + 1)[:, None]
-        grid = edges[:, None, 0] * (1 - t) + edges[:, None, 1] * t
-        pieces = np.stack([grid[:, :-1], grid[:, 1:]], axis=2).reshape(-1, 2, 3)
-        return pieces, np.repeat(bold, many)
-
     def _former_outline(self, axes: Axes) -> None:
+        """The outline before the load, over a section; of a solid it is among the faces that may cover it."""
         edges = projection.face_edges(self.surface.reference)[projection.outline(self.surface)]
+        lines = self.view.project(projection.once(edges))
         axes.add_collection(
-            LineCollection(
-                list(self.view.project(edges)), colors=GREY, linewidths=0.8, linestyles=(0, (4, 3)), zorder=3
-            )
+            LineCollection(list(lines), colors=GREY, linewidths=0.8, linestyles=(0, (4, 3)), zorder=3)
         )
 
     def _colour_bar(self, figure: Figure, axes: Axes) -> None:
@@ -170,6 +182,8 @@ class _Drawing:
         bar.outline.set_visible(False)  # type: ignore[operator]
 
     def _section_axes(self, axes: Axes) -> None:
+        if self.scale is not None:
+            self._former_outline(axes)
         axes.axvline(0.0, color=GREY, lw=0.9, ls=(0, (10, 3, 2, 3)))
         axes.set(xlabel="radius [mm]", ylabel="axis [mm]")
         axes.grid(False)
@@ -177,31 +191,20 @@ class _Drawing:
     def _solid_axes(self, axes: Axes) -> None:
         """No axes, but the directions and a bar to measure by."""
         axes.set_axis_off()
-        (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-        extent = max(right - left, top - bottom)
-        length = _round_length(0.2 * extent)
-        y = bottom - 0.03 * extent
+        (left, right), bottom = axes.get_xlim(), axes.get_ylim()[0]
+        length = _round_length(0.3 * self.extent)
+        y = bottom + 0.01 * self.extent
         axes.plot([right - length, right], [y, y], color=BLACK, lw=2.0, solid_capstyle="butt")
-        axes.annotate(
-            f"{length:g} mm",
-            (right - length / 2, y),
-            (0, 3),
-            textcoords="offset points",
-            ha="center",
-            fontsize=9,
-        )
-        origin = np.array([left + 0.07 * extent, y + 0.02 * extent])
+        middle = (right - length / 2, y)
+        axes.annotate(f"{length:g} mm", middle, (0, 3), textcoords="offset points", ha="center", fontsize=9)
+        origin = np.array([left + 0.06 * self.extent, y + 0.04 * self.extent])
         for name, direction in zip("xyz", np.eye(3), strict=True):
-            tip = origin + 0.075 * extent * self.view.project(direction)
-            axes.annotate(
-                "",
-                tip,
-                origin,
-                arrowprops={"arrowstyle": "-|>", "color": GREY, "lw": 1.1, "shrinkA": 0, "shrinkB": 0},
-            )
-            label = origin + 0.1 * extent * self.view.project(direction)
+            x, y = (float(value) for value in self.view.project(direction) * self.extent)
+            tip = (origin[0] + 0.075 * x, origin[1] + 0.075 * y)
+            arrow = {"arrowstyle": "-|>", "color": GREY, "lw": 1.1, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", tip, (origin[0], origin[1]), arrowprops=arrow)
+            label = (origin[0] + 0.1 * x, origin[1] + 0.1 * y)
             axes.annotate(name, label, ha="center", va="center", fontsize=9, color=GREY)
-        axes.set_ylim(bottom - 0.08 * extent, top)
 
 
 def _round_length(length: float) -> float:

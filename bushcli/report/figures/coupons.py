@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bushcli.inverse import Fit, FittedCurve
+from bushcli.report.figures.curves import smooth
 from bushcli.report.figures.picture import BLACK, BLUE, RED, legend, literal, new_figure, style
 from bushcli.report.quantity import percent, quantities
 
@@ -39,22 +39,17 @@ def coupon_figure(fit: Fit) -> Figure:
 
 def _panel(axes: Axes, curve: FittedCurve, limits: tuple[float, float] | None) -> None:
     shown = quantities(curve.recording.mode)
-    order = np.argsort(curve.fitted.displacement)
     axes.plot(
         shown.shown(curve.recording.displacement),
         curve.recording.force,
         "o",
         color=BLACK,
         ms=3.5,
-        mfc="none" if len(order) > 60 else BLACK,
+        mfc="none" if len(curve.recording.force) > 60 else BLACK,
         label="recorded",
     )
-    axes.plot(
-        shown.shown(curve.fitted.displacement[order]),
-        curve.fitted.force[order],
-        color=BLUE,
-        label=f"fitted, rms {percent(curve.rms_percent)}",
-    )
+    q, force = smooth(curve.fitted)
+    axes.plot(shown.shown(q), force, color=BLUE, label=f"fitted, rms {percent(curve.rms_percent)}")
     if limits is not None:
         _shade_unstable(axes, *limits)
     title = curve.name if curve.name == curve.recording.mode else f"{curve.name} ({curve.recording.mode})"

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from bushcli.curve import Curve
 from bushcli.direct import Simulated
 from bushcli.misfit import BAND, Misfit
 from bushcli.recording import Recording, branches
@@ -100,7 +101,7 @@ def _residual(axes: Axes, channel: Simulated, found: Misfit, shown: Quantities) 
         ylim=(-reach, reach),
     )
     axes.set_title(
-        f"difference in % of the recorded force range: rms {percent(found.rms_percent)}, "
+        f"difference in % of the recorded {shown.force} range: rms {percent(found.rms_percent)}, "
         f"peak {percent(found.peak_percent)}, noise {percent(found.noise_percent)}",
         fontsize=9,
         fontweight="normal",
@@ -129,7 +130,7 @@ def _band(axes: Axes, recording: Recording, force_range: float, shown: Quantitie
             color=LIGHT,
             lw=0,
             zorder=0.5,
-            label="± 10 % of the recorded force range" if i == 0 else None,
+            label=f"± 10 % of the recorded {shown.force} range" if i == 0 else None,
         )
 
 
@@ -150,11 +151,7 @@ def _recorded(axes: Axes, recording: Recording, shown: Quantities) -> None:
 def _simulated(axes: Axes, channel: Simulated, shown: Quantities, marked: bool = False) -> None:
     """The curve, smooth between the steps of the march where it does not go back and forth."""
     curve = channel.curve
-    try:
-        q = np.linspace(curve.displacement.min(), curve.displacement.max(), 200)
-        force = curve.at(q)
-    except ValueError:
-        q, force = curve.displacement, curve.force
+    q, force = smooth(curve)
     axes.plot(shown.shown(q), force, color=BLUE, label="simulated", zorder=3)
     if marked:
         axes.plot(shown.shown(curve.displacement), curve.force, "o", color=BLUE, ms=3, zorder=3)
@@ -173,3 +170,12 @@ def _stop(axes: Axes, channel: Simulated, shown: Quantities) -> None:
         zorder=4,
         label="simulation stopped",
     )
+
+
+def smooth(curve: Curve) -> tuple[Array, Array]:
+    """Points to draw a computed curve by: between its own where it goes one way, for there it has one value."""
+    steps = np.diff(curve.displacement)
+    if not ((steps > 0).all() or (steps < 0).all()):
+        return curve.displacement, curve.force
+    q = np.linspace(curve.displacement.min(), curve.displacement.max(), 200)
+    return q, curve.at(q)

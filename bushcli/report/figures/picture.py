@@ -48,7 +48,9 @@ _STYLE: Mapping[str, Any] = {
     "axes.labelcolor": BLACK,
     "lines.linewidth": 1.8,
     "lines.solid_capstyle": "round",
-    "legend.frameon": False,
+    "legend.framealpha": 0.85,
+    "legend.edgecolor": "white",
+    "legend.fancybox": False,
     "legend.fontsize": 9.5,
     # The same input gives the same file, byte for byte.
     "svg.hashsalt": "bushcli",

@@ -1,7 +1,7 @@
 """Faces in space -> polygons in the plane of the picture, far ones first.
 
-A parallel projection and the painter's algorithm. Faces are split before they are sorted, so that neither the order nor
-the colour shows how coarse the elements are. Nothing here knows Matplotlib.
+A parallel projection and the painter's algorithm. Faces are split before they are sorted, so that neither the
+order nor the colour shows how coarse the elements are. Nothing here knows Matplotlib.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 # Edges at which the surface bends by more than this are drawn as outlines.
 _CREASE = np.cos(np.radians(35.0))
 # Sector in which a body of revolution is drawn, and the step of its meridians; the open quarter faces the viewer.
-_SECTOR, _MERIDIANS = 270.0, 10.0
+_SECTOR, _MERIDIANS = 270.0, 15.0
 
 
 @dataclass(frozen=True)
@@ -71,20 +71,79 @@ def is_section(surface: Surface) -> bool:
     return bool(np.allclose(surface.reference[..., 1], 0.0))
 
 
-def in_section(points: Array) -> Array:
-    """Points turned back into the half-plane: radius, 0, height."""
-    radius = np.hypot(points[..., 0], points[..., 1])
-    return np.stack([radius, np.zeros_like(radius), points[..., 2]], axis=-1)
+def is_twisted(surface: Surface) -> bool:
+    """Whether the faces of a half-plane are turned out of it."""
+    return bool(np.abs(surface.deformed[..., 1]).max() > 1e-9 * np.abs(surface.reference).max())
 
 
-def split(faces: Array, pieces: int) -> Array:
-    """Cut four-cornered faces (n, 4, k), bilinear, into (n * pieces**2, 4, k); k are coordinates or values."""
+def lattice(surface: Surface, points: Array, pieces: int) -> Array:
+    """Points on a grid over each face, shape (n, pieces + 1, pieces + 1, 3).
+
+    Between its corners a face of a bushing follows the circle that the corners lie on; the displacement from there to
+    ``points`` (n, 4, 3) is interpolated bilinearly.
+    """
+    reference = surface.reference
+    radius = np.hypot(reference[..., 0], reference[..., 1])
+    if radius.min() > 1e-6 * radius.max():
+        angle = np.arctan2(reference[..., 1], reference[..., 0])
+        first = angle[:, :1]
+        # Corners of one face are close to each other also where the angle jumps from pi to -pi.
+        angle = first + (angle - first + np.pi) % (2 * np.pi) - np.pi
+        r, a, z = np.moveaxis(bilinear(np.stack([radius, angle, reference[..., 2]], axis=-1), pieces), -1, 0)
+        base = np.stack([r * np.cos(a), r * np.sin(a), z], axis=-1)
+    else:
+        base = bilinear(reference, pieces)
+    return np.asarray(base + bilinear(points - reference, pieces))
+
+
+def bilinear(corners: Array, pieces: int) -> Array:
+    """Values at the corners of faces (n, 4, k) -> on a grid over each, (n, pieces + 1, pieces + 1, k)."""
     t = np.linspace(0.0, 1.0, pieces + 1)
     s, r = (grid[..., None] for grid in np.meshgrid(t, t, indexing="ij"))
-    a, b, c, d = (faces[:, None, None, i] for i in range(4))
-    grid = (1 - s) * ((1 - r) * a + r * b) + s * ((1 - r) * d + r * c)
+    a, b, c, d = (corners[:, None, None, i] for i in range(4))
+    return np.asarray((1 - s) * ((1 - r) * a + r * b) + s * ((1 - r) * d + r * c))
+
+
+def cells(grid: Array) -> Array:
+    """Small faces of a grid: (n, p + 1, p + 1, k) -> (n * p**2, 4, k)."""
     corners = (grid[:, :-1, :-1], grid[:, :-1, 1:], grid[:, 1:, 1:], grid[:, 1:, :-1])
-    return np.stack(corners, axis=3).reshape(-1, 4, faces.shape[-1])
+    return np.stack(corners, axis=3).reshape(-1, 4, grid.shape[-1])
+
+
+def sides(grid: Array) -> Array:
+    """Sides of the faces of a grid as polygonal lines, (4 n, p + 1, k), in the order of `face_edges`."""
+    parts = (grid[:, 0, :], grid[:, :, -1], grid[:, -1, ::-1], grid[:, ::-1, 0])
+    return np.stack(parts, axis=1).reshape(-1, grid.shape[1], grid.shape[-1])
+
+
+def side_cells(values: Array, pieces: int) -> Array:
+    """Values of `cells` (n * p**2,) -> those of the cell beside each segment of `sides`, (4 n * p,)."""
+    beside = values.reshape(-1, pieces, pieces, 1)
+    # The cells along a side, in the order of its segments: `sides` of the grid of cells.
+    return sides(beside).reshape(-1)
+
+
+def segments(lines: Array) -> Array:
+    """Polygonal lines (n, p + 1, 3) -> their segments (n * p, 2, 3)."""
+    return np.stack([lines[:, :-1], lines[:, 1:]], axis=2).reshape(-1, 2, 3)
+
+
+def dashes(lines: Array, length: float) -> Array:
+    """Cut lines (n, p + 1, 3) into dashes of about this length with gaps as long, shape (m, 2, 3)."""
+    found = []
+    for line in lines:
+        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+        count = 2 * max(1, round(along[-1] / (2 * length))) + 1
+        at = np.linspace(0.0, along[-1], count + 1)
+        points = np.stack([np.interp(at, along, line[:, k]) for k in range(3)], axis=-1)
+        found.append(np.stack([points[:-1:2], points[1::2]], axis=1))
+    return np.concatenate(found) if found else np.empty((0, 2, 3))
+
+
+def once(lines: Array) -> Array:
+    """Lines (n, p + 1, 3) without those that occur again, in whatever direction."""
+    middle = np.round(lines.mean(axis=1), 5)
+    return np.asarray(lines[np.unique(middle, axis=0, return_index=True)[1]])
 
 
 def face_edges(faces: Array) -> Array:
@@ -119,20 +178,20 @@ def revolved(surface: Surface) -> Surface:
     angles = np.radians(np.arange(0.0, _SECTOR + _MERIDIANS / 2, _MERIDIANS))
 
     def swept(points: Array) -> Array:
-        segments = points[face[:, None], ends]
-        rings = np.stack([_turned(segments, angle) for angle in angles])
-        sides = np.stack([rings[:-1, :, 0], rings[:-1, :, 1], rings[1:, :, 1], rings[1:, :, 0]], axis=2)
+        lines = points[face[:, None], ends]
+        rings = np.stack([_turned(lines, angle) for angle in angles])
+        walls = np.stack([rings[:-1, :, 0], rings[:-1, :, 1], rings[1:, :, 1], rings[1:, :, 0]], axis=2)
         cuts = [_turned(points, angles[0]), _turned(points, angles[-1])]
-        return np.concatenate([sides.reshape(-1, 4, 3), *cuts])
+        return np.concatenate([walls.reshape(-1, 4, 3), *cuts])
 
     values = surface.stretch[face[:, None], ends]
-    sides = np.tile(
+    walls = np.tile(
         np.stack([values[:, 0], values[:, 1], values[:, 1], values[:, 0]], axis=1), (len(angles) - 1, 1)
     )
     return Surface(
         swept(surface.reference),
         swept(surface.deformed),
-        np.concatenate([sides, surface.stretch, surface.stretch]),
+        np.concatenate([walls, surface.stretch, surface.stretch]),
         np.concatenate([np.tile(surface.rubber[face], len(angles) - 1), surface.rubber, surface.rubber]),
         surface.displacement,
     )
@@ -149,7 +208,7 @@ def shade(pieces: Array, view: View) -> Array:
     normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, 3] - pieces[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     light = view.towards + 0.7 * view.up - 0.5 * view.right
-    return np.asarray(0.72 + 0.28 * np.abs(normal @ light) / np.linalg.norm(light))
+    return np.asarray(0.84 + 0.16 * np.abs(normal @ light) / np.linalg.norm(light))
 
 
 def _bounding(faces: Array) -> NDArray[np.bool_]:
