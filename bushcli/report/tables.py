@@ -77,7 +77,7 @@ def conditions(case: Case, material: Material | None = None) -> list[tuple[str, 
     for name, sleeve in sleeves:
         rows.append((_words(name), "rigid" if sleeve is None else _sleeve(sleeve)))
     used = material or case.material
-    parameters = ", ".join(f"{name} = {number(value, 4)}" for name, value in used.parameters.items())
+    parameters = ", ".join(f"{name} = {value:.4g}" for name, value in used.parameters.items())
     if not parameters:
         parameters = "to be identified from the coupon tests"
     elif not case.material.parameters:
@@ -94,11 +94,10 @@ def _words(key: str) -> str:
     return key.replace("_", " ")
 
 
-def _sleeve(values: Mapping[str, float]) -> str:
-    units = {"thickness": "mm", "youngs_modulus": "MPa"}
-    return "elastic: " + ", ".join(
-        f"{_words(k)} {v:g} {units.get(k, '')}".rstrip() for k, v in values.items()
-    )
+def _sleeve(values: Mapping[str, float | str]) -> str:
+    units = {"thickness": " mm", "youngs_modulus": " MPa"}
+    shown = {k: v if isinstance(v, str) else f"{v:g}{units.get(k, '')}" for k, v in values.items()}
+    return "elastic: " + ", ".join(f"{_words(k)} {v}" for k, v in shown.items())
 
 
 def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
