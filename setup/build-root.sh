@@ -1,6 +1,6 @@
 #!/bin/bash
-# Builds a Debian 13 root with the given packages: build-root.sh ROOT PACKAGE... (as root; narration on file
-# descriptor 3). It appears under its name only when it is complete.
+# Builds a Debian 13 root with the given packages: build-root.sh ROOT PACKAGE... (as root; narration on standard
+# output, what a user must know on standard error). It appears under its name only when it is complete.
 set -euo pipefail
 root=$1
 new=$root.new
@@ -12,7 +12,6 @@ if [ -z "${BUSHCLI_IN_NAMESPACE:-}" ]; then
 fi
 trap "exit 130" INT TERM # the first process of a namespace is deaf to signals that it does not handle
 shift
-exec >&3
 
 # debootstrap downloads with wget, which does not know apt's own proxy.
 eval "$(apt-config shell proxy Acquire::http::Proxy)"

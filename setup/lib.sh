@@ -40,7 +40,7 @@ as_root() {
     if ((EUID == 0)); then
         "$@"
     elif command -v sudo >/dev/null && sudo -n true 2>/dev/null; then
-        sudo -n --preserve-env=http_proxy,https_proxy,no_proxy "$@"
+        sudo -n --preserve-env=http_proxy,https_proxy,no_proxy,BUSHCLI_MIRROR "$@"
     else
         return 126
     fi

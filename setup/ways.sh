@@ -69,7 +69,7 @@ prepare_apt() {
 
 build_root() {
     local status=0
-    as_root bash "$checkout/setup/build-root.sh" "$root" $(debian_packages) 3>>"$log" </dev/null || status=$?
+    as_root bash "$checkout/setup/build-root.sh" "$root" $(debian_packages) >>"$log" </dev/null || status=$?
     case $status in
     0) return ;;
     3) exit 1 ;; # it has said why
