@@ -1,0 +1,171 @@
+"""A channel: one measured curve, the model that answers to it, and how a difference between them is weighed.
+
+Coupons and bushings are the same here: a model under a mode. A law without history is solved once over the range
+of the curve; every recorded sample, whatever its cycle, is interpolation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from bushcli.casefile import Case
+from bushcli.curve import Curve
+from bushcli.inverse.result import Weighting
+from bushcli.recording import Recording, displacement_noise, force_noise, read_coupon, read_recording
+from cases.mode import modes
+from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
+from geometry.shape import Shape, shapes
+
+Array = NDArray[np.float64]
+
+# Steps from rest to the end of a recording: the spline through them is exact to 0.02 % of the force.
+STEPS = 12
+# Even steps over a coupon's range; the recorded strains are added where there are no more of them than this.
+DENSE = 60
+# A relative misfit divides by the stress, but by no less than this share of the largest: at the origin both vanish.
+RELATIVE_FLOOR = 0.05
+# No recording is trusted to better than this share of its force range: models and rigs are not.
+NOISE_FLOOR = 1e-3
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Force at the solved displacements, shape (m,), and its derivatives, shape (m, parameters).
+
+    This is all that has to be kept of an evaluation: samples are interpolated from it.
+    """
+
+    displacement: Array
+    force: Array
+    slope: Array
+
+
+class Channel:
+    """One measured curve and the model that answers to it.
+
+    Attributes
+    ----------
+    recording : Recording
+    scale : shape (n,)
+        What a unit of weighted misfit is at each sample, in the recording's force unit.
+    noise : float
+        Standard deviation of the force's noise, the displacement's included, in the recording's force unit.
+    """
+
+    def __init__(
+        self,
+        recording: Recording,
+        shape: Shape,
+        rubber: Rubber,
+        case: Case,
+        weighting: Weighting,
+        comm: MPI.Comm,
+    ) -> None:
+        self.recording = recording
+        mode = modes()[recording.mode]
+        self.model = prepare(shape, mode, rubber, case.mesh.refinement, comm)
+        self.odd = is_odd(shape, mode)
+        q = recording.displacement
+        coupon = mode.specimen == "coupon"
+        self.targets = _coupon_targets(q) if coupon else _targets(q, self.odd)
+        self.noise = _noise(recording)
+        size = np.abs(recording.force)
+        if not coupon:
+            self.scale = np.full(len(q), max(self.noise, NOISE_FLOOR * float(np.ptp(recording.force))))
+        elif weighting == "absolute":
+            self.scale = np.full(len(q), float(size.max()))
+        else:
+            self.scale = np.maximum(size, RELATIVE_FLOOR * float(size.max()))
+
+    @property
+    def name(self) -> str:
+        """Name of the channel."""
+        return self.recording.name
+
+    def solve(self, parameters: Mapping[str, float], names: Sequence[str]) -> Answer:
+        """Curve for a set of parameters, and its exact derivatives with respect to those named.
+
+        Parameters
+        ----------
+        parameters
+            All of the law's, and "compliance" where it is not the case's.
+        names
+            Order of the derivatives.
+
+        Raises
+        ------
+        NotConverged
+            The march could not cover the range.
+        """
+        self.model.set_parameters({k: v for k, v in parameters.items() if k != "compliance"})
+        if "compliance" in parameters:
+            self.model.compliance.value = parameters["compliance"]
+        history = sweep(self.model, self.targets, sensitivity=tuple(names))
+        assert history.sensitivity is not None
+        return Answer(history.displacement, history.force, history.sensitivity)
+
+    def curve(self, answer: Answer) -> Curve:
+        """The solved curve over the recorded range, smooth enough to be drawn."""
+        q, force, _ = self._both_sides(answer)
+        low, high = self.recording.displacement.min(), self.recording.displacement.max()
+        fine = np.unique(np.concatenate([np.linspace(low, high, 101), [0.0] if low < 0 < high else []]))
+        return Curve(self.recording.mode, fine, CubicSpline(q, force)(fine))
+
+    def _both_sides(self, answer: Answer) -> tuple[Array, Array, Array]:
+        q, force, slope = answer.displacement, answer.force, answer.slope
+        if self.odd:
+            q, first = np.unique(np.concatenate([q, -q]), return_index=True)
+            force, slope = (np.concatenate([v, -v])[first] for v in (force, slope))
+        return q, force, slope
+
+    def at_samples(self, answer: Answer) -> tuple[Array, Array]:
+        """Force (n,) and derivatives (n, parameters) at the recorded displacements."""
+        q, force, slope = self._both_sides(answer)
+        both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
+        return both[:, 0], both[:, 1:]
+
+
+def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Channel]:
+    """The case's material tests. Small models: every rank of a parallel run solves them for itself."""
+    shape = shapes()["coupon"]()
+    return [
+        Channel(read_coupon(source), shape, rubber, case, weighting, MPI.COMM_SELF) for source in case.coupons
+    ]
+
+
+def bushing_channels(case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD) -> list[Channel]:
+    """The case's recordings."""
+    return [
+        Channel(read_recording(source), case.geometry, rubber, case, "relative", comm)
+        for source in case.recordings
+    ]
+
+
+def _coupon_targets(q: Array) -> Array:
+    distinct = np.unique(q)
+    # The even ones make a smooth curve of a few points, and steps that the march can take.
+    even = np.linspace(
+        min(0.0, distinct[0]), max(0.0, distinct[-1]), DENSE if len(distinct) > DENSE else DENSE // 3
+    )
+    if len(distinct) > DENSE:
+        return even
+    # Points that nearly coincide would spoil the spline.
+    gap = np.abs(even[:, None] - distinct).min(axis=1) > 0.2 * np.diff(even).min()
+    return np.union1d(distinct, even[gap])
+
+
+def _targets(q: Array, odd: bool) -> Array:
+    low, high = min(0.0, float(q.min())), max(0.0, float(q.max()))
+    return even_targets(0.0, max(high, -low), STEPS) if odd else even_targets(low, high, STEPS)
+
+
+def _noise(recording: Recording) -> float:
+    """Noise of the force, and of the displacement by way of the mean stiffness: the model is asked at noisy places."""
+    stiffness = abs(recording.secant_stiffness())
+    return float(np.hypot(force_noise(recording), stiffness * displacement_noise(recording)))

@@ -1,0 +1,98 @@
+"""The literature's own loop, as a baseline to compare with: unbounded dogleg trust region with finite differences.
+
+Kept as its flowchart has it: gradient and Hessian (of Gauss and Newton) by forward differences with one equal step
+for all parameters; if the Hessian is positive definite and the Newton step fits the trust region it is taken, else the
+dogleg through the Cauchy point; the ratio of actual to predicted reduction accepts or rejects; the radius shrinks on a
+rejection, and three rejections in a row end the search. No bounds, no scaling, no exact derivatives: what those are
+worth is what this shows.
+
+References
+----------
+Powell (1970), A hybrid method for nonlinear equations, in: Rabinowitz (ed.), Numerical Methods for Nonlinear Algebraic
+Equations, Gordon and Breach, 87-114.
+Nocedal and Wright (2006), Numerical Optimization, Springer, chapter 4, doi:10.1007/978-0-387-40065-5.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.inverse.local import Minimum
+from bushcli.inverse.problem import Problem
+
+Array = NDArray[np.float64]
+
+# Equal for all parameters, in their own unit (MPa), as the literature's loop has it.
+STEP = 1e-3
+RADIUS, LARGEST_RADIUS = 0.1, 1.0
+ACCEPTED, GOOD = 0.1, 0.75
+REJECTIONS = 3
+GRADIENT = 1e-8
+
+
+def minimise_by_dogleg(problem: Problem, start: Array, max_iterations: int = 50) -> Minimum:
+    """Minimise half the squared misfit without bounds.
+
+    A parameter set that cannot be solved ends the search where it is needed for a derivative, and counts as a
+    rejection where it is a trial.
+    """
+    x, radius, rejections = start.copy(), RADIUS, 0
+    value = problem.residual(x)
+    message = "the start cannot be solved"
+    iteration, converged = 0, False
+    while np.isfinite(value).all():
+        if iteration >= max_iterations:
+            message = f"stopped after {iteration} iterations"
+            break
+        iteration += 1
+        slope = np.column_stack(
+            [(problem.residual(x + STEP * unit) - value) / STEP for unit in np.eye(len(x))]
+        )
+        if not np.isfinite(slope).all():
+            message = "a finite difference met parameters that cannot be solved"
+            break
+        gradient, hessian = slope.T @ value, slope.T @ slope
+        if np.linalg.norm(gradient) < GRADIENT:
+            message, converged = "the gradient vanishes", True
+            break
+        step = _dogleg(gradient, hessian, radius)
+        trial = problem.residual(x + step)
+        predicted = -(gradient @ step + 0.5 * step @ hessian @ step)
+        actual = 0.5 * (value @ value - trial @ trial) if np.isfinite(trial).all() else -np.inf
+        ratio = actual / predicted
+        if ratio > ACCEPTED:
+            rejections = 0
+            if ratio > GOOD and np.isclose(np.linalg.norm(step), radius):
+                radius = min(2.0 * radius, LARGEST_RADIUS)
+            small = actual <= 1e-10 * 0.5 * (value @ value)
+            x, value = x + step, trial
+            if small:
+                message, converged = "the misfit no longer falls", True
+                break
+            continue
+        rejections += 1
+        radius *= 0.25
+        if rejections >= REJECTIONS:
+            message = f"{REJECTIONS} rejected steps in a row"
+            break
+    return Minimum(start, x, problem.cost(x), iteration, converged, message)
+
+
+def _dogleg(gradient: Array, hessian: Array, radius: float) -> Array:
+    """Step within the radius on the path gradient - Cauchy point - Newton point."""
+    try:
+        np.linalg.cholesky(hessian)
+        newton = -np.linalg.solve(hessian, gradient)
+    except np.linalg.LinAlgError:
+        return np.asarray(-radius * gradient / np.linalg.norm(gradient))
+    if np.linalg.norm(newton) <= radius:
+        return np.asarray(newton)
+    cauchy = -(gradient @ gradient) / (gradient @ hessian @ gradient) * gradient
+    length = np.linalg.norm(cauchy)
+    if length >= radius:
+        return np.asarray(radius / length * cauchy)
+    leg = newton - cauchy
+    a, b, c = leg @ leg, 2.0 * cauchy @ leg, cauchy @ cauchy - radius**2
+    share = (-b + np.sqrt(b * b - 4.0 * a * c)) / (2.0 * a)
+    return np.asarray(cauchy + share * leg)

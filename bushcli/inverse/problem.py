@@ -1,0 +1,204 @@
+"""The least-squares problem: weighted misfit of all channels, its exact Jacobian, and the law's stability.
+
+Each channel counts by the mean square of its misfit in its own units of scale, so that neither the longer nor the
+stiffer one rules. Instability of the law on the stretches that matter adds to the misfit, smoothly, from the edge of
+stability on; a trial that cannot be solved is not a number, which the trust region takes as a step too far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.inverse.channel import Answer, Channel
+from bushcli.inverse.journal import Journal
+from bushcli.inverse.result import Evaluation
+from cases.march import NotConverged
+from cases.stability import PATHS, moduli
+from forms.law import Law
+
+Array = NDArray[np.float64]
+
+# The smallest eigenvalue of the tangent moduli may fall to this share of the initial shear modulus.
+STABILITY_MARGIN = 0.01
+# Misfit, in units of scale, for a state whose smallest modulus is one shear modulus below the margin: far beyond what
+# any channel can gain by it.
+STABILITY_WEIGHT = 1e3
+STABILITY_STATES = 24
+
+Progress = Callable[[Evaluation], None]
+
+
+class Problem:
+    """Misfit and Jacobian of a set of channels as a function of the law's parameters.
+
+    Parameters
+    ----------
+    channels
+        Fitted together.
+    law
+        Its stability is part of the problem.
+    names
+        Parameters that are identified, in the order of the vectors.
+    fixed
+        Parameters that keep their value.
+    stretches
+        Smallest and largest principal stretch between which the law is to be stable.
+    journal
+        Where evaluations are kept, for a run that is resumed.
+    progress
+        Called after each evaluation.
+    """
+
+    def __init__(
+        self,
+        channels: Sequence[Channel],
+        law: Law,
+        names: Sequence[str],
+        fixed: Mapping[str, float],
+        stretches: tuple[float, float],
+        journal: Journal | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        self.channels, self.law, self.names, self.fixed = list(channels), law, tuple(names), dict(fixed)
+        self.journal, self.progress = journal, progress
+        self.states = _coupon_states(stretches)
+        self.evaluations: list[Evaluation] = []
+        self.forward_solves = self.failed_solves = 0
+        self.best: tuple[float, Array] | None = None
+        self._known: dict[bytes, list[Answer] | None] = {}
+
+    # -- what an optimiser asks for ------------------------------------------------------------------------------
+
+    @property
+    def samples(self) -> int:
+        """Number of recorded samples of all channels."""
+        return sum(len(channel.recording.displacement) for channel in self.channels)
+
+    @property
+    def sweeps(self) -> int:
+        """Evaluations of all channels so far."""
+        return len(self.evaluations)
+
+    def residual(self, x: Array) -> Array:
+        """Weighted misfit, shape (samples + states,); NaN where a march did not converge."""
+        return self._rows(x)[0]
+
+    def jacobian(self, x: Array) -> Array:
+        """Its derivative, shape (samples + states, parameters)."""
+        return self._rows(x)[1]
+
+    def cost(self, x: Array) -> float:
+        """Mean over the channels of the mean square misfit in units of scale, instability included."""
+        return float(np.sum(self.residual(x) ** 2)) / len(self.channels)
+
+    def forces(self, x: Array) -> list[tuple[Array, Array]] | None:
+        """Force and derivatives at the samples of each channel; None where a march did not converge."""
+        answers = self.answers(x)
+        if answers is None:
+            return None
+        return [channel.at_samples(answer) for channel, answer in zip(self.channels, answers, strict=True)]
+
+    def parameters(self, x: Array) -> dict[str, float]:
+        """All parameters of the law by name, fixed ones included."""
+        return {**self.fixed, **dict(zip(self.names, map(float, x), strict=True))}
+
+    # -- evaluation ----------------------------------------------------------------------------------------------
+
+    def _rows(self, x: Array) -> tuple[Array, Array]:
+        forces = self.forces(x)
+        if forces is None:
+            size = self.samples + len(self.states)
+            return np.full(size, np.nan), np.full((size, len(x)), np.nan)
+        values, slopes = [], []
+        for channel, (force, slope) in zip(self.channels, forces, strict=True):
+            weight = 1.0 / (channel.scale * np.sqrt(len(force)))
+            values.append((force - channel.recording.force) * weight)
+            slopes.append(slope * weight[:, None])
+        value, slope = self._stability(x)
+        return np.concatenate([*values, value]), np.concatenate([*slopes, slope])
+
+    def knows(self, x: Array) -> bool:
+        """Whether the parameters have been evaluated, so that nothing has to be solved for them."""
+        return np.ascontiguousarray(x, dtype=float).tobytes() in self._known
+
+    def answers(self, x: Array) -> list[Answer] | None:
+        """Solved curves of all channels; None where a march did not converge."""
+        key = np.ascontiguousarray(x, dtype=float).tobytes()
+        if key not in self._known:
+            kept = self.journal.find(x) if self.journal is not None else None
+            if kept is None:
+                kept = self._solve(x)
+                if self.journal is not None:
+                    self.journal.add(x, kept)
+            self._known[key] = kept if kept else None
+            self.forward_solves += len(kept) if kept else 1
+            self._report(x)
+        return self._known[key]
+
+    def _solve(self, x: Array) -> list[Answer]:
+        """Answers of all channels, or an empty list where one of them failed."""
+        answers = []
+        for channel in self.channels:
+            try:
+                answers.append(channel.solve(self.parameters(x), self.names))
+            except NotConverged:
+                return []
+        return answers
+
+    def _report(self, x: Array) -> None:
+        cost = self.cost(x)
+        if not np.isfinite(cost):
+            self.failed_solves += 1
+        best = bool(np.isfinite(cost) and (self.best is None or cost < self.best[0]))
+        if best:
+            self.best = (cost, x.copy())
+        found = Evaluation(len(self.evaluations) + 1, self.parameters(x), cost, best)
+        self.evaluations.append(found)
+        if self.progress is not None:
+            self.progress(found)
+
+    def _stability(self, x: Array) -> tuple[Array, Array]:
+        """Rows that vanish where the law is stable with a margin, and grow linearly beyond; by differences in x."""
+        value = self._instability(x)
+        slope = np.zeros((len(value), len(x)))
+        if value.any():
+            for i in range(len(x)):
+                step = 1e-6 * max(abs(x[i]), 1e-3)
+                moved = x.copy()
+                moved[i] += step
+                slope[:, i] = (self._instability(moved) - value) / step
+        return value, slope
+
+    def _instability(self, x: Array) -> Array:
+        parameters = {k: v for k, v in self.parameters(x).items() if k != "compliance"}
+        if not parameters:
+            return np.zeros(len(self.states))
+        shear = max(abs(self.law.shear_modulus(**parameters)), 1e-12)
+        tangents = moduli(self.law, parameters, self.states)
+        finite = np.isfinite(tangents).all(axis=(1, 2))
+        smallest = np.full(len(self.states), -1.0)
+        smallest[finite] = np.linalg.eigvalsh(tangents[finite])[:, 0] / shear
+        lacking = np.maximum(0.0, STABILITY_MARGIN - smallest)
+        return STABILITY_WEIGHT / np.sqrt(len(self.states)) * lacking
+
+
+def _coupon_states(stretches: tuple[float, float]) -> Array:
+    """Principal stretches, shape (n, 3), of the coupon modes within the stretches that matter."""
+    low, high = stretches
+    loaded = np.concatenate(
+        [
+            np.linspace(low, 1.0, STABILITY_STATES // 2, endpoint=False),
+            np.linspace(1.0, high, STABILITY_STATES // 2),
+        ]
+    )
+    logs = np.log(loaded)
+    states = []
+    for first, second in PATHS.values():
+        e = np.column_stack([first * logs, second * logs, -(first + second) * logs])
+        # A state counts only where none of its stretches leaves the range.
+        inside = (np.exp(e) >= low - 1e-9).all(axis=1) & (np.exp(e) <= high + 1e-9).all(axis=1)
+        states.append(np.exp(e[inside]))
+    return np.concatenate(states)

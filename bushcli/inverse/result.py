@@ -1,0 +1,173 @@
+"""What an identification returns: parameters with their certainty, curves before and after, how it got there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.casefile import Material
+from bushcli.condition import Condition
+from bushcli.curve import Curve
+from bushcli.recording import Recording
+
+Array = NDArray[np.float64]
+Weighting = Literal["absolute", "relative"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """An identified parameter.
+
+    Attributes
+    ----------
+    value, std : float
+        Best value and standard error (MPa or 1), from the misfit actually left, its autocorrelation included.
+    lower, upper : float
+        Bounds of the search.
+    at_bound : bool
+        Whether the value lies on one.
+    interval : tuple of float, optional
+        95 % interval by profile likelihood, for a parameter that the curves determine poorly.
+    """
+
+    value: float
+    std: float
+    lower: float
+    upper: float
+    at_bound: bool
+    interval: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class FittedCurve:
+    """A recorded curve and the law's answer at the same displacements.
+
+    Attributes
+    ----------
+    fitted, started : Curve
+        With the identified parameters, and with those that the search started from.
+    rms_percent, started_percent, noise_percent : float
+        Root mean square misfit with each, and the recording's own noise, percent of the recorded force range.
+    held_out : bool
+        The curve was predicted, not fitted.
+    smooth : Curve, optional
+        The fitted curve without the recording's cycles and noise, to be drawn.
+    """
+
+    name: str
+    recording: Recording
+    fitted: Curve
+    rms_percent: float
+    started: Curve | None = None
+    started_percent: float = float("nan")
+    noise_percent: float = float("nan")
+    held_out: bool = False
+    smooth: Curve | None = None
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A direction in parameter space that the curves do not determine, in words and as weights by parameter."""
+
+    weights: Mapping[str, float]
+    singular_value: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """One evaluation of all channels: parameters, cost (mean square misfit in noise units), and whether it is the best.
+
+    `cost` is NaN where a march did not converge.
+    """
+
+    number: int
+    parameters: Mapping[str, float]
+    cost: float
+    best: bool
+
+
+@dataclass(frozen=True)
+class EndPoint:
+    """Where one start ended: start and end parameters, cost at the end, and what the optimiser said."""
+
+    start: Mapping[str, float]
+    parameters: Mapping[str, float]
+    cost: float
+    message: str
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Cost along one parameter, all others refitted: values, cost less the best one's in units of the noise seen."""
+
+    name: str
+    values: Array
+    rise: Array
+
+
+@dataclass(frozen=True)
+class Fit:
+    """An identified law.
+
+    Attributes
+    ----------
+    material : Material
+        Law with the identified parameters.
+    parameters
+        Name -> estimate.
+    correlation : shape (parameters, parameters)
+    curves
+        Recorded against fitted, one per channel; held-out channels are marked.
+    stability
+        Coupon mode -> stretches between which the law is stable (0 and inf: over the whole range scanned).
+    weighting
+        Of coupons: "absolute": every stress counts alike, relative to the coupon's largest; "relative": by its own
+        size. Recordings are weighted by their own noise.
+    forward_solves, sweeps, failed_solves, iterations : int
+        Simulations of one channel; evaluations of all; those that did not converge; optimiser's iterations.
+    converged : bool
+    singular_values
+        Of the weighted Jacobian per relative change of each parameter, largest first, relative to the largest.
+    undetermined
+        Combinations that the curves leave open.
+    seconds : float
+    conditions
+        What is doubtful about the result.
+    method, message : str
+        Optimiser, and what it said at the end.
+    cost : float
+        Mean over the channels of the mean square misfit in units of the channel's noise.
+    evaluations
+        The search, evaluation by evaluation.
+    end_points
+        Where each start ended, best first; one when there was one start.
+    profiles
+        Of poorly determined parameters.
+    """
+
+    material: Material
+    parameters: Mapping[str, Estimate]
+    correlation: Array
+    curves: tuple[FittedCurve, ...]
+    stability: Mapping[str, tuple[float, float]]
+    weighting: Weighting
+    forward_solves: int
+    sweeps: int
+    failed_solves: int
+    iterations: int
+    converged: bool
+    singular_values: Array
+    undetermined: tuple[Combination, ...]
+    seconds: float
+    conditions: tuple[Condition, ...]
+    method: str = "trf"
+    message: str = ""
+    cost: float = float("nan")
+    evaluations: tuple[Evaluation, ...] = field(default=(), repr=False)
+    end_points: tuple[EndPoint, ...] = ()
+    profiles: tuple[Profile, ...] = ()

@@ -1,0 +1,97 @@
+"""More than one start: a Latin hypercube, screened on a coarse mesh, or differential evolution there; then refined.
+
+Starts are spread around the scale that the recordings themselves give, not over bounds of nine decades. The work is
+shared among processes; the result does not depend on their number.
+
+References
+----------
+McKay, Beckman and Conover (1979), Technometrics 21:239-245, doi:10.2307/1268522.
+Storn and Price (1997), J. Global Optim. 11:341-359, doi:10.1023/A:1008202821328.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import differential_evolution
+from scipy.stats import qmc
+
+from bushcli.inverse.problem import Problem
+
+Array = NDArray[np.float64]
+
+# Factor about the scaled start within which starts are spread.
+SPREAD = 10.0
+# Candidates screened for each start that is refined.
+SCREENED = 8
+POPULATION, GENERATIONS = 6, 12
+
+
+def box(start: Array, lower: Array, upper: Array, shear: float) -> tuple[Array, Array]:
+    """Where starts are sought: a factor `SPREAD` about the start, and both signs where the bounds allow them.
+
+    `shear` (MPa) is the scale of a parameter whose start says little because it is near zero.
+    """
+    size = np.maximum(np.abs(start), 0.01 * shear)
+    low = np.where(lower >= 0, start / SPREAD, -SPREAD * size)
+    high = np.where(lower >= 0, start * SPREAD, SPREAD * size)
+    return np.maximum(low, lower), np.minimum(high, upper)
+
+
+def hypercube(count: int, low: Array, high: Array, seed: int) -> Array:
+    """Latin hypercube in the box, shape (count, parameters); logarithmic where the box is positive."""
+    unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(count)
+    return from_unit(unit, low, high)
+
+
+def from_unit(unit: Array, low: Array, high: Array) -> Array:
+    """Points of the unit cube in the box; logarithmic along parameters whose box is positive."""
+    safe = np.where(low > 0, low, 1.0)
+    ratio = np.where(low > 0, np.maximum(high, safe) / safe, 1.0)
+    return np.asarray(np.where(low > 0, safe * ratio**unit, low + unit * (high - low)))
+
+
+def screened(
+    costs: Callable[[Sequence[Array]], list[float]], count: int, low: Array, high: Array, seed: int
+) -> list[Array]:
+    """The best `count` of a larger hypercube, by their cost on the coarse mesh."""
+    candidates = list(hypercube(SCREENED * count, low, high, seed))
+    found = costs(candidates)
+    order = sorted((cost, i) for i, cost in enumerate(found) if np.isfinite(cost))
+    return [candidates[i] for _, i in order[:count]]
+
+
+def evolved(problem: Problem, low: Array, high: Array, seed: int) -> Array:
+    """Best point of differential evolution on the coarse mesh; a set that cannot be solved is never the better one."""
+
+    def cost(unit: Array) -> float:
+        value = problem.cost(from_unit(unit, low, high))
+        return value if np.isfinite(value) else float("inf")
+
+    found = differential_evolution(
+        cost,
+        [(0.0, 1.0)] * len(low),
+        rng=np.random.default_rng(seed),
+        popsize=POPULATION,
+        maxiter=GENERATIONS,
+        init="latinhypercube",
+        polish=False,
+        tol=1e-3,
+    )
+    return from_unit(np.asarray(found.x), low, high)
+
+
+@contextmanager
+def pool(
+    workers: int, initialise: Callable[..., None], arguments: tuple[object, ...]
+) -> Iterator[ProcessPoolExecutor]:
+    """Processes that build their own models once; started afresh, because MPI and PETSc do not survive a fork."""
+    with ProcessPoolExecutor(
+        workers, mp_context=get_context("spawn"), initializer=initialise, initargs=arguments
+    ) as executor:
+        yield executor

@@ -1,0 +1,199 @@
+"""An identification spelled out: what is fitted to what, and the problem made of it. Every worker makes its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case, Material, MeshOptions, resolved
+from bushcli.errors import InputError, nearest
+from bushcli.errors import Problem as Finding
+from bushcli.inverse.channel import Channel, bushing_channels, coupon_channels
+from bushcli.inverse.journal import Journal
+from bushcli.inverse.local import Loss, Method
+from bushcli.inverse.problem import Problem, Progress
+from bushcli.inverse.result import Weighting
+from cases.simulate import Rubber
+from forms.law import Law, law, laws
+
+Array = NDArray[np.float64]
+
+# Bounds of the bulk modulus's inverse, 1/MPa, when it is identified: from incompressible to kappa = 10 MPa.
+COMPLIANCE = (0.0, 0.1)
+# Mesh on which starts are screened: a tenth of the time, some per cent of the force.
+COARSE = MeshOptions(2, 4, 8)
+# Principal stretches that a coupon of a bushing's rubber is taken to reach at least, for the law's stability.
+STRETCHES = (0.6, 1.7)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is identified from what, and how.
+
+    Attributes
+    ----------
+    case : Case
+    model : str
+        Law.
+    source : {"recordings", "coupons"}
+        Curves that the law is fitted to.
+    start : mapping
+        Start values; those of the case or of the law where absent.
+    fixed : tuple of str
+        Parameters that keep their start value.
+    bulk_modulus : bool
+        Identify the bulk modulus too.
+    hold_out : tuple of str
+        Channels that are predicted instead of fitted.
+    """
+
+    case: Case
+    model: str
+    source: Literal["recordings", "coupons"] = "recordings"
+    start: Mapping[str, float] = field(default_factory=dict)
+    fixed: tuple[str, ...] = ()
+    bulk_modulus: bool = False
+    hold_out: tuple[str, ...] = ()
+    weighting: Weighting = "relative"
+    method: Method = "trf"
+    loss: Loss = "linear"
+    starts: int = 1
+    globally: bool = False
+    seed: int = 0
+    workers: int = 1
+    terms: int | None = None
+
+    @property
+    def law(self) -> Law:
+        """The law.
+
+        Raises
+        ------
+        InputError
+            There is no such law.
+        """
+        if self.model not in laws():
+            what = f'"{self.model}" is not a law'
+            raise InputError(Finding("--model", what, nearest(self.model, laws()), ", ".join(laws())))
+        return law(self.model)
+
+    @property
+    def material(self) -> Material:
+        """Law with start values."""
+        given = self.case.material
+        chosen = self.law
+        same = given.law == chosen.name
+        empty = Material(chosen.name, given.bulk_modulus, {}, given.terms if same else self.terms)
+        names = given.parameter_names if same else empty.parameter_names
+        values = {name: chosen.parameter(name).start for name in names}
+        if same:
+            values |= given.parameters
+        unknown = [name for name in self.start if name not in values]
+        if unknown:
+            what = f"{unknown[0]} is not a parameter of {chosen.name}"
+            raise InputError(Finding("start values", what, nearest(unknown[0], values), ", ".join(values)))
+        return Material(chosen.name, given.bulk_modulus, values | dict(self.start), empty.terms)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters that are identified, in the order of the vectors."""
+        free = [name for name in self.material.parameters if name not in self.fixed]
+        return (*free, "compliance") if self.bulk_modulus else tuple(free)
+
+    def vectors(self) -> tuple[Array, Array, Array]:
+        """Start, lower and upper bounds, each shape (parameters,)."""
+        material, rows = self.material, []
+        for name in self.names:
+            if name == "compliance":
+                known = 1.0 / material.bulk_modulus if np.isfinite(material.bulk_modulus) else 1e-3
+                rows.append((known, *COMPLIANCE))
+            else:
+                bounds = self.law.parameter(name)
+                rows.append((material.parameters[name], bounds.lower, bounds.upper))
+        start, lower, upper = np.array(rows, dtype=float).reshape(-1, 3).T
+        return start, lower, upper
+
+    def channels(
+        self, coarse: bool = False, comm: MPI.Comm = MPI.COMM_WORLD
+    ) -> tuple[list[Channel], list[Channel]]:
+        """Channels to fit, and channels to predict.
+
+        Raises
+        ------
+        InputError
+            A file cannot be read, or nothing is left to fit.
+        """
+        case = replace(self.case, mesh=COARSE) if coarse else self.case
+        material = self.material
+        rubber = Rubber(self.law, dict(material.parameters), material.bulk_modulus)
+        if self.source == "coupons":
+            if not case.coupons:
+                raise InputError(Finding(case.path.name, "there are no [[coupons]] to fit a law to"))
+            found = coupon_channels(case, rubber, self.weighting)
+        else:
+            if not case.recordings:
+                raise InputError(
+                    Finding(case.path.name, "there are no [[recordings]] to identify a law from")
+                )
+            found = bushing_channels(case, rubber, comm)
+        known = [channel.name for channel in found]
+        for name in self.hold_out:
+            if name not in known:
+                what = f'"{name}" is not a channel of this case'
+                raise InputError(Finding("--hold-out", what, nearest(name, known), ", ".join(known)))
+        fitted = [channel for channel in found if channel.name not in self.hold_out]
+        if not fitted:
+            raise InputError(Finding("--hold-out", "leaves no channel to fit", "", ", ".join(known)))
+        return fitted, [channel for channel in found if channel.name in self.hold_out]
+
+    def problem(
+        self,
+        coarse: bool = False,
+        journal: Journal | None = None,
+        progress: Progress | None = None,
+        comm: MPI.Comm = MPI.COMM_WORLD,
+    ) -> tuple[Problem, list[Channel]]:
+        """The least-squares problem and the channels held out of it."""
+        fitted, held_out = self.channels(coarse, comm)
+        return self.pose(fitted, journal, progress), held_out
+
+    def pose(
+        self, fitted: list[Channel], journal: Journal | None = None, progress: Progress | None = None
+    ) -> Problem:
+        """The least-squares problem of some channels."""
+        material = self.material
+        fixed = {name: value for name, value in material.parameters.items() if name in self.fixed}
+        return Problem(fitted, self.law, self.names, fixed, _stretches(fitted), journal, progress)
+
+    def identity(self) -> dict[str, Any]:
+        """What a resumed run must have in common with the one that it goes on with."""
+        options = {
+            key: getattr(self, key)
+            for key in ("model", "source", "fixed", "bulk_modulus", "hold_out", "weighting", "method", "loss")
+        }
+        return {
+            "case": resolved(self.case),
+            "start": dict(self.start),
+            "recordings": [
+                source.file.read_bytes().hex() for source in (*self.case.recordings, *self.case.coupons)
+            ],
+            **options,
+            "starts": self.starts,
+            "globally": self.globally,
+            "seed": self.seed,
+        }
+
+
+def _stretches(channels: list[Channel]) -> tuple[float, float]:
+    """Stretches between which the law has to be stable: those of the coupons, or those usual in a bushing."""
+    low, high = STRETCHES
+    for channel in channels:
+        if channel.recording.mode in ("uniaxial", "equibiaxial", "planar"):
+            stretch = 1.0 + channel.recording.displacement
+            low, high = min(low, float(stretch.min())), max(high, float(stretch.max()))
+    return low, high

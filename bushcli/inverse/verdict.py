@@ -1,0 +1,197 @@
+"""What is doubtful about an identification: named conditions, each with what can be done about it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bushcli.condition import Condition
+from bushcli.inverse.local import Minimum
+from bushcli.inverse.result import EndPoint, Fit, FittedCurve
+from bushcli.inverse.task import Task
+
+# Principal stretches that a bushing's rubber rarely leaves: instability within them is worth a word.
+USUAL_STRETCHES = (0.5, 2.0)
+# A fitted recording this far from its curve, percent of the force range, and this many times its noise, is no fit.
+POOR_FIT, POOR_NOISE = 3.0, 3.0
+# Two ends are equally good when their costs differ by less than this share, distinct when a parameter does by that.
+EQUAL_COST, DISTINCT = 0.05, 0.10
+# A held-out channel is predicted when it is within the accepted 10 %.
+PREDICTED = 10.0
+
+
+def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[Condition, ...]:
+    """All conditions of a fit, the gravest first."""
+    found = []
+    if interrupted:
+        found.append(
+            Condition(
+                "interrupted",
+                f"stopped after {fit.sweeps} evaluations; this is the best so far",
+                "run it again with --resume",
+            )
+        )
+    elif not fit.converged:
+        found.append(
+            Condition(
+                "not_converged",
+                f"the search ended without a minimum: {fit.message}",
+                "give start values in [material.parameters], or use --starts",
+            )
+        )
+    found += _stuck(fit, best)
+    found += _poor(fit)
+    found += _bounds(fit)
+    found += _tests(fit, task)
+    found += _stability(fit)
+    found += _undetermined(fit, task)
+    found += _several(fit.end_points)
+    found += [_prediction(curve) for curve in fit.curves if curve.held_out]
+    if fit.failed_solves:
+        found.append(
+            Condition(
+                "failed_solves",
+                f"{fit.failed_solves} of {fit.sweeps} trials could not be solved and made the search step back",
+                "nothing, where the result is good; else a start nearer to it",
+            )
+        )
+    return tuple(found)
+
+
+def _stuck(fit: Fit, best: Minimum) -> list[Condition]:
+    moved = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
+    if moved > 1e-6 or fit.iterations > 2 or not _is_poor(fit):
+        return []
+    return [
+        Condition(
+            "start_not_left",
+            "the search did not leave its start values, although the fit is poor",
+            "give other start values, or use --starts",
+        )
+    ]
+
+
+def _is_poor(fit: Fit) -> bool:
+    return any(_poorly(curve) for curve in fit.curves if not curve.held_out)
+
+
+def _poorly(curve: FittedCurve) -> bool:
+    return curve.rms_percent > POOR_FIT and curve.rms_percent > POOR_NOISE * curve.noise_percent
+
+
+def _poor(fit: Fit) -> list[Condition]:
+    poor = [curve for curve in fit.curves if not curve.held_out and _poorly(curve) and curve.recording.source]
+    bushing = [curve for curve in poor if curve.recording.mode not in _COUPON_MODES]
+    if not bushing:
+        return []
+    listed = ", ".join(f"{c.name} {c.rms_percent:.2g} % (noise {c.noise_percent:.2g} %)" for c in bushing)
+    return [
+        Condition(
+            "poor_fit",
+            f"a minimum, but the curves are not met: rms {listed}",
+            "another law (--model all), other starts (--starts 8); if none helps, physics is missing from the model",
+        )
+    ]
+
+
+_COUPON_MODES = ("uniaxial", "equibiaxial", "planar", "volumetric")
+
+
+def _bounds(fit: Fit) -> list[Condition]:
+    return [
+        Condition(
+            "at_bound",
+            f"{name} = {estimate.value:g} lies on its bound ({estimate.lower:g} to {estimate.upper:g})",
+            "the law asks for a value that makes no sense: choose another law, or check units and dimensions",
+        )
+        for name, estimate in fit.parameters.items()
+        if estimate.at_bound
+    ]
+
+
+def _tests(fit: Fit, task: Task) -> list[Condition]:
+    modes = {curve.recording.mode for curve in fit.curves if not curve.held_out} - {"volumetric"}
+    if task.source != "coupons" or task.law.basis == "I1" or len(modes) != 1:
+        return []
+    return [
+        Condition(
+            "one_coupon_mode",
+            f"{task.law.name} depends on more than I1, and only {', '.join(modes)} tests are given: what it predicts "
+            "in other modes is not determined",
+            "add a coupon test of another mode, or use a law in I1 alone (yeoh, arruda_boyce, gent, neo_hookean)",
+        )
+    ]
+
+
+def _stability(fit: Fit) -> list[Condition]:
+    found = []
+    for mode, (low, high) in fit.stability.items():
+        reached = [c.recording.displacement + 1 for c in fit.curves if c.recording.mode == mode]
+        largest = max((float(r.max()) for r in reached), default=0.0)
+        if high < largest:
+            found.append(
+                Condition(
+                    "unstable_law",
+                    f"the fitted law is unstable in {mode} deformation beyond stretch {high:.3g}, inside the test's "
+                    "range",
+                    "choose another law, or leave out the part of the test that it cannot follow (largest_stretch)",
+                )
+            )
+        elif high < USUAL_STRETCHES[1] or low > USUAL_STRETCHES[0]:
+            found.append(
+                Condition(
+                    "unstable_outside_data",
+                    f"the fitted law is stable in {mode} deformation only between stretches {low:.3g} and {high:.3g}",
+                    "do not use it beyond; `bushcli direct` checks the states that the bushing reaches",
+                )
+            )
+    return found
+
+
+def _undetermined(fit: Fit, task: Task) -> list[Condition]:
+    if task.source == "coupons":
+        remedy = "add a coupon test of another mode or of larger stretch, or use a law with fewer parameters"
+    else:
+        used = {curve.recording.mode for curve in fit.curves if not curve.held_out}
+        other = [mode for mode in ("radial", "torsional", "conical", "axial") if mode not in used]
+        remedy = f"a recording to a larger displacement{', or a ' + other[0] + ' one' if other else ''}, " + (
+            "would determine it; or fix one of them (--fix), or use a law with fewer parameters"
+        )
+    return [Condition("undetermined", combination.text, remedy) for combination in fit.undetermined]
+
+
+def _several(ends: tuple[EndPoint, ...]) -> list[Condition]:
+    if len(ends) < 2:
+        return []
+    best = ends[0]
+    for end in ends[1:]:
+        if end.cost > best.cost * (1 + EQUAL_COST):
+            continue
+        apart = {
+            name: value
+            for name, value in end.parameters.items()
+            if abs(value - best.parameters[name]) > DISTINCT * max(abs(value), abs(best.parameters[name]))
+        }
+        if apart:
+            listed = ", ".join(
+                f"{name} {best.parameters[name]:.4g} or {value:.4g}" for name, value in apart.items()
+            )
+            return [
+                Condition(
+                    "several_minima",
+                    f"distinct parameter sets fit equally well: {listed}",
+                    "another recording, or a law with fewer parameters; the curves alone cannot tell them apart",
+                )
+            ]
+    return []
+
+
+def _prediction(curve: FittedCurve) -> Condition:
+    good = curve.rms_percent <= PREDICTED
+    return Condition(
+        "held_out_predicted" if good else "held_out_not_predicted",
+        f"{curve.name}, which was held out, is predicted to {curve.rms_percent:.2g} % rms "
+        f"(noise {curve.noise_percent:.2g} %)",
+        "nothing"
+        if good
+        else "fit it too, and see which channel then is no longer met: something differs between them",
+    )
