@@ -149,7 +149,8 @@ def predict(
     # All input is read before anything is solved: a bad file must not cost a march.
     recordings = [read_recording(source) for source in case.recordings]
     if not recordings and not case.load_cases:
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", "[[recordings]] or [[load_cases]]"))
+        wanted = "[[recordings]] or [[load_cases]]"
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     _check_travel(case, recordings)
     channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
     channels += [_recorded(case, recording) for recording in recordings]
@@ -211,7 +212,9 @@ def check_material(case: Case, material: Material) -> None:
     """
     if not material.parameters:
         raise InputError(
-            Problem(case.path.name, "material.parameters are not given", "", "them, or [[coupons]] to fit them to")
+            Problem(
+                case.path.name, "material.parameters are not given", "", "them, or [[coupons]] to fit them to"
+            )
         )
     chosen = law(material.law)
     for mode, (low, high) in coupon_limits(chosen, dict(material.parameters)).items():
@@ -373,7 +376,8 @@ def _conditions(channel: Simulated) -> list[Condition]:
             Condition(
                 "unstable_law",
                 f"{channel.name}: the law violates Drucker's stability in {100 * channel.unstable:.2g} % of the states "
-                f"that the rubber reaches (principal stretches {channel.stretches[0]:.2f} to {channel.stretches[1]:.2f})",
+                f"that the rubber reaches (principal stretches {channel.stretches[0]:.2f} to "
+                f"{channel.stretches[1]:.2f})",
                 "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
             )
         )

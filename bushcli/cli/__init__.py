@@ -1,0 +1,33 @@
+"""The command line: reads arguments, calls the functions that do the work, prints. Nothing else prints.
+
+Data go to stdout, narration and progress to stderr. What a command needs is imported inside it, so that --help answers
+at once. Under MPI every rank does the same and the first one speaks.
+"""
+
+from __future__ import annotations
+
+import click
+
+from bushcli import __version__
+from bushcli.cli.case import check, direct, mesh
+from bushcli.cli.identification import fit, inverse
+from bushcli.cli.tool import doctor, init, list_
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="bushcli")
+def main() -> None:
+    """Simulate rubber bushings and correlate them with test-rig recordings.
+
+    A case file (TOML) says what the bushing is and which recordings and coupon tests there are; `bushcli init` writes
+    an example. Units are N, mm, MPa, s and degrees.
+
+    Exit codes: 0 done; 1 done, but the verdict is negative and --strict was given; 2 usage, case file or recording;
+    3 a simulation did not converge.
+    """
+
+
+for _command in (init, check, mesh, fit, direct, inverse, list_, doctor):
+    main.add_command(_command)
+
+__all__ = ["main"]

@@ -1,0 +1,5 @@
+"""`python -m bushcli.cli`."""
+
+from bushcli.cli import main
+
+main()

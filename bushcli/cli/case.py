@@ -1,0 +1,92 @@
+"""Commands that simulate a case: check, mesh, direct."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bushcli.cli.identification import fit_to_coupons, weighted
+from bushcli.cli.progress import march_progress
+from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+
+
+@click.command()
+@on_a_case
+def check(run: Run) -> int:
+    """Validate CASE and its recordings, print a summary, solve nothing."""
+    from bushcli import report
+    from bushcli.direct import check_material
+    from bushcli.recording import read_coupon, read_recording
+
+    case = run.load()
+    curves = [read_recording(source) for source in case.recordings]
+    coupons = [read_coupon(source) for source in case.coupons]
+    if not case.needs_fit:
+        check_material(case, case.material)
+    run.show(report.case_text(case, curves, coupons))
+    run.emit(report.case_json(case, curves, coupons, run.timings()))
+    return DONE
+
+
+@click.command()
+@on_a_case
+def mesh(run: Run) -> int:
+    """Build the meshes that CASE needs; a picture and a file for ParaView of each."""
+    from bushcli import report
+    from bushcli.meshes import meshes
+
+    case = run.load()
+    output = run.output or Path("out")
+    with run.timed("mesh"):
+        built = meshes(case, output)
+    run.show(report.mesh_text(built))
+    run.emit(report.mesh_json(case, built, run.timings()))
+    if speaks():
+        report.write_meshes(output, built)
+        run.say(f"wrote {output}")
+    return DONE
+
+
+@click.command()
+@weighted
+@click.option(
+    "--mesh-check",
+    is_flag=True,
+    help="Solve again on a finer mesh and say how well the curves are converged.",
+)
+@click.option("--no-fields", is_flag=True, help="With -o: no field files (they are the largest).")
+@click.option(
+    "--strict", is_flag=True, help="Exit 1 when a simulated curve is not within 10 % of its recording."
+)
+@on_a_case
+def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: bool) -> int:
+    """Predict the curves of CASE and correlate them with its recordings.
+
+    A law without parameters is fitted to the coupon tests first.
+    """
+    from bushcli import report
+    from bushcli.direct import predict
+    from bushcli.misfit import misfits
+
+    case = run.load()
+    found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
+    with run.timed("solve"), march_progress(run) as progress:
+        response = predict(
+            case,
+            found.material if found else None,
+            mesh_check=mesh_check,
+            fields=run.output if run.output and not no_fields else None,
+            progress=progress,
+        )
+    compared = misfits(response)
+    result = report.direct_json(response, compared, found, run.timings())
+    run.show(report.direct_text(response, compared, found))
+    run.emit(result)
+    if run.output and speaks():
+        report.write_direct(run.output, result, response, compared, found)
+        run.say(f"wrote {run.output}")
+    if not response.complete:
+        return NOT_CONVERGED
+    good = all(misfit.within_10_percent for misfit in compared.values())
+    return NEGATIVE if strict and not good else DONE

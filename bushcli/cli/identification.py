@@ -1,0 +1,172 @@
+"""Commands that identify a law: fit (from coupons) and inverse (from recordings)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from bushcli.cli.progress import search_progress
+from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+from bushcli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from bushcli.casefile import Case
+    from bushcli.inverse import Fit
+    from bushcli.inverse.local import Loss, Method
+
+weighted = click.option(
+    "--weighting",
+    type=click.Choice(["relative", "absolute"]),
+    default="relative",
+    show_default=True,
+    help="Coupon misfit over the stress itself, or over the coupon's largest stress.",
+)
+
+
+@click.command()
+@click.option("--model", metavar="LAW", help="Law to fit instead of the case's.")
+@weighted
+@click.option("--strict", is_flag=True, help="Exit 1 when the fit has problems.")
+@on_a_case
+def fit(run: Run, model: str | None, weighting: str, strict: bool) -> int:
+    """Identify the law of CASE from its coupon tests."""
+    from bushcli import report
+
+    case = run.load()
+    found = fit_to_coupons(run, case, model, weighting)
+    result = report.fit_json(case, found, run.timings())
+    run.show(report.fit_text(found))
+    run.emit(result)
+    if run.output and speaks():
+        report.write_fit(run.output, result, case, found)
+        run.say(f"wrote {run.output}")
+    return NEGATIVE if strict and found.conditions else DONE
+
+
+def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> Fit:
+    """Fit a law to the case's coupons, with progress."""
+    from bushcli.inverse import fit_coupons
+
+    law = model or case.material.law
+    run.say(f"fitting {law} to {len(case.coupons)} coupon test{'s' if len(case.coupons) != 1 else ''}")
+
+    with run.timed("fit"):
+        return fit_coupons(case, model, weighting=weighting, progress=search_progress(run))  # type: ignore[arg-type]
+
+
+@click.command()
+@click.option(
+    "--model",
+    "models",
+    metavar="LAW[,LAW...]",
+    help="Law or laws to identify instead of the case's; `all` for all.",
+)
+@click.option(
+    "--hold-out",
+    "held_out",
+    multiple=True,
+    metavar="CHANNEL",
+    help="Predict this channel instead of fitting it.",
+)
+@click.option("--fix", "fixed", multiple=True, metavar="NAME", help="Keep a parameter at its start value.")
+@click.option("--bulk-modulus", is_flag=True, help="Identify the bulk modulus too.")
+@click.option(
+    "--method",
+    type=click.Choice(["trf", "dogbox", "dogleg"]),
+    default="trf",
+    show_default=True,
+    help="Trust region; dogleg is the literature's unbounded loop with finite differences, to compare with.",
+)
+@click.option(
+    "--loss",
+    type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
+    default="linear",
+    show_default=True,
+    help="Discount misfits beyond two standard deviations.",
+)
+@click.option(
+    "--starts", type=click.IntRange(1, 1000), default=1, show_default=True, help="Number of start points."
+)
+@click.option(
+    "--global", "globally", is_flag=True, help="Differential evolution on a coarse mesh for a further start."
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    default=1,
+    show_default=True,
+    help="Processes that share the starts.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the start points.")
+@click.option(
+    "--resume", is_flag=True, help="Go on with the evaluations of the last run into the same -o DIR."
+)
+@click.option("--strict", is_flag=True, help="Exit 1 when the identification has problems.")
+@on_a_case
+def inverse(
+    run: Run,
+    models: str | None,
+    held_out: tuple[str, ...],
+    fixed: tuple[str, ...],
+    bulk_modulus: bool,
+    method: Method,
+    loss: Loss,
+    starts: int,
+    globally: bool,
+    workers: int,
+    seed: int,
+    resume: bool,
+    strict: bool,
+) -> int:
+    """Identify the law of CASE from its recordings.
+
+    Every channel counts by its own noise. With -o DIR each evaluation is kept in DIR/history-LAW.jsonl, from which
+    --resume goes on after an interruption.
+    """
+    from bushcli import report
+    from bushcli.inverse import Task, identify
+
+    case = run.load()
+    if resume and run.output is None:
+        raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
+    fits = []
+    for law in _laws(case, models):
+        task = Task(
+            case,
+            law,
+            fixed=fixed,
+            bulk_modulus=bulk_modulus,
+            hold_out=held_out,
+            method=method,
+            loss=loss,
+            starts=starts,
+            globally=globally,
+            seed=seed,
+            workers=workers,
+        )
+        run.say(f"identifying {law} from {len(case.recordings) - len(held_out)} recordings")
+        journal = run.output / f"history-{law}.jsonl" if run.output else None
+        with run.timed(law):
+            fits.append(identify(task, journal=journal, resume=resume, progress=search_progress(run)))
+        if any(condition.name == "interrupted" for condition in fits[-1].conditions):
+            break
+    fits.sort(key=report.rank)
+    result = report.inverse_json(case, fits, run.timings())
+    run.show(report.inverse_text(fits))
+    run.emit(result)
+    if run.output and speaks():
+        report.write_inverse(run.output, result, case, fits)
+        run.say(f"wrote {run.output}")
+    best = fits[0]
+    if not best.converged:
+        return NOT_CONVERGED
+    return NEGATIVE if strict and best.conditions else DONE
+
+
+def _laws(case: Case, models: str | None) -> list[str]:
+    from forms.law import laws
+
+    if models is None:
+        return [case.material.law]
+    return list(laws()) if models == "all" else [name.strip() for name in models.split(",") if name.strip()]

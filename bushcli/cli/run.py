@@ -1,0 +1,160 @@
+"""What all commands share: options, streams, timings, and errors turned into exit codes."""
+
+from __future__ import annotations
+
+import functools
+import json as json_format
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bushcli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from bushcli.casefile import Case
+
+DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED = 0, 1, 2, 3
+
+
+class Run:
+    """Options that every command on a case shares."""
+
+    def __init__(
+        self,
+        case: Path,
+        overrides: tuple[str, ...],
+        output: Path | None,
+        json: bool,
+        quiet: bool,
+        verbose: bool,
+    ) -> None:
+        self.path, self.overrides, self.output = case, overrides, output
+        self.json, self.quiet, self.verbose = json, quiet, verbose
+        self.begin = time.perf_counter()
+        self.seconds: dict[str, float] = {}
+
+    def load(self) -> Case:
+        """Read and validate the case."""
+        from bushcli.casefile import load_case
+
+        if self.output is not None and self.output.exists() and not self.output.is_dir():
+            raise InputError(Problem(str(self.output), "is a file", "", "a folder for the results"))
+        with self.timed("case"):
+            return load_case(self.path, self.overrides)
+
+    @contextmanager
+    def timed(self, name: str) -> Iterator[None]:
+        """Add the time of a block to the timings."""
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
+
+    def timings(self) -> dict[str, float]:
+        """Seconds by stage, and the total so far."""
+        return {**self.seconds, "total": time.perf_counter() - self.begin}
+
+    def say(self, text: str) -> None:
+        """Narrate on stderr, unless quiet."""
+        if not self.quiet and speaks():
+            click.echo(text, err=True)
+
+    def show(self, *renderables: Any) -> None:
+        """Print results for people on stdout; nothing where JSON is asked for."""
+        if self.json or not speaks():
+            return
+        from rich.console import Console
+
+        terminal = sys.stdout.isatty()
+        console = Console(
+            width=None if terminal else 120, highlight=False, no_color=None if terminal else True
+        )
+        for renderable in renderables:
+            console.print(renderable)
+
+    def emit(self, result: dict[str, Any]) -> None:
+        """Print the result as JSON on stdout if asked to."""
+        if self.json and speaks():
+            click.echo(json_format.dumps(result, indent=2, allow_nan=False))
+
+
+def speaks() -> bool:
+    """Whether this process is the first rank; without MPI it is."""
+    if "mpi4py.MPI" not in sys.modules:
+        return True
+    from mpi4py import MPI
+
+    return bool(MPI.COMM_WORLD.rank == 0)
+
+
+def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
+    """Give a command the CASE argument and the common options, and turn its errors into exit codes."""
+
+    @click.argument("case", type=click.Path(path_type=Path))
+    @click.option(
+        "--set",
+        "overrides",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help="Override a key of the case file, e.g. geometry.length=38.",
+    )
+    @click.option(
+        "-o",
+        "--output",
+        type=click.Path(path_type=Path),
+        metavar="DIR",
+        help="Write result.json, report.html, curves, plots and fields there.",
+    )
+    @click.option("--json", is_flag=True, help="The result as JSON on stdout, nothing else there.")
+    @click.option("-q", "--quiet", is_flag=True, help="No narration and no progress.")
+    @click.option("-v", "--verbose", is_flag=True, help="Say more: every step of the march.")
+    @click.option("--debug", is_flag=True, help="Show a traceback on errors.")
+    @functools.wraps(command)
+    def wrapper(
+        case: Path,
+        overrides: tuple[str, ...],
+        output: Path | None,
+        json: bool,
+        quiet: bool,
+        verbose: bool,
+        debug: bool,
+        **options: Any,
+    ) -> None:
+        run = Run(case, overrides, output, json, quiet, verbose)
+        finish(lambda: command(run, **options), debug)
+
+    return wrapper
+
+
+def finish(work: Callable[[], int | None], debug: bool) -> None:
+    """Run, and exit with the code that interface and errors ask for; no traceback unless `debug`."""
+    # A pipeline that ends early (`| head`) is no error of ours, and SIGTERM ends like Ctrl-C.
+    signal.signal(signal.SIGTERM, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt()))
+    try:
+        code = work() or DONE
+    except InputError as error:
+        if debug:
+            raise
+        if speaks():
+            click.echo(f"error: {error}", err=True)
+        code = WRONG_INPUT
+    except KeyboardInterrupt:
+        click.echo("interrupted", err=True)
+        code = 130
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - the interpreter flushes it at exit
+        code = DONE
+    except Exception as error:  # the last line of defence between a traceback and a user
+        if debug:
+            raise
+        if speaks():
+            click.echo(f"internal error: {type(error).__name__}: {error}", err=True)
+            click.echo("this is a mistake in bushcli; --debug shows where", err=True)
+        code = 70
+    sys.exit(code)
