@@ -4,13 +4,14 @@ Only `output` writes files. Matplotlib and Jinja are loaded when something is wr
 """
 
 from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
-from bushcli.report.output import write_direct, write_fit, write_meshes
+from bushcli.report.output import check_output, write_direct, write_fit, write_meshes
 from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
 from bushcli.report.verdict import judge
 
 __all__ = [
     "case_json",
     "case_text",
+    "check_output",
     "direct_json",
     "direct_text",
     "fit_json",

@@ -12,7 +12,7 @@ import numpy as np
 from bushcli.casefile import Case, resolved
 from bushcli.condition import Condition
 from bushcli.direct import Response, Simulated
-from bushcli.inverse import Fit
+from bushcli.inverse import Fit, FittedCurve
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches, force_noise
@@ -221,6 +221,7 @@ def _fit(fit: Fit) -> dict[str, Any]:
                 "lower": estimate.lower,
                 "upper": estimate.upper,
                 "at_bound": estimate.at_bound,
+                "interval": estimate.interval,
                 "unit": chosen.parameter(name).unit,
             }
             for name, estimate in fit.parameters.items()
@@ -229,7 +230,10 @@ def _fit(fit: Fit) -> dict[str, Any]:
             one: {other: fit.correlation[i, j] for j, other in enumerate(names)}
             for i, one in enumerate(names)
         },
-        "misfit": {key: {"rms_percent": rms} for key, rms in misfit_by_mode(fit).items()},
+        "misfit": {
+            key: {"rms_percent": curve.rms_percent, "held_out": curve.held_out}
+            for key, curve in curves_by_mode(fit).items()
+        },
         "weighting": fit.weighting,
         "stability": {mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()},
         "forward_solves": fit.forward_solves,
@@ -248,11 +252,11 @@ def _fit(fit: Fit) -> dict[str, Any]:
     }
 
 
-def misfit_by_mode(fit: Fit) -> dict[str, float]:
-    """Rms misfit in percent by coupon mode, or by the coupon's name where a mode was tested more than once."""
+def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
+    """Fitted curves by mode, or by the test's name where a mode was tested more than once."""
     count = Counter(curve.recording.mode for curve in fit.curves)
     return {
-        curve.recording.mode if count[curve.recording.mode] == 1 else curve.name: curve.rms_percent
+        curve.recording.mode if count[curve.recording.mode] == 1 else curve.name: curve
         for curve in fit.curves
     }
 

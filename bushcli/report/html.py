@@ -23,7 +23,8 @@ from bushcli.report.tables import (
     Table,
     channel_table,
     conditions,
-    coupon_table,
+    curves_of,
+    fitted_table,
     parameter_table,
     solution_table,
 )
@@ -77,7 +78,7 @@ def direct_html(
 def fit_html(result: Mapping[str, Any], case: Case, fit: Fit, pictures: Iterable[Picture]) -> str:
     """Return the page of an identified law."""
     worst = max(curve.rms_percent for curve in fit.curves)
-    headline = f"{fit.material.law} fits the coupon tests to {worst:.1f} % rms or better"
+    headline = f"{fit.material.law} fits {curves_of(fit)} to {worst:.1f} % rms or better"
     lines = [] if fit.converged else ["The fit did not converge."]
     return _page(result, case, fit.material, headline, lines, "plain", [_fitted(fit, _by_kind(pictures))])
 
@@ -88,9 +89,9 @@ def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
         "Standard errors are from the misfit itself."
     )
     return Section(
-        "Law identified from coupon tests",
+        f"Law identified from {curves_of(fit)}",
         kinds.get("coupons", []),
-        [parameter_table(fit), coupon_table(fit)],
+        [parameter_table(fit), fitted_table(fit)],
         note,
     )
 

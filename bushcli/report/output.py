@@ -90,10 +90,11 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
     names = file_names([curve.name for curve in fit.curves])
     files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
     for curve in fit.curves:
-        stretch = 1.0 + curve.recording.displacement
+        shown = quantities(curve.recording.mode)
+        q, force = shown.csv_names
         files[f"{names[curve.name]}-fit.csv"] = _table(
-            ("stretch", "recorded_nominal_stress_MPa", "fitted_nominal_stress_MPa"),
-            (stretch, curve.recording.force, curve.fitted.force),
+            (q, f"recorded_{force}", f"fitted_{force}"),
+            (shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force),
         )
     pictures = fit_figures(fit)
     for picture in pictures:
@@ -120,6 +121,26 @@ def write_meshes(
         files[f"{picture.name}.png"] = _bytes(picture.png)
         files[f"{picture.name}.svg"] = _bytes(picture.svg)
     return _write(directory, files, None)
+
+
+def check_output(directory: Path, case: Case) -> None:
+    """Refuse a folder before anything is computed for it.
+
+    Raises
+    ------
+    InputError
+        It is a file, or lies below one, or cannot be written to; or a result would replace an input of the case.
+    """
+    existing = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise InputError(Problem(str(existing), "is a file", "", "a folder for the results"))
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise InputError(Problem(str(existing), "is not writable", "", "another -o"))
+    channels = [load.mode for load in case.load_cases] + [source.label for source in case.recordings]
+    curves = [
+        f"{name}{ending}.csv" for name in file_names(channels).values() for ending in ("", "-comparison")
+    ]
+    _refuse_others(directory, [RESULT, REPORT, *curves], case)
 
 
 def file_names(channels: Iterable[str]) -> dict[str, str]:

@@ -14,6 +14,7 @@ from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches
 from bushcli.report.quantity import number, percent, quantities
+from cases.mode import modes
 from forms.law import law
 
 Row = tuple[str, ...]
@@ -184,10 +185,14 @@ def solution_table(response: Response) -> Table:
             )
         )
     heads = (
-        *("channel", "unknowns", "steps", "Newton", "principal stretches"),
+        *("channel", "unknowns", "steps", "Newton", "stretches*"),
         *("unstable states", "mesh error", "time", "complete"),
     )
-    return Table("How it was solved", heads, tuple(rows))
+    return Table(
+        "How it was solved (*smallest and largest principal stretch at the elements' centres)",
+        heads,
+        tuple(rows),
+    )
 
 
 def parameter_table(fit: Fit) -> Table:
@@ -207,23 +212,41 @@ def parameter_table(fit: Fit) -> Table:
     return Table(f"Law {fit.material.law}", ("parameter", "value", "std", "unit", "bounds"), tuple(rows))
 
 
-def coupon_table(fit: Fit) -> Table:
-    """The coupons: misfit, range tested, range in which the law is stable."""
+def fitted_table(fit: Fit) -> Table:
+    """The curves of a fit: misfit, range tested, range in which the law is stable."""
     rows = []
     for curve in fit.curves:
-        mode, stretch = curve.recording.mode, 1.0 + curve.recording.displacement
+        mode, shown = curve.recording.mode, quantities(curve.recording.mode)
+        low, high = (
+            shown.at(q) for q in (curve.recording.displacement.min(), curve.recording.displacement.max())
+        )
         limits = fit.stability.get(mode)
         rows.append(
             (
-                curve.name,
+                f"{curve.name} (held out)" if curve.held_out else curve.name,
                 mode,
                 percent(curve.rms_percent),
-                f"{stretch.min():.2f} to {stretch.max():.2f}",
+                _range(low, high, shown.displacement_unit),
                 "-" if limits is None else _interval(*limits),
             )
         )
-    heads = ("coupon", "mode", "rms misfit", "stretch tested", "stable at stretch")
-    return Table(f"Coupon tests, {fit.weighting} weighting", heads, tuple(rows), left=2)
+    heads = ("test", "mode", "rms misfit", "tested", "stable at stretch")
+    weighting = f", {fit.weighting} weighting" if _all_coupons(fit) else ""
+    return Table(f"Fitted to {curves_of(fit)}{weighting}", heads, tuple(rows), left=2)
+
+
+def _range(low: float, high: float, unit: str) -> str:
+    return f"{number(low)} to {number(high)} {unit}" if unit else f"stretch {number(low)} to {number(high)}"
+
+
+def curves_of(fit: Fit) -> str:
+    """What a law was fitted to: "3 coupon tests"."""
+    count = sum(not curve.held_out for curve in fit.curves)
+    return f"{count} {'coupon test' if _all_coupons(fit) else 'recording'}{'s' if count != 1 else ''}"
+
+
+def _all_coupons(fit: Fit) -> bool:
+    return all(modes()[curve.recording.mode].specimen == "coupon" for curve in fit.curves)
 
 
 def _interval(low: float, high: float) -> str:

@@ -28,7 +28,7 @@ from bushcli.report.tables import (
     Table,
     case_table,
     channel_table,
-    coupon_table,
+    fitted_table,
     mesh_table,
     parameter_table,
     recording_table,
@@ -98,12 +98,12 @@ def mesh_text(meshes: Sequence[Meshed]) -> Group:
 def _fit_parts(fit: Fit) -> list[object]:
     solved = (
         f"{'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations, {fit.sweeps} sweeps, "
-        f"{fit.forward_solves} simulations of a coupon, {fit.seconds:.1f} s"
+        f"{fit.forward_solves} simulations of one test, {fit.seconds:.1f} s"
     )
     return [
         Shown(parameter_table(fit)),
         Text(),
-        Shown(coupon_table(fit)),
+        Shown(fitted_table(fit)),
         Text(solved, "dim"),
     ]
 

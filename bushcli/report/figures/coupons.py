@@ -1,4 +1,4 @@
-"""Coupon tests and the law that was fitted to them, one panel each."""
+"""Measured curves and the law that was fitted to them, one panel each."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from bushcli.inverse import Fit, FittedCurve
 from bushcli.report.figures.curves import smooth
 from bushcli.report.figures.picture import BLACK, BLUE, RED, legend, literal, new_figure, style
 from bushcli.report.quantity import percent, quantities
+from bushcli.report.tables import curves_of
 
 _ACROSS = 3
 
@@ -18,12 +19,11 @@ _ACROSS = 3
 def coupon_title(fit: Fit) -> str:
     """What the picture shows."""
     worst = max(curve.rms_percent for curve in fit.curves)
-    count = len(fit.curves)
-    return f"{fit.material.law} fitted to {count} coupon test{'s' if count > 1 else ''}: {percent(worst)} rms at worst"
+    return f"{fit.material.law} fitted to {curves_of(fit)}: {percent(worst)} rms at worst"
 
 
 def coupon_figure(fit: Fit) -> Figure:
-    """Draw recorded points and fitted curve of every coupon."""
+    """Draw recorded points and fitted curve of every coupon or channel."""
     with style():
         across = min(_ACROSS, len(fit.curves))
         down = math.ceil(len(fit.curves) / across)
@@ -48,8 +48,9 @@ def _panel(axes: Axes, curve: FittedCurve, limits: tuple[float, float] | None) -
         mfc="none" if len(curve.recording.force) > 60 else BLACK,
         label="recorded",
     )
-    q, force = smooth(curve.fitted)
-    axes.plot(shown.shown(q), force, color=BLUE, label=f"fitted, rms {percent(curve.rms_percent)}")
+    q, force = smooth(curve.smooth or curve.fitted)
+    name = "predicted (held out)" if curve.held_out else "fitted"
+    axes.plot(shown.shown(q), force, color=BLUE, label=f"{name}, rms {percent(curve.rms_percent)}")
     if limits is not None:
         _shade_unstable(axes, *limits)
     title = curve.name if curve.name == curve.recording.mode else f"{curve.name} ({curve.recording.mode})"
