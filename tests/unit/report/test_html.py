@@ -1,0 +1,88 @@
+"""The page: complete, escaped, and silent on the network."""
+
+import html.parser
+import re
+
+import pytest
+
+from bushcli.report import direct_json, fit_json
+from bushcli.report.figures import direct_figures, fit_figures
+from bushcli.report.html import direct_html, fit_html
+
+
+@pytest.fixture
+def page(answer, channel):
+    def make(title="a bushing", fit=None, **changes):
+        found = answer(channel("axial", 645.0, 363.0, **changes), title=title)
+        result = direct_json(found.response, found.misfits, fit, {"total": 1.0})
+        names = {c.name: "axial" for c in found.response.channels}
+        pictures = direct_figures(found.response, found.misfits, fit, names)
+        return direct_html(result, found.response, found.misfits, fit, pictures)
+
+    return make
+
+
+class Tags(html.parser.HTMLParser):
+    """Collects start tags, and checks that every one is closed."""
+
+    VOID = frozenset({"meta", "img", "br"})
+
+    def __init__(self, text):
+        super().__init__()
+        self.found, self.open = [], []
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def test_the_page_has_all_that_an_engineer_asks_for(page, fit):
+    text = page(fit=fit)
+    for words in (
+        "Too stiff: axial outside the accepted 10 %",
+        "78 % too stiff",
+        "inner radius 9 mm",
+        "Law identified from 3 coupon tests",
+        "C20 lies on its bound",
+        "choose another law",
+        "dolfinx",
+        "total 1.00 s",
+    ):
+        assert words in text
+    assert sum(tag == "img" for tag, _ in Tags(text).found) == 4
+
+
+def test_the_page_fetches_and_runs_nothing(page):
+    text = page(surface=None)
+    tags = Tags(text).found
+    assert not {tag for tag, _ in tags} & {"script", "link", "iframe", "object", "embed", "a", "base", "form"}
+    sources = [attrs["src"] for _, attrs in tags if "src" in attrs]
+    assert sources
+    assert all(source.startswith("data:image/") for source in sources)
+    assert not any(name.startswith("on") for _, attrs in tags for name in attrs)
+    style = re.search(r"<style>(.*?)</style>", text, re.DOTALL)
+    assert style is not None
+    assert "url(" not in style[1]
+    assert "@import" not in style[1]
+
+
+def test_titles_and_names_are_escaped(page):
+    title = '<script>alert("1")</script> & {{ title }} $x$'
+    text = page(title, name="<img src=x onerror=alert(1)>", surface=None)
+    assert "<script>" not in text
+    assert "<img src=x" not in text
+    assert "&lt;script&gt;" in text
+    assert "{{ title }}" in text
+    Tags(text)
+
+
+def test_a_fit_has_a_page(case, fit):
+    text = fit_html(fit_json(case(), fit, {}), case(), fit, fit_figures(fit))
+    assert "yeoh fits 3 coupon tests to 20.0 % rms or better" in text
+    Tags(text)

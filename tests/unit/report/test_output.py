@@ -1,0 +1,121 @@
+"""The folder of results: what is in it, and what is left alone."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bushcli.errors import InputError
+from bushcli.meshes import Meshed
+from bushcli.recording import read_recording
+from bushcli.report import check_output, direct_json, fit_json, write_direct, write_fit, write_meshes
+from bushcli.report.output import file_names
+from bushcli.source import Source
+
+
+@pytest.fixture
+def write(answer, channel):
+    def make(folder, *channels):
+        # Without its surface a channel is drawn in a third of the time.
+        found = answer(*(channels or (channel("axial", 130.0, 100.0, surface=None),)))
+        result = direct_json(found.response, found.misfits, None, {})
+        return write_direct(folder, result, found.response, found.misfits, None)
+
+    return make
+
+
+def test_the_folder_holds_result_report_curves_and_pictures(write, channel, tmp_path):
+    written = write(tmp_path / "a" / "b", channel("axial", 130.0, 100.0))
+    names = {path.name for path in (tmp_path / "a" / "b").iterdir()}
+    assert names == {path.name for path in written}
+    pictures = {f"axial-{kind}.{form}" for kind in ("curve", "deformed", "mesh") for form in ("png", "svg")}
+    assert names == {"result.json", "report.html", "axial.csv", "axial-comparison.csv"} | pictures
+    assert json.loads((tmp_path / "a" / "b" / "result.json").read_text())["command"] == "direct"
+
+
+def test_curves_read_back_in_the_same_units(write, channel, tmp_path):
+    write(tmp_path / "out", channel("torsional", 18000.0, surface=None))
+    back = read_recording(Source("torsional", tmp_path / "out" / "torsional.csv"))
+    assert back.displacement == pytest.approx(np.linspace(-4.0, 4.0, 21))
+    assert back.force == pytest.approx(18000.0 * back.displacement)
+
+
+def test_the_comparison_stands_at_the_recorded_displacements(write, tmp_path):
+    write(tmp_path / "out")
+    lines = (tmp_path / "out" / "axial-comparison.csv").read_text().splitlines()
+    assert lines[0] == "displacement_mm,recorded_force_N,simulated_force_N"
+    assert lines[1] == "-4,-400,-520"
+    assert len(lines) == 42
+
+
+def test_a_folder_of_results_is_written_again_and_other_files_are_left_alone(write, tmp_path):
+    write(tmp_path / "out")
+    other = tmp_path / "out" / "notes.txt"
+    other.write_text("mine")
+    write(tmp_path / "out")
+    assert other.read_text() == "mine"
+    assert not [path for path in (tmp_path / "out").iterdir() if path.suffix == ".part"]
+
+
+def test_a_file_in_place_of_the_folder_is_refused(write, case, tmp_path):
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(InputError, match="is a file"):
+        write(tmp_path / "out")
+    with pytest.raises(InputError, match="is a file"):
+        check_output(tmp_path / "out" / "deeper", case())
+    assert (tmp_path / "out").read_text() == "mine"
+
+
+def test_an_input_of_the_case_is_never_replaced(write, case, tmp_path):
+    # The recording beside the case file is axial.csv, and so would be the simulated curve.
+    before = (case().path.parent / "axial.csv").read_text()
+    for attempt in (lambda: write(case().path.parent), lambda: check_output(case().path.parent, case())):
+        with pytest.raises(InputError, match=r"axial\.csv: is an input of the case"):
+            attempt()
+    assert (case().path.parent / "axial.csv").read_text() == before
+    assert not (case().path.parent / "result.json").exists()
+
+
+def test_files_that_no_run_has_written_are_not_replaced(write, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "axial.csv").write_text("mine")
+    with pytest.raises(InputError, match="not by an earlier run"):
+        write(tmp_path / "out")
+    assert (tmp_path / "out" / "axial.csv").read_text() == "mine"
+
+
+def test_a_new_or_an_empty_folder_is_accepted(case, tmp_path):
+    check_output(tmp_path / "new" / "folder", case())
+    check_output(tmp_path, case())
+
+
+def test_a_failure_in_the_middle_leaves_no_part_behind(write, tmp_path):
+    # A directory where a file belongs: the rename cannot replace it.
+    write(tmp_path / "out")
+    (tmp_path / "out" / "report.html").unlink()
+    (tmp_path / "out" / "report.html").mkdir()
+    with pytest.raises(InputError, match="cannot be written"):
+        write(tmp_path / "out")
+    assert not [path for path in (tmp_path / "out").iterdir() if path.name.endswith(".part")]
+
+
+def test_names_stay_in_the_folder_and_apart():
+    names = file_names(["../../etc/passwd", "a/b", "a b", "A_b", "", "schräg 1", "x" * 300])
+    assert len({name.casefold() for name in names.values()}) == len(names)
+    assert not any(set(name) & set('/\\:*?"<>| ') or name.startswith(".") for name in names.values())
+    assert max(map(len, names.values())) <= 110
+    assert names["schräg 1"] == "schräg_1"
+
+
+def test_a_fit_writes_recorded_and_fitted_stress(case, fit, tmp_path):
+    write_fit(tmp_path / "out", fit_json(case(), fit, {}), case(), fit)
+    lines = (tmp_path / "out" / "planar-fit.csv").read_text().splitlines()
+    assert lines[0] == "stretch,recorded_nominal_stress_MPa,fitted_nominal_stress_MPa"
+    assert lines[-1] == "3,2,2.4"
+    assert (tmp_path / "out" / "coupons.svg").exists()
+
+
+def test_meshes_write_pictures(ring, tmp_path):
+    mesh = Meshed("section", ("axial",), 2, 2, 6, {}, {}, ring)
+    written = write_meshes(tmp_path / "out", [mesh], {"command": "mesh"})
+    assert {path.name for path in written} == {"result.json", "mesh-section.png", "mesh-section.svg"}

@@ -1,0 +1,100 @@
+"""What the terminal shows, and what a pipe gets."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from bushcli.meshes import Meshed
+from bushcli.recording import read_recording
+from bushcli.report import case_text, direct_text, fit_text, mesh_text
+
+
+def printed(renderable, terminal=False):
+    out = io.StringIO()
+    Console(file=out, width=120, force_terminal=terminal, highlight=False, color_system="standard").print(
+        renderable
+    )
+    return out.getvalue()
+
+
+@pytest.fixture
+def direct(answer, channel):
+    def make(*channels, fit=None, conditions=()):
+        found = answer(*channels, conditions=conditions)
+        return direct_text(found.response, found.misfits, fit)
+
+    return make
+
+
+def test_piped_output_is_plain_and_aligned(direct, channel):
+    text = printed(direct(channel("axial", 645.0, 363.0), channel("torsional", 1800.0, 18000.0)))
+    assert text.isascii()
+    assert "\x1b" not in text
+    lines = text.splitlines()
+    head = next(line for line in lines if line.startswith("channel"))
+    rows = [line for line in lines if "secant, N" in line]
+    assert len(rows) == 2
+    # Numbers are flush right under their head.
+    end = head.index("measured") + len("measured")
+    assert [row[:end].split()[-1] for row in rows] == ["363", "314"]
+    assert all(row[end - 1] != " " for row in rows)
+
+
+def test_a_terminal_gets_rules_and_colour(direct, channel):
+    text = printed(direct(channel("axial", 645.0, 363.0)), terminal=True)
+    assert "\x1b[" in text
+    assert "─" in text
+
+
+def test_the_verdict_stands_under_the_table(direct, channel):
+    text = printed(direct(channel("axial", 645.0, 363.0)))
+    assert text.index("sim/meas") < text.index("Too stiff: axial outside the accepted 10 %.")
+    assert "78 % too stiff" in text
+    assert "no" in text.split("within 10 %")[1].splitlines()[1]
+
+
+def test_problems_come_with_their_remedy(fit):
+    text = printed(fit_text(fit))
+    assert "problem at_bound: C20 lies on its bound" in text
+    assert "remedy: choose another law" in text
+
+
+def test_a_fit_shows_parameters_with_unit_bounds_and_stability(fit):
+    lines = printed(fit_text(fit)).splitlines()
+    row = next(line.split() for line in lines if line.startswith("C10"))
+    assert row == ["C10", "0.2000", "0.0050", "MPa", "1.00e-06", "to", "inf"]
+    assert any("(at bound)" in line for line in lines if line.startswith("C20"))
+    planar = next(line for line in lines if line.startswith("planar"))
+    assert planar.split() == ["planar", "planar", "20", "%", "stretch", "1.00", "to", "3.00", "all"]
+    assert any("0.50 to 2.50" in line for line in lines if line.startswith("second"))
+
+
+def test_names_in_brackets_are_no_markup(direct, channel):
+    text = printed(direct(channel("axial", 100.0, 100.0, name="[red]rig[/red] 2")), terminal=True)
+    assert "[red]rig[/red] 2" in text
+
+
+def test_without_recordings_the_simulated_stiffness_is_shown(direct, channel):
+    text = printed(direct(channel("axial", 100.0), channel("uniaxial", 2.0)))
+    assert "Simulated stiffness" in text
+    assert "measured" not in text
+
+
+def test_a_case_is_summed_up(case):
+    used = case("my [bushing]")
+    text = printed(case_text(used, [read_recording(source) for source in used.recordings], []))
+    assert "my [bushing]" in text
+    assert "plain: inner radius 9 mm, outer radius 18 mm, length 34 mm" in text
+    assert "yeoh: C10 = 0.5, C20 = -0.05, C30 = 0.01" in text
+    assert "infinite: incompressible" in text
+    row = next(line.split() for line in text.splitlines() if line.startswith("measured"))
+    assert row == ["measured", "axial", "6", "1", "0", "5.00", "mm", "0", "500", "N"]
+
+
+def test_meshes_are_listed():
+    text = printed(
+        mesh_text([Meshed("section", ("axial", "torsional"), 2, 66, 299, {"inner": 11}, {"rubber": 66})])
+    )
+    assert "axial, torsional" in text
+    assert "299" in text

@@ -1,0 +1,109 @@
+"""The verdict on curves of known stiffness."""
+
+import numpy as np
+import pytest
+
+from bushcli.curve import Curve
+from bushcli.report import judge
+from bushcli.report.verdict import single_factor, stiffer
+
+
+def judged(found):
+    return judge(found.response, found.misfits)
+
+
+def test_too_stiff_says_how_much_and_what_factor_would_help(answer, channel):
+    # The literature's situation: 645 N/mm by coupon data, 363 N/mm measured; 645 / 363 = 1.777, 363 / 645 = 0.563.
+    verdict = judged(answer(channel("radial", 645.0, 363.0)))
+    assert verdict.within_10_percent is False
+    assert verdict.channels[0].text == (
+        "radial: simulated 645 N/mm, measured 363 N/mm: 78 % too stiff; outside the accepted 10 %."
+    )
+    assert "Too stiff" in verdict.headline
+    assert "single factor of 0.56" in verdict.text
+    assert "another batch of rubber?" in verdict.text
+
+
+def test_too_soft(answer, channel):
+    verdict = judged(answer(channel("axial", 80.0, 100.0)))
+    assert "Too soft" in verdict.headline
+    assert "20 % too soft" in verdict.text
+
+
+def test_within_the_band_there_is_no_gap_to_explain(answer, channel):
+    verdict = judged(answer(channel("axial", 104.0, 100.0)))
+    assert verdict.within_10_percent is True
+    assert "4 % too stiff; within the accepted 10 %" in verdict.text
+    assert "factor" not in verdict.text
+
+
+def test_rotations_are_judged_in_degrees(answer, channel):
+    # 18000 N mm/rad are 314.16 N mm/degree.
+    verdict = judged(answer(channel("torsional", 18000.0, 18000.0)))
+    assert "simulated 314 N mm/deg, measured 314 N mm/deg: as stiff as measured" in verdict.text
+
+
+def test_one_channel_outside_makes_the_whole_negative(answer, channel):
+    verdict = judged(answer(channel("axial", 100.0, 100.0), channel("radial", 200.0, 100.0)))
+    assert verdict.within_10_percent is False
+    assert [c.within_10_percent for c in verdict.channels] == [True, False]
+    assert verdict.headline == "Too stiff: radial outside the accepted 10 %"
+    assert "No single factor" in verdict.text
+
+
+def test_the_factor_is_the_least_squares_one(answer, channel):
+    found = answer(channel("axial", 150.0, 100.0), channel("radial", 1500.0, 1000.0))
+    factor = single_factor(list(found.misfits.values()))
+    assert factor is not None
+    assert factor.factor == pytest.approx(2 / 3)
+    assert factor.explains
+    assert max(factor.rms_after.values()) < 1e-9
+    # Over a symmetric straight line rms / range is half of 1/sqrt(3) times the relative error, about 14 %, here a
+    # little more since 41 evenly spaced samples include both ends: sqrt(sum(k^2) / n) / range, k = -20..20.
+    k = np.arange(-20, 21)
+    assert factor.rms_before["axial"] == pytest.approx(100 * 0.5 * np.sqrt(np.mean(k**2)) / 40)
+
+
+def test_channels_that_ask_for_different_factors_are_not_explained_by_one(answer, channel):
+    found = answer(channel("axial", 150.0, 100.0), channel("radial", 1200.0, 1000.0))
+    factor = single_factor(list(found.misfits.values()))
+    assert factor is not None
+    assert factor.by_channel == pytest.approx({"axial": 2 / 3, "radial": 5 / 6})
+    assert not factor.explains
+
+
+def test_a_curve_of_another_shape_is_outside_though_its_secant_agrees(answer, channel):
+    q = np.linspace(-4.0, 4.0, 41)
+    # Secant stiffness 100 N/mm, but 3/8 of the force range off at most: (q/4)^3 - q/4 is largest at q = 4/sqrt(3).
+    bent = Curve("axial", q, 400.0 * (q / 4.0) ** 3)
+    verdict = judged(answer(channel("axial", measured=100.0, curve=bent)))
+    assert verdict.within_10_percent is False
+    assert "secant stiffness is within the accepted 10 %, the curve is not" in verdict.text
+    assert "19 %" in verdict.text  # 2 / (3 sqrt(3)) * 400 N over 800 N
+    assert "does not explain the gap" in verdict.text
+
+
+def test_without_a_recording_there_is_no_judgement(answer, channel):
+    verdict = judged(answer(channel("axial", 100.0)))
+    assert verdict.within_10_percent is None
+    assert verdict.single_factor is None
+    assert verdict.text == (
+        "Simulated; no recording to compare with. axial: simulated 100 N/mm (secant) from -4.00 to 4.00 mm."
+    )
+
+
+def test_a_march_that_stopped_is_not_within_the_band(answer, channel):
+    verdict = judged(answer(channel("axial", 100.0, 100.0, reach=2.0, stopped="DIVERGED_MAX_IT")))
+    assert verdict.within_10_percent is False
+    assert "51 % of the recording" in verdict.text  # 21 of 41 samples lie within 2 mm
+
+
+def test_a_march_that_failed_at_once_is_no_misfit(answer, channel):
+    at_rest = Curve("axial", [0.0, 1e-9], [0.0, 0.0])
+    verdict = judged(answer(channel("axial", measured=100.0, curve=at_rest, stopped="DIVERGED_MAX_IT")))
+    assert verdict.within_10_percent is False
+    assert "ended too early" in verdict.headline
+
+
+def test_a_ratio_that_is_no_number_has_words():
+    assert stiffer(float("nan")) == "no stiffness to compare"
