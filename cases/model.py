@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import basix.ufl
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.jit import options
+from cases.matrix import reduced_matrix
 from cases.mode import Mode, Setting
 from forms import kinematics
 from forms.law import Law
@@ -195,10 +197,7 @@ class Model:
 
     def create_matrix(self) -> PETSc.Mat:
         """A matrix for `assemble_tangent`, marked symmetric."""
-        matrix = petsc.create_matrix(self._tangent)
-        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-        matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
-        return matrix
+        return reduced_matrix(self._tangent, self.owned_constrained)
 
     def assemble_residual(self, b: PETSc.Vec) -> None:
         """Out-of-balance force at the present state in every unknown, constrained ones included."""
@@ -214,7 +213,7 @@ class Model:
         b.array_w[owned] = 0.0
         return float(np.sqrt(self.comm.allreduce(squares)))
 
-    @property
+    @cached_property
     def owned_constrained(self) -> NDArray[np.int32]:
         """Constrained unknowns that this rank owns."""
         size = self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs

@@ -8,17 +8,19 @@ from __future__ import annotations
 import numpy as np
 from petsc4py import PETSc
 
-from cases.model import Model
+from cases.model import Array, Model
 
 
-def reaction(model: Model, residual: PETSc.Vec, q: float) -> float:
-    """Force Q (N, N mm, or MPa for a coupon) that holds the driven sleeve at q.
+def reaction(model: Model, residual: PETSc.Vec, rate: Array) -> float:
+    """Force Q (N, N mm, or MPa for a coupon) that holds the driven sleeve.
 
     Parameters
     ----------
     residual
         Assembled by `Model.assemble_residual` at the present state, nothing cleared.
+    rate
+        `Model.rate` at the present displacement of the sleeve.
     """
     owned = model.owned_constrained
-    work = float(np.dot(residual.array_r[owned], model.rate(q)[owned]))
+    work = float(np.dot(residual.array_r[owned], rate[owned]))
     return float(model.comm.allreduce(work)) * model.multiplicity

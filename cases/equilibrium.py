@@ -1,0 +1,257 @@
+"""Equilibrium at one displacement of the sleeve: the factorisation at hand first, Newton where it does not serve.
+
+Most of the time of a step would go into the tangent and its factorisation. Where the path is smooth the last
+factorisation still points the right way, and Broyden's method corrects the extrapolated state with it, at one
+residual and one back-substitution per iteration: a thirtieth of a Newton iteration in three dimensions. SNES judges
+the result. Either it finds nothing left to do, or it starts over from the extrapolated state with Newton's method and
+a line search.
+
+References
+----------
+Broyden (1965), Math. Comput. 19:577-593, doi:10.1090/S0025-5718-1965-0198670-6.
+Kelley (1995), Iterative Methods for Linear and Nonlinear Equations, SIAM, section 7.3,
+doi:10.1137/1.9781611970944.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from cases.model import Model
+from cases.reaction import reaction
+
+Array = NDArray[np.float64]
+
+MAX_NEWTON = 25
+MAX_BROYDEN = 15
+# Broyden's method is given up where SPAN iterations have not brought the residual down to this share.
+SPAN, SHARE = 3, 0.2
+# A factorisation that took more iterations than this is renewed before the next step: with 4 to 10 the measured
+# times of a mode differ by 15 % (benchmarks/README.md).
+TIRED = 8
+# A correction that would have to be lengthened more than this says that the factorisation points nowhere.
+LONGEST = 10.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one solution.
+
+    Attributes
+    ----------
+    iterations
+        Corrections of the state: Broyden's and Newton's.
+    newton
+        Newton's alone, by SNES; 0 where the factorisation at hand was enough.
+    reason
+        SNES's, by name.
+    """
+
+    iterations: int
+    newton: int
+    reason: str
+
+
+class Equilibrium:
+    """Solver for the free unknowns of a model.
+
+    Parameters
+    ----------
+    model
+        Its state is read and written.
+    tolerance
+        Out-of-balance force over the norm of the reactions.
+
+    Attributes
+    ----------
+    force, energy : float
+        Generalised force (N, N mm; MPa for a coupon) and stored energy (N mm) at the last solution.
+    tangents : int
+        Tangents assembled and factorised so far.
+    """
+
+    def __init__(self, model: Model, tolerance: float) -> None:
+        self.model, self.tolerance = model, tolerance
+        self.x, self.b = model.create_vector(), model.create_vector()
+        self.matrix = model.create_matrix()
+        self.reactions = 0.0
+        self.force = self.energy = 0.0
+        self.tangents = 0
+        self.q, self.rate = 0.0, model.rate(0.0)
+        # Iterations that the last solution took with the factorisation at hand; None where there is none.
+        self._fatigue: int | None = None
+        self.floor = _rounding(model)
+        snes = PETSc.SNES().create(model.comm)
+        snes.setFunction(self._function, self.b)
+        snes.setJacobian(self._jacobian, self.matrix)
+        snes.setConvergenceTest(self._test)
+        snes.setTolerances(max_it=MAX_NEWTON)
+        snes.setType("newtonls")
+        prefix = "bushcli_"
+        snes.setOptionsPrefix(prefix)
+        # The secant search minimises the residual along the step. Backtracking only asks for a decrease, which
+        # the saddle point of u and p refuses too often: radial loads then stop at 42 % of the thickness.
+        PETSc.Options()[prefix + "snes_linesearch_type"] = "l2"
+        self.snes, self.ksp = snes, snes.getKSP()
+        self.ksp.setType("preonly")
+        self.ksp.getPC().setType("cholesky")
+        self.ksp.getPC().setFactorSolverType("mumps")
+        snes.setFromOptions()
+        PETSc.Options().delValue(prefix + "snes_linesearch_type")
+
+    def solve(self, q: float, guess: Array) -> Outcome:
+        """Bring the model's state into equilibrium at q.
+
+        Parameters
+        ----------
+        q
+            Generalised displacement, mm or rad.
+        guess
+            This rank's unknowns to start from.
+        """
+        self.q, self.rate = q, self.model.rate(q)
+        self._begin(guess)
+        corrections = self._broyden()
+        if corrections is not None:
+            newton, reason = self._newton()
+            if not reason.startswith("DIVERGED"):
+                return Outcome(corrections + newton, newton, reason)
+        self._begin(guess)
+        newton, reason = self._newton()
+        return Outcome(newton, newton, reason)
+
+    def tangent_rate(self) -> Array:
+        """dx/dq of this rank's unknowns at the last solution, by one linear solve with the tangent there."""
+        rate = self.model.state.x.petsc_vec.duplicate()
+        self._renew()
+        self.model.lift(self.b, self.model.rate(self.q))
+        self.ksp.solve(self.b, rate)
+        rate.ghostUpdate(addv=PETSc.InsertMode.INSERT, mode=PETSc.ScatterMode.FORWARD)
+        with rate.localForm() as local:
+            result = local.array_r.copy()
+        rate.destroy()
+        return result
+
+    def destroy(self) -> None:
+        """Free the PETSc objects: the garbage collector does not do so in step on all ranks."""
+        for item in (self.snes, self.matrix, self.b, self.x):
+            item.destroy()
+
+    # -- Broyden's method ----------------------------------------------------------------------------------------
+
+    def _broyden(self) -> int | None:
+        """Correct the state in `x`; the iterations it took, or None where it does not come into balance."""
+        steps: list[tuple[PETSc.Vec, float]] = []
+        norms = [self._residual()]
+        try:
+            while not self._balanced(norms[-1]):
+                stalled = len(norms) > SPAN and norms[-1] > SHARE * norms[-1 - SPAN]
+                if stalled or not np.isfinite(norms[-1]) or len(steps) == MAX_BROYDEN:
+                    return None
+                if not steps and (self._fatigue is None or self._fatigue > TIRED):
+                    self._renew()
+                step = self._broyden_step(steps)
+                if step is None:
+                    return None
+                steps.append((step, step.dot(step)))
+                self.x.axpy(1.0, step)
+                norms.append(self._residual())
+            self._fatigue = len(steps)
+            return len(steps)
+        finally:
+            for step, _ in steps:
+                step.destroy()
+
+    def _broyden_step(self, steps: list[tuple[PETSc.Vec, float]]) -> PETSc.Vec | None:
+        """The next step from the residual in `b`: the factorisation's, corrected by all steps before it."""
+        step = self.b.duplicate()
+        self.ksp.solve(self.b, step)
+        step.scale(-1.0)
+        for (before, square), (after, _) in pairwise(steps):
+            step.axpy(before.dot(step) / square, after)
+        if steps:
+            last, square = steps[-1]
+            share = 1.0 - last.dot(step) / square
+            if not share * LONGEST > 1.0:
+                step.destroy()
+                return None
+            step.scale(1.0 / share)
+        return step
+
+    def _renew(self) -> None:
+        """Factorise the tangent at the model's state."""
+        self.model.assemble_tangent(self.matrix)
+        self.ksp.setOperators(self.matrix)
+        self.tangents += 1
+        self._fatigue = 0
+
+    def _residual(self) -> float:
+        self._function(self.snes, self.x, self.b)
+        return float(self.b.norm())
+
+    # -- Newton's method, and the judgement ----------------------------------------------------------------------
+
+    def _newton(self) -> tuple[int, str]:
+        self.snes.solve(None, self.x)
+        # SNES leaves the last trial of the line search in the state: put the accepted iterate there.
+        self._to_state(self.x)
+        reason = self.snes.getConvergedReason()
+        return self.snes.getIterationNumber(), _REASONS.get(reason, str(reason))
+
+    def _begin(self, guess: Array) -> None:
+        state = self.model.state.x
+        state.array[:] = guess
+        self.model.impose(self.q)
+        self.x.array_w[:] = state.array[: self.x.getLocalSize()]
+
+    def _to_state(self, x: PETSc.Vec) -> None:
+        state = self.model.state.x
+        state.array[: x.getLocalSize()] = x.array_r
+        state.scatter_forward()
+
+    def _function(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        self._to_state(x)
+        self.model.assemble_residual(b)
+        self.force = reaction(self.model, b, self.rate)
+        self.reactions = self.model.clear_constrained(b)
+
+    def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, matrix: PETSc.Mat, _: PETSc.Mat) -> None:
+        self.model.assemble_tangent(matrix)
+        self.tangents += 1
+        self._fatigue = 0
+
+    def _balanced(self, norm: float) -> bool:
+        return norm <= self.tolerance * self.reactions + self.floor
+
+    def _test(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int | None:
+        if not np.isfinite(norms[2]):
+            return int(PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN)
+        if self._balanced(norms[2]):
+            # A locking law (Gent) has a residual beyond its limit too, but no energy there.
+            self.energy = self.model.energy()
+            if not np.isfinite(self.energy):
+                return int(PETSc.SNES.ConvergedReason.DIVERGED_FUNCTION_DOMAIN)
+            return int(PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE)
+        if iteration >= MAX_NEWTON:
+            return int(PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT)
+        return None
+
+
+_REASONS = {
+    value: name
+    for name, value in vars(PETSc.SNES.ConvergedReason).items()
+    if name.startswith(("CONVERGED_", "DIVERGED_"))
+}
+
+
+def _rounding(model: Model) -> float:
+    """What rounding leaves of the residual (N), ten times and more: 1e-13 mu and 3e-16 E of a sleeve, over the face."""
+    shear = model.law.shear_modulus(**{name: float(c.value) for name, c in model.constants.items()})
+    metal = max((sleeve.youngs_modulus for sleeve in model.mesh.sleeves.values()), default=0.0)
+    extent = float(model.comm.allreduce(np.ptp(model.mesh.mesh.geometry.x, axis=0).max(initial=0.0)))
+    return (1e-12 * abs(shear) + 1e-14 * metal) * extent**2
