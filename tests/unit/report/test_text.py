@@ -12,9 +12,9 @@ from bushcli.report import case_text, direct_text, fit_text, mesh_text
 
 def printed(renderable, terminal=False):
     out = io.StringIO()
-    Console(file=out, width=120, force_terminal=terminal, highlight=False, color_system="standard").print(
-        renderable
-    )
+    colours = "standard" if terminal else None
+    console = Console(file=out, width=120, force_terminal=terminal, highlight=False, color_system=colours)
+    console.print(renderable)
     return out.getvalue()
 
 
