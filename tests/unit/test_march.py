@@ -1,0 +1,172 @@
+"""The march: what it follows, how it cuts back and grows, where it stops, and what it then says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cases.march import NotConverged, march
+from cases.mode import modes
+from cases.program import Program, path, ramp
+from cases.simulate import prepare
+from cases.stretches import principal_stretches
+from geometry.shape import Refinement, shapes
+
+COARSE = Refinement(across=2, along=6, around=8)
+SHARP = 1e-11
+
+
+@pytest.fixture(scope="module")
+def axial(reference_bushing, rubber):
+    return prepare(reference_bushing, modes()["axial"], rubber("yeoh"), COARSE)
+
+
+@pytest.fixture(scope="module")
+def radial(reference_bushing, rubber):
+    return prepare(reference_bushing, modes()["radial"], rubber("yeoh"), COARSE)
+
+
+@pytest.fixture(scope="module")
+def locking(reference_bushing, rubber):
+    """Return Gent's law with chains that lock at a shear of one."""
+    return prepare(reference_bushing, modes()["torsional"], rubber("gent", mu=1.0, Jm=1.0), COARSE)
+
+
+def accepted(history):
+    return [attempt for attempt in history.attempts if attempt.accepted]
+
+
+def test_equal_displacements_have_equal_forces_on_a_path_with_cycles_and_holds(axial):
+    q = np.array([1.0, 3.0, 3.0, 3.0, 0.0, -3.0, -1.0, -1.0, 0.0, 2.0, 3.0, 1.0, 0.0])
+    time = np.arange(len(q), dtype=float)
+    history = march(axial, Program(q, time), tolerance=SHARP)
+    np.testing.assert_array_equal(history.displacement, q)
+    np.testing.assert_array_equal(history.time, time)
+    scale = np.abs(history.force).max()
+    for value in np.unique(np.abs(q)):
+        same = history.force[np.abs(q) == value] * np.sign(q[np.abs(q) == value])
+        np.testing.assert_allclose(same, same[0], atol=1e-8 * scale)
+    assert history.energy[q == 0.0] == pytest.approx(0.0, abs=1e-8 * history.energy.max())
+
+
+def test_first_target_at_rest_gives_no_force(axial):
+    history = march(axial, ramp(1.0, 2))
+    assert history.force[0] == pytest.approx(0.0, abs=1e-8)
+    assert history.time is None
+    assert history.states is None
+
+
+def test_accepted_attempts_lead_without_gap_through_all_targets(radial):
+    program = path([0.0, 2.0, -1.0], 3)
+    history = march(radial, program)
+    steps = accepted(history)
+    assert steps[0].start == 0.0
+    assert all(a.stop == b.start for a, b in zip(steps, steps[1:], strict=False))
+    np.testing.assert_array_equal(history.displacement, program.displacement)
+    assert set(program.displacement) <= {attempt.stop for attempt in steps}
+    assert history.newton.sum() == sum(attempt.newton for attempt in history.attempts)
+    assert all(attempt.seconds >= 0 for attempt in history.attempts)
+
+
+def test_a_step_too_far_is_cut_back_and_arrives_all_the_same(radial):
+    """A radial displacement by 40 % of the rubber's thickness at once, against the same in 16 steps."""
+    at_once = march(radial, Program(np.array([4.0])), tolerance=SHARP)
+    failed = [attempt for attempt in at_once.attempts if not attempt.accepted]
+    assert failed
+    assert all(attempt.reason.startswith("DIVERGED") for attempt in failed)
+    for attempt, following in zip(at_once.attempts, at_once.attempts[1:], strict=False):
+        if not attempt.accepted:
+            # From the same state, half as far.
+            assert following.start == attempt.start
+            assert following.stop - following.start == pytest.approx(0.5 * (attempt.stop - attempt.start))
+    by_steps = march(radial, ramp(4.0, 16), tolerance=SHARP)
+    assert at_once.force[-1] == pytest.approx(by_steps.force[-1], rel=1e-7)
+
+
+def test_steps_grow_again_once_they_are_easy(locking):
+    """Beyond the locking the step is cut; unloading is easy, and the cut must not hold it up."""
+    history = march(locking, Program(np.array([0.59, 0.0])))
+    sizes = np.array([abs(attempt.stop - attempt.start) for attempt in accepted(history)])
+    assert not all(attempt.accepted for attempt in history.attempts)
+    assert sizes.min() < 0.2
+    assert np.any(sizes[1:] > 1.9 * sizes[:-1])
+    assert history.force[-1] == pytest.approx(0.0, abs=1e-5 * history.force[0])
+
+
+def test_no_state_beyond_the_locking_is_ever_returned(locking):
+    """Locked throughout, the rubber shears by sqrt(Jm) at every radius: the twist cannot exceed sqrt(Jm) ln(b/a)."""
+    limit = np.log(22.0 / 12.0)
+    targets = np.array([0.3, 0.5, 0.55, 1.0, 1.2])
+    with pytest.raises(NotConverged) as caught:
+        march(locking, Program(targets, np.arange(5.0)), keep_states=True)
+    stopped = caught.value
+    assert (stopped.target, stopped.reason[:8]) == (1.0, "DIVERGED")
+    assert 0.97 * limit < stopped.last < limit
+    history = stopped.history
+    np.testing.assert_array_equal(history.displacement, targets[:3])
+    assert len(history.time) == len(history.states) == len(history.newton) == 3
+    assert np.all(np.isfinite(history.energy))
+    assert np.all(np.diff(history.force) > 0)
+    assert max(attempt.stop for attempt in accepted(history)) == stopped.last
+    for part in (f"{stopped.last:.6g}", "1", stopped.reason):
+        assert part in str(stopped)
+    corners = np.array([[x, y] for x in (0.11, 0.5, 0.89) for y in (0.11, 0.5, 0.89)])
+    for state in history.states:
+        locking.state.x.array[:] = state
+        isochoric = principal_stretches(locking, corners)
+        isochoric = isochoric / np.prod(isochoric, axis=-1, keepdims=True) ** (1 / 3)
+        assert np.max(np.sum(isochoric**2, axis=-1)) - 3 < 1.0
+
+
+def test_a_state_is_returned_for_every_target(axial):
+    history = march(axial, ramp(3.0, 3), keep_states=True)
+    assert history.states.shape == (4, len(axial.state.x.array))
+    np.testing.assert_array_equal(history.states[0], 0.0)
+    for state, energy in zip(history.states, history.energy, strict=True):
+        axial.state.x.array[:] = state
+        assert axial.energy() == pytest.approx(energy, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10])
+def test_what_is_left_out_of_balance_is_within_the_tolerance(axial, tolerance):
+    history = march(axial, ramp(4.0, 4), tolerance=tolerance, keep_states=True)
+    residual = axial.create_vector()
+    for state in history.states[1:]:
+        axial.state.x.array[:] = state
+        axial.assemble_residual(residual)
+        reactions = axial.clear_constrained(residual)
+        assert residual.norm() <= 1.001 * tolerance * reactions
+    residual.destroy()
+    exact = march(axial, ramp(4.0, 4), tolerance=1e-12)
+    # The force errs with the square of what is out of balance, or in proportion to it at the worst.
+    np.testing.assert_allclose(history.force, exact.force, rtol=10 * tolerance, atol=1e-9)
+
+
+def test_progress_is_told_after_every_target(axial):
+    told = []
+    program = path([0.0, 1.0, -1.0], 2)
+    history = march(axial, program, progress=lambda *news: told.append(news))
+    steps, total, newton, q = (np.array(column) for column in zip(*told, strict=True))
+    np.testing.assert_array_equal(steps, np.arange(len(program.displacement)) + 1)
+    assert set(total) == {len(program.displacement)}
+    np.testing.assert_array_equal(newton, history.newton)
+    np.testing.assert_array_equal(q, program.displacement)
+
+
+def test_a_model_can_be_marched_again_with_other_parameters(axial, rubber, reference_bushing):
+    before = march(axial, ramp(2.0, 2)).force
+    axial.set_parameters({"C10": 1.0, "C20": -0.1, "C30": 0.02}, 4000.0)
+    # All moduli twice as large: all forces too.
+    np.testing.assert_allclose(march(axial, ramp(2.0, 2)).force, 2 * before, rtol=1e-6, atol=1e-8)
+    axial.set_parameters(rubber("yeoh").parameters, 2000.0)
+    np.testing.assert_allclose(march(axial, ramp(2.0, 2)).force, before, rtol=1e-9, atol=1e-8)
+
+
+def test_size_does_not_matter(rubber):
+    """A bushing ten times as large under a rubber a thousand times as stiff: the same stretches, 1e5 the force."""
+    small = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+    large = shapes()["plain"](inner_radius=120.0, outer_radius=220.0, length=400.0)
+    soft = march(prepare(small, modes()["axial"], rubber("neo_hookean", C10=0.5), COARSE), ramp(3.0, 2))
+    stiff = rubber("neo_hookean", 2e6, C10=500.0)
+    hard = march(prepare(large, modes()["axial"], stiff, COARSE), ramp(30.0, 2))
+    np.testing.assert_allclose(hard.force, 1e5 * soft.force, rtol=1e-7, atol=1e-3)

@@ -1,0 +1,82 @@
+"""The same force under `mpirun -n 2` as on one process."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+# Every kind of mesh and constraint: half-plane, solid cut at two planes, elastic sleeves (idle pressures), a full turn.
+SCRIPT = textwrap.dedent(
+    """
+    import json
+    import numpy as np
+    from mpi4py import MPI
+    from cases.march import NotConverged, march
+    from cases.mode import modes
+    from cases.program import ramp
+    from cases.simulate import Rubber, prepare, sweep
+    from forms.law import law
+    from geometry.shape import Refinement, Sleeve, shapes
+
+    yeoh = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 2000.0)
+    gent = Rubber(law("gent"), {"mu": 1.0, "Jm": 1.0}, 2000.0)
+    coarse = Refinement(across=2, along=6, around=8)
+    dimensions = {"inner_radius": 12.0, "outer_radius": 22.0, "length": 40.0}
+    rigid = shapes()["plain"](**dimensions)
+    elastic = shapes()["plain"](**dimensions, inner_sleeve=Sleeve(thickness=2.0), outer_sleeve=Sleeve(thickness=2.0))
+    result = {}
+    for name, shape, mode, end in (
+        ("axial", rigid, "axial", 4.0),
+        ("radial", rigid, "radial", 2.0),
+        ("sleeves", elastic, "radial", 1.0),
+        ("conical", rigid, "conical", 0.05),
+    ):
+        model = prepare(shape, modes()[mode], yeoh, coarse)
+        history = march(model, ramp(end, 2), tolerance=1e-11, sensitivity=("C10", "compliance"))
+        result[name] = [history.force.tolist(), history.energy.tolist(), history.sensitivity.ravel().tolist()]
+    # Every rank must see the failure.
+    try:
+        march(prepare(rigid, modes()["torsional"], gent, coarse), ramp(1.0, 4))
+        stopped = False
+    except NotConverged:
+        stopped = True
+    result["stopped"] = MPI.COMM_WORLD.allreduce(int(stopped))
+    if MPI.COMM_WORLD.rank == 0:
+        print(json.dumps(result | {"size": MPI.COMM_WORLD.size}))
+    """
+)
+
+
+def run(*launcher):
+    # Two processes also where there is one processor.
+    environment = os.environ | {"OMPI_MCA_rmaps_base_oversubscribe": "1", "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [*launcher, sys.executable, "-c", SCRIPT],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.mark.skipif(shutil.which("mpirun") is None, reason="there is no mpirun on the PATH")
+def test_two_processes_find_the_force_of_one():
+    alone, together = run(), run("mpirun", "-n", "2")
+    assert (alone.pop("size"), together.pop("size")) == (1, 2)
+    assert (alone.pop("stopped"), together.pop("stopped")) == (1, 2)
+    for name in alone:
+        for one, two in zip(alone[name], together[name], strict=True):
+            np.testing.assert_allclose(two, one, rtol=1e-8, atol=1e-8 * np.abs(one).max(), err_msg=name)
