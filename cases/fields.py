@@ -80,7 +80,9 @@ def _stretch(model: Model, function: fem.Function) -> None:
 
     for name, tag in model.mesh.region.items():
         cells = model.mesh.cells.find(tag)
-        function.x.array[cells] = principal_stretches(model, region=name)[:, 0, -1] if len(cells) else 1.0
+        function.x.array[cells] = (
+            principal_stretches(model, region=name)[..., -1].max(axis=1) if name == "rubber" else 1.0
+        )
 
 
 def write_mesh(mesh: NamedMesh, file: Path) -> None:

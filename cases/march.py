@@ -54,7 +54,8 @@ class History:
     Attributes
     ----------
     displacement, force : shape (n,)
-        q (mm or rad) and Q (N, N mm; MPa for a coupon) at the program's targets reached.
+        q (mm or rad) and Q (N, N mm; MPa for a coupon) at the program's targets reached, and at the last equilibrium
+        beyond them where the march had to stop.
     time : shape (n,) or None
         Seconds, from the program.
     energy : shape (n,)
@@ -184,7 +185,7 @@ def _march(
 
     def history() -> History:
         columns = np.array(rows, dtype=float).reshape(-1, 4)
-        time_ = None if program.time is None else program.time[: len(rows)]
+        time_ = None if program.time is None else _times(program, columns[:, 0])
         return History(
             displacement=columns[:, 0],
             force=columns[:, 1],
@@ -196,6 +197,12 @@ def _march(
             sensitivity=np.array(derivatives) if sensitivity.names else None,
         )
 
+    def record(newton: int) -> None:
+        rows.append((q, *balance, newton))
+        if keep_states:
+            states.append(known.x[-1])
+
+    balance = (0.0, 0.0)
     for number, target in enumerate(targets):
         newton = 0
         while True:
@@ -214,19 +221,33 @@ def _march(
             if attempts[-1].accepted:
                 if abs(goal - q) > 0 and outcome.newton <= EASY_NEWTON:
                     step = 2.0 * step
-                q = goal
+                q, balance = goal, (solver.force, solver.energy)
                 known.add(q, model.state.x.array.copy())
                 if q == target:
                     break
                 continue
             step = 0.5 * abs(goal - q)
             if step < smallest:
+                # What was reached beyond the last target belongs to the curve; derivatives are of targets only.
+                if rows and q != rows[-1][0] and not sensitivity.names:
+                    record(newton)
                 raise NotConverged(history(), float(target), outcome.reason, q)
-        rows.append((q, solver.force, solver.energy, newton))
-        if keep_states:
-            states.append(known.x[-1])
+        record(newton)
         if sensitivity.names:
             derivatives.append(sensitivity(solver.tangent_rate()))
         if progress is not None:
             progress(number + 1, len(targets), newton, q)
     return history()
+
+
+def _times(program: Program, displacement: Array) -> Array:
+    """Time of each recorded point: the program's, and on the way to a target that was not reached a share of it."""
+    assert program.time is not None
+    count = min(len(displacement), len(program.time))
+    reached = program.time[:count].copy()
+    last = count - 1
+    if last > 0 and displacement[last] != program.displacement[last]:
+        way = program.displacement[last] - program.displacement[last - 1]
+        share = (displacement[last] - program.displacement[last - 1]) / way
+        reached[last] = reached[last - 1] + share * (program.time[last] - reached[last - 1])
+    return np.asarray(reached)

@@ -21,7 +21,8 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
     Parameters
     ----------
     points
-        Reference coordinates in the cell, shape (p, dimension); the cell's middle if not given.
+        Reference coordinates in the cell, shape (p, dimension); two Gauss points in each direction if not given,
+        where a second-order element's strains are most accurate.
     region
         Name of the region.
 
@@ -32,7 +33,8 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
     """
     mesh = model.mesh
     if points is None:
-        points = np.full((1, mesh.dimension), 0.5)
+        gauss = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
+        points = np.array(np.meshgrid(*[gauss] * mesh.dimension)).reshape(mesh.dimension, -1).T.copy()
     expression = fem.Expression(model.strain.C, points, jit_options=options())
     cells = mesh.cells.find(mesh.region[region])
     tensors = expression.eval(mesh.mesh, cells).reshape(len(cells), len(points), 3, 3)

@@ -38,12 +38,14 @@ def mesh(run: Run) -> int:
 
     case = run.load()
     output = run.output or Path("out")
+    report.check_output(output, case)
     with run.timed("mesh"):
         built = meshes(case, output)
     run.show(report.mesh_text(built))
-    run.emit(report.mesh_json(case, built, run.timings()))
+    result = report.mesh_json(case, built, run.timings())
+    run.emit(result)
     if speaks():
-        report.write_meshes(output, built)
+        report.write_meshes(output, built, result)
         run.say(f"wrote {output}")
     return DONE
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from bushcli.errors import InputError, Problem
+from bushcli.errors import InputError
 
 if TYPE_CHECKING:
     from bushcli.casefile import Case
@@ -44,10 +44,13 @@ class Run:
         """Read and validate the case."""
         from bushcli.casefile import load_case
 
-        if self.output is not None and self.output.exists() and not self.output.is_dir():
-            raise InputError(Problem(str(self.output), "is a file", "", "a folder for the results"))
         with self.timed("case"):
-            return load_case(self.path, self.overrides)
+            case = load_case(self.path, self.overrides)
+        if self.output is not None:
+            from bushcli.report import check_output
+
+            check_output(self.output, case)
+        return case
 
     @contextmanager
     def timed(self, name: str) -> Iterator[None]:

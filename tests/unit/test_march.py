@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -61,7 +63,7 @@ def test_accepted_attempts_lead_without_gap_through_all_targets(radial):
     history = march(radial, program)
     steps = accepted(history)
     assert steps[0].start == 0.0
-    assert all(a.stop == b.start for a, b in zip(steps, steps[1:], strict=False))
+    assert all(a.stop == b.start for a, b in pairwise(steps))
     np.testing.assert_array_equal(history.displacement, program.displacement)
     assert set(program.displacement) <= {attempt.stop for attempt in steps}
     assert history.newton.sum() == sum(attempt.newton for attempt in history.attempts)
@@ -74,7 +76,7 @@ def test_a_step_too_far_is_cut_back_and_arrives_all_the_same(radial):
     failed = [attempt for attempt in at_once.attempts if not attempt.accepted]
     assert failed
     assert all(attempt.reason.startswith("DIVERGED") for attempt in failed)
-    for attempt, following in zip(at_once.attempts, at_once.attempts[1:], strict=False):
+    for attempt, following in pairwise(at_once.attempts):
         if not attempt.accepted:
             # From the same state, half as far.
             assert following.start == attempt.start
@@ -103,8 +105,10 @@ def test_no_state_beyond_the_locking_is_ever_returned(locking):
     assert (stopped.target, stopped.reason[:8]) == (1.0, "DIVERGED")
     assert 0.97 * limit < stopped.last < limit
     history = stopped.history
-    np.testing.assert_array_equal(history.displacement, targets[:3])
-    assert len(history.time) == len(history.states) == len(history.newton) == 3
+    # The targets reached, and the last equilibrium on the way to the next, with its time on that way.
+    np.testing.assert_array_equal(history.displacement, [*targets[:3], stopped.last])
+    assert len(history.time) == len(history.states) == len(history.newton) == 4
+    assert history.time[-1] == pytest.approx(2.0 + (stopped.last - 0.55) / 0.45)
     assert np.all(np.isfinite(history.energy))
     assert np.all(np.diff(history.force) > 0)
     assert max(attempt.stop for attempt in accepted(history)) == stopped.last

@@ -38,7 +38,9 @@ def test_even_targets(lower, upper, expected):
 def test_sweep_goes_outward_on_both_sides_and_returns_in_order(axial):
     targets = np.array([2.0, -1.0, 1.0, 2.0, -3.0])
     told = []
-    history = sweep(axial, targets, keep_states=True, sensitivity=("C10",), progress=lambda *n: told.append(n))
+    history = sweep(
+        axial, targets, keep_states=True, sensitivity=("C10",), progress=lambda *n: told.append(n)
+    )
     np.testing.assert_array_equal(history.displacement, [-3, -1, 0, 1, 2])
     assert history.states.shape == (5, len(axial.state.x.array))
     assert history.sensitivity.shape == (5, 1)
@@ -53,9 +55,9 @@ def test_sweep_keeps_both_sides_as_far_as_they_went(reference_bushing, rubber):
     gent = prepare(reference_bushing, modes()["torsional"], rubber("gent", mu=1.0, Jm=1.0), COARSE)
     with pytest.raises(NotConverged) as caught:
         sweep(gent, np.array([-2.0, -0.4, 0.2, 0.4]))
-    np.testing.assert_array_equal(caught.value.history.displacement, [-0.4, 0.0, 0.2, 0.4])
     assert caught.value.target == -2.0
     assert -0.61 < caught.value.last < -0.4
+    np.testing.assert_array_equal(caught.value.history.displacement, [caught.value.last, -0.4, 0.0, 0.2, 0.4])
 
 
 @pytest.mark.parametrize("name", [m.name for m in modes().values() if m.specimen == "bushing"])
