@@ -63,7 +63,9 @@ def test_no_motion_at_rest(mode, dimension):
     np.testing.assert_array_equal(motion, np.zeros_like(motion))
 
 
-@pytest.mark.parametrize("mode", [m for m in modes().values() if m.specimen == "bushing"], ids=lambda m: m.name)
+@pytest.mark.parametrize(
+    "mode", [m for m in modes().values() if m.specimen == "bushing"], ids=lambda m: m.name
+)
 @pytest.mark.parametrize("q", [-LARGE, LARGE, 2.0])
 def test_motion_keeps_all_distances(mode, q):
     x = points(3)
@@ -79,7 +81,9 @@ def test_motion_keeps_all_distances(mode, q):
 def test_section_and_solid_move_alike(mode):
     """The half-plane's displacement (u_r, [angle,] u_z) is the solid's, in cylindrical coordinates."""
     radius, height = points(2)
-    x, y, z = np.stack([radius, 0 * radius, height]) + mode.solid.motion(np.stack([radius, 0 * radius, height]), LARGE)
+    x, y, z = np.stack([radius, 0 * radius, height]) + mode.solid.motion(
+        np.stack([radius, 0 * radius, height]), LARGE
+    )
     section = mode.section.motion(points(2), LARGE)
     np.testing.assert_allclose(section[0], np.hypot(x, y) - radius, atol=1e-12)
     np.testing.assert_allclose(section[-1], z - height, atol=1e-12)
@@ -110,7 +114,9 @@ def test_work_of_the_force_is_the_stored_energy(mode, dimension, model):
 @pytest.mark.parametrize(("mode", "dimension"), SETTINGS)
 def test_force_works_against_the_motion(mode, dimension, model):
     end = amplitude(mode) / 3
-    there, back = (march(model(mode.name, dimension), Program(np.array([q])), tolerance=SHARP) for q in (end, -end))
+    there, back = (
+        march(model(mode.name, dimension), Program(np.array([q])), tolerance=SHARP) for q in (end, -end)
+    )
     assert there.force[0] > 0 > back.force[0]
     if mode.reversed_by is not None:
         # The plain bushing is symmetric about all planes: it does not know one direction from the other.

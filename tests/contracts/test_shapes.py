@@ -104,7 +104,9 @@ def test_every_cell_has_its_region_and_modes_find_their_boundaries(shape):
         }
         assert needed <= set(mesh.boundary)
         if shape.specimen == "bushing":
-            assert {name for name in mesh.boundary if name.startswith("mirror_")} == {f"mirror_{m}" for m in mirrors}
+            assert {name for name in mesh.boundary if name.startswith("mirror_")} == {
+                f"mirror_{m}" for m in mirrors
+            }
 
 
 @pytest.mark.parametrize("shape", SPECIMENS)
@@ -115,7 +117,9 @@ def test_every_outer_facet_is_named_and_mirrors_are_planes(shape):
         topology.create_connectivity(dimension - 1, dimension)
         named = np.concatenate([mesh.facets.find(tag) for tag in mesh.boundary.values()])
         connected = topology.connectivity(dimension - 1, dimension)
-        outside = [f for f in range(topology.index_map(dimension - 1).size_local) if len(connected.links(f)) == 1]
+        outside = [
+            f for f in range(topology.index_map(dimension - 1).size_local) if len(connected.links(f)) == 1
+        ]
         assert sorted(named) == outside
         space = fem.functionspace(mesh.mesh, ("Lagrange", 2))
         normal = {"x": 0, "y": 1, "z": dimension - 1}
@@ -139,7 +143,9 @@ def test_a_mesh_is_not_cut_where_the_shape_is_not_symmetric(shape):
 @pytest.mark.parametrize("shape", BUSHINGS)
 def test_every_mode_meets_resistance(shape, mode, rubber):
     q = 0.01 if mode.rotational else 0.1
-    history = march(prepare(shape, mode, rubber("neo_hookean"), COARSE), Program(np.array([q, -q])), tolerance=1e-10)
+    history = march(
+        prepare(shape, mode, rubber("neo_hookean"), COARSE), Program(np.array([q, -q])), tolerance=1e-10
+    )
     assert history.force[0] > 0 > history.force[1]
     if mode.reversed_by in shape.mirror_planes:
         assert history.force[1] == pytest.approx(-history.force[0], rel=1e-7)
@@ -159,7 +165,10 @@ def test_sleeves_approach_rigid_ones_as_they_stiffen(mode, rubber):
 
     rigid = force()
     short = [
-        rigid - force(inner_sleeve=Sleeve(youngs_modulus=E, **SLEEVE), outer_sleeve=Sleeve(youngs_modulus=E, **SLEEVE))
+        rigid
+        - force(
+            inner_sleeve=Sleeve(youngs_modulus=E, **SLEEVE), outer_sleeve=Sleeve(youngs_modulus=E, **SLEEVE)
+        )
         for E in (1e4, 1e5)
     ]
     # Far stiffer than the rubber (mu = 1 MPa), a sleeve yields in proportion to 1 / E.

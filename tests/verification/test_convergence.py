@@ -23,7 +23,7 @@ MU = 0.8
 # Where the boundary prescribes the normal displacement everywhere, exact incompressibility leaves the mean pressure
 # open; with this bulk modulus the volume changes by 1e-8.
 NEO_HOOKEAN = Rubber(law("neo_hookean"), {"C10": 0.5 * MU}, 1e8)
-# Second-order displacement, first-order pressure: the energy, and with it the force, is of twice the order of the strain.
+# Second-order displacement, first-order pressure: the energy, and with it the force, has twice the order of the strain.
 SUPERCONVERGENCE = 4.0
 
 
@@ -49,7 +49,8 @@ SMOOTH = {
 def test_force_converges_with_the_fourth_power_of_the_element_size(name):
     components, q, exact = SMOOTH[name]
     errors = [
-        force(held_ends(name, components), q, Refinement(across=n, along=1, around=6 * n)) / exact - 1 for n in (2, 4, 8)
+        force(held_ends(name, components), q, Refinement(across=n, along=1, around=6 * n)) / exact - 1
+        for n in (2, 4, 8)
     ]
     assert all(error > 0 for error in errors)
     # Over the last halving: the first is not yet in the range where one power rules.
@@ -105,7 +106,7 @@ GRADIENT = np.array([[0.5, 0.3, -0.2], [0.6, -0.1, 0.4], [-0.3, 0.2, 0.3]])
 
 @pytest.mark.parametrize("name", ["yeoh", "mooney_rivlin"])
 def test_patch_of_distorted_elements_deforms_homogeneously(name, rubber):
-    """Every boundary point moves with x -> (1 + q H) x; the inner nodes must follow, the stress be the same everywhere."""
+    """Every boundary point moves with x -> (1 + q H) x; inner nodes must follow, the stress be the same everywhere."""
     faces = {f"{kind}_{axis}": None for kind in ("mirror", "face") for axis in "xyz"}
     affine = Setting("cartesian", lambda x, q: q * GRADIENT @ x, lambda x, q: GRADIENT @ x)
     mode = Mode("patch", "homogeneous", "coupon", False, affine, driven=faces, held={})
@@ -124,7 +125,13 @@ def test_patch_of_distorted_elements_deforms_homogeneously(name, rubber):
     I1 = J ** (-2 / 3) * np.trace(C) - 3
     I2 = J ** (-4 / 3) * (np.trace(C) ** 2 - np.trace(C @ C)) / 2 - 3
     c = chosen.parameters
-    W = c["C10"] * I1 + c.get("C01", 0) * I2 + c.get("C20", 0) * I1**2 + c.get("C30", 0) * I1**3 + 2.5 * (J - 1) ** 2
+    W = (
+        c["C10"] * I1
+        + c.get("C01", 0) * I2
+        + c.get("C20", 0) * I1**2
+        + c.get("C30", 0) * I1**3
+        + 2.5 * (J - 1) ** 2
+    )
     assert history.energy[0] == pytest.approx(W, rel=1e-10)
 
 
@@ -151,7 +158,9 @@ def test_incompressible_rubber_keeps_its_volume():
     roots = []
     for across in (4, 8):
         mode = held_ends("axial", (0,))
-        model = prepare(ANNULUS, mode, replace(NEO_HOOKEAN, bulk_modulus=np.inf), Refinement(across=across, along=2))
+        model = prepare(
+            ANNULUS, mode, replace(NEO_HOOKEAN, bulk_modulus=np.inf), Refinement(across=across, along=2)
+        )
         march(model, Program(np.array([5.0])), tolerance=1e-11)
         weight, dx = model.strain.weight, ufl.dx(model.mesh.mesh, metadata={"quadrature_degree": 4})
         volume = fem.assemble_scalar(fem.form(weight * dx))
