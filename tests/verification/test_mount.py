@@ -1,8 +1,8 @@
 """The axisymmetric rubber mount of "Getting Started with Abaqus", with the element and mesh of the guide.
 
 Dassault Systemes, Getting Started with Abaqus: Interactive Edition, "Example: axisymmetric mount": rubber from r = 10
-to 60 mm, 25 mm from the mid-plane to a steel plate, its outside an arc about r = 100 mm in the mid-plane; 0.5 MPa on the
-plate (5.5 kN) compress it. Material by three coupon tests, fitted by the polynomial of second order. Reported: the
+to 60 mm, 25 mm from the mid-plane to a steel plate, its outside an arc about r = 100 mm in the mid-plane; 0.5 MPa on
+the plate (5.5 kN) compress it. Material by three coupon tests, fitted by the polynomial of second order. Reported: the
 stiffness rises by almost 100 %, the largest tensile nominal strain is about 100 %, the largest compressive one 56 %.
 """
 
