@@ -1,0 +1,278 @@
+"""The documentation against the code: keys, units, commands and links, so that neither drifts from the other."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import json
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from bushcli.casefile import schema
+from bushcli.cli import main
+from bushcli.recording.header import match_quality
+from bushcli.source import UNITS
+from cases.mode import modes
+from forms.law import laws
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
+    *sorted(DOCS.glob("*.md")),
+]
+EXAMPLE = ROOT / "examples" / "batch" / "case.toml"
+
+
+def page(name: str) -> str:
+    return (DOCS / name).read_text(encoding="utf-8")
+
+
+def section(text: str, heading: str) -> str:
+    """Return what stands under a heading, up to the next one of any level."""
+    lines = text.splitlines()
+    start = lines.index(heading) + 1
+    stop = next((i for i in range(start, len(lines)) if re.match(r"#+ ", lines[i])), len(lines))
+    return "\n".join(lines[start:stop])
+
+
+def rows(text: str) -> dict[str, list[str]]:
+    """Return the cells of the Markdown tables in a text by the first cell, without its quotes."""
+    found = {}
+    for line in re.findall(r"^\| (`.*) \|$", text, re.MULTILINE):
+        first, *cells = re.split(r"\s*\|\s*", line)
+        for key in first.split(", "):
+            found[key.strip("`")] = cells
+    return found
+
+
+# -- the case file ---------------------------------------------------------------------------------------------------
+
+TABLES = {
+    "## `[mesh]`": schema.MeshTable,
+    "## `[material]`": schema.MaterialTable,
+    "## `[[load_cases]]`": schema.LoadCaseTable,
+    "## `[[recordings]]`": schema.RecordingTable,
+}
+
+
+@pytest.mark.parametrize("heading", TABLES)
+def test_every_key_of_a_table_is_documented_with_its_default(heading):
+    documented = rows(section(page("case-file.md"), heading))
+    model = TABLES[heading]
+    assert documented.keys() == set(model.model_fields)
+    for name, field in model.model_fields.items():
+        default = documented[name][1]
+        assert (default == "required") == field.is_required(), name
+        if isinstance(field.default, (int, float)):
+            assert default == f"`{field.default:g}`", name
+
+
+def test_a_coupon_has_the_keys_of_a_recording_and_those_documented():
+    own = schema.CouponTable.model_fields.keys() - schema.RecordingTable.model_fields.keys()
+    assert rows(section(page("case-file.md"), "## `[[coupons]]`")).keys() == own
+
+
+@pytest.mark.parametrize("model", [schema.ColumnsTable, schema.UnitsTable])
+def test_columns_and_units_are_documented_with_their_other_names(model):
+    documented = rows(section(page("case-file.md"), "### `columns` and `units`"))
+    assert documented.keys() == model.model_fields.keys()
+    for name, field in model.model_fields.items():
+        choices = getattr(field.validation_alias, "choices", [name])
+        assert set(re.findall(r"`(\w+)`", documented[name][0])) == set(choices) - {name}
+
+
+def test_top_level_keys_are_documented():
+    # The message for an unknown key lists those that there are.
+    refused = CliRunner().invoke(main, ["check", str(EXAMPLE), "--set", "nonsense=1"])
+    known = re.search(r"\(([\w, ]+)\)\s*$", refused.output)
+    assert known, refused.output
+    assert rows(section(page("case-file.md"), "## Top level")).keys() == set(known[1].split(", "))
+
+
+def generator() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("docs_tables", DOCS / "tables.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_shapes_laws_and_modes_are_those_of_the_code():
+    text = page("case-file.md")
+    assert generator().brought_up_to_date(text) == text, "run: setup/enter python docs/tables.py"
+    for name in (*laws(), *modes()):
+        assert f"`{name}`" in text or f'"{name}"`' in text
+
+
+# -- recordings ------------------------------------------------------------------------------------------------------
+
+
+def test_documented_column_names_are_understood():
+    documented = rows_by_word(section(page("recordings.md"), "## Column names"))
+    assert documented.keys() == {*UNITS, "stretch"}
+    for kind, names in documented.items():
+        for name in names:
+            assert match_quality(name, kind) >= 3, (kind, name)
+        # The first is the project's own.
+        assert match_quality(names[0], kind) == 4, (kind, names[0])
+
+
+def test_documented_units_are_those_that_are_read():
+    documented = rows_by_word(section(page("recordings.md"), "## Units"))
+    assert documented == {kind: list(units) for kind, units in UNITS.items()}
+
+
+def rows_by_word(text: str) -> dict[str, list[str]]:
+    table = re.findall(r"^\| (\w+) \| (.*`.*) \|$", text, re.MULTILINE)
+    return {kind: re.findall(r"`([^`]+)`", cells) for kind, cells in table}
+
+
+# -- results ---------------------------------------------------------------------------------------------------------
+
+COARSE = ["elements_across=2", "elements_along=4", "elements_around=4"]
+# Below these keys the names come from the data; results.md writes NAME, MODE or CHANNEL.
+NAMED = {
+    "versions": "NAME", "timings_s": "NAME", "parameters": "NAME", "correlation": "NAME", "weights": "NAME",
+    "misfit": "MODE", "stability": "MODE", "boundaries": "NAME", "regions": "NAME", "channels": "CHANNEL",
+    "by_channel": "CHANNEL", "rms_percent_before": "CHANNEL", "rms_percent_after": "CHANNEL",
+}  # fmt: skip
+# What a result holds only where there is something to say.
+SOMETIMES = {
+    "problems[].name", "problems[].message", "problems[].remedy",
+    "identifiability.undetermined[].text", "identifiability.undetermined[].weights.NAME",
+    "identifiability.undetermined[].singular_value",
+}  # fmt: skip
+
+
+def keys(value: Any, path: str = "") -> Iterator[str]:
+    """Yield the dotted keys of a result, as results.md writes them."""
+    name = re.sub(r".*\.", "", path)
+    if path in ("case", "fit"):
+        yield path
+    elif isinstance(value, dict) and value:
+        for key, item in value.items():
+            named = "NAME" if re.search(r"correlation\.NAME$", path) else NAMED.get(name, key)
+            yield from keys(item, f"{path}.{named}" if path else named)
+    elif isinstance(value, list) and value and isinstance(value[0], dict):
+        for item in value:
+            yield from keys(item, f"{path}[]")
+    else:
+        yield path
+
+
+def documented_keys(command: str) -> set[str]:
+    text = page("results.md")
+    return set(rows(section(text, "## Every result"))) | set(rows(section(text, f"## `bushcli {command}`")))
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory) -> dict[str, dict[str, Any]]:
+    folder = tmp_path_factory.mktemp("results")
+    options = [word for key in COARSE for word in ("--set", f"mesh.{key}")]
+    found = {}
+    for command, more in {"check": [], "mesh": ["-o", folder], "fit": [], "direct": ["--mesh-check"]}.items():
+        arguments = [command, EXAMPLE, "--json", "-q", *options, *more]
+        done = CliRunner().invoke(main, [str(word) for word in arguments])
+        assert done.exit_code == 0, done.output
+        found[command] = json.loads(done.output)
+    return found
+
+
+@pytest.mark.parametrize("command", ["check", "mesh", "fit", "direct"])
+def test_every_key_of_a_result_is_documented(results, command):
+    # The keys of `coupons` are documented as those of `recordings`.
+    found = {re.sub(r"^coupons\[\]", "recordings[]", key) for key in keys(results[command])}
+    documented = documented_keys(command)
+    # A container is documented beside what it holds where it may be empty.
+    containers = {
+        key for key in documented if any(other.startswith((f"{key}.", f"{key}[]")) for other in documented)
+    }
+    assert found - SOMETIMES - {"problems"} <= documented
+    assert documented - SOMETIMES - containers <= found
+
+
+def test_every_named_problem_is_documented():
+    names = set()
+    for path in (ROOT / "bushcli").rglob("*.py"):
+        if path.name == "doctor.py":  # the set-up's problems, not a result's
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Condition":
+                names |= {part.value for part in ast.walk(node.args[0]) if isinstance(part, ast.Constant)}
+    assert rows(section(page("results.md"), "### Problems")).keys() == names
+
+
+# -- every page ------------------------------------------------------------------------------------------------------
+
+
+def commands() -> list[tuple[str, str]]:
+    """Return (page, command line) for each call of bushcli or make in a code block."""
+    found = []
+    for path in PAGES:
+        for language, block in re.findall(
+            r"^```(\w+)\n(.*?)^```", path.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+        ):
+            lines = [line for line in block.splitlines() if language == "sh" or line.startswith("$ ")]
+            if language in ("sh", "console"):
+                for line in lines:
+                    line = re.sub(r"\s#.*", "", line)
+                    found += [(path.name, call) for call in re.findall(r"\b(?:bushcli|make) [^|;&>)]*", line)]
+    return found
+
+
+@pytest.mark.parametrize(("where", "line"), commands(), ids=lambda value: value[:60])
+def test_commands_in_the_documentation_exist(where, line):
+    program, *arguments = shlex.split(line)
+    if program == "make":
+        makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+        targets = [word for word in arguments if "=" not in word]
+        assert all(re.search(rf"^{target}:", makefile, re.MULTILINE) for target in targets)
+        return
+    context = main.make_context("bushcli", list(arguments), resilient_parsing=arguments[0].startswith("-"))
+    if not arguments[0].startswith("-"):
+        name, command, rest = main.resolve_command(context, list(arguments))
+        assert command is not None
+        try:
+            command.make_context(name, rest, parent=context)
+        except click.exceptions.Exit as leaving:  # --help
+            assert leaving.exit_code == 0
+
+
+def test_the_readme_names_every_command():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert [name for name in main.commands if f"bushcli {name}" not in text] == []
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
+def test_links_resolve(path):
+    text = path.read_text(encoding="utf-8")
+    for target in re.findall(
+        r"\]\(([^)\s]+)\)", re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
+    ):
+        if re.match(r"https?://", target):
+            continue
+        name, _, anchor = target.partition("#")
+        file = path.parent / name if name else path
+        assert file.exists(), f"{path.name} links to {target}"
+        if anchor:
+            headings = re.findall(r"^#+ (.*)$", file.read_text(encoding="utf-8"), re.MULTILINE)
+            assert anchor in map(slug, headings), f"{path.name} links to {target}"
+
+
+def slug(heading: str) -> str:
+    """Return the anchor that a heading gets."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+def test_pictures_are_small():
+    for picture in (DOCS / "pictures").iterdir():
+        assert picture.stat().st_size < 200_000, picture.name
