@@ -35,8 +35,8 @@ from geometry.shape import Mirrors
 
 Array = NDArray[np.float64]
 
-# Second-order hexahedra: 3 Gauss points in each direction.
-QUADRATURE_DEGREE = 4
+# Gauss points in each direction: one more than the displacement's order; fewer leave modes without stiffness.
+QUADRATURE_DEGREE_PER_ORDER = 2
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Model:
         u, p = ufl.split(self.state)
         self.strain = strain(self.setting, u, mesh)
         dx = ufl.Measure(
-            "dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": QUADRATURE_DEGREE}
+            "dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": QUADRATURE_DEGREE_PER_ORDER * mesh.displacement_order}
         )
         sleeves = {}
         for name, sleeve in mesh.sleeves.items():

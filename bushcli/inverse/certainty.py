@@ -52,6 +52,28 @@ def covariance(problem: Problem, x: Array) -> Array:
     return np.asarray(bread @ middle @ bread)
 
 
+def leverage(problem: Problem, x: Array) -> dict[str, dict[str, float]]:
+    """Channel -> parameter -> relative change of the parameter when the channel's force is 1 % larger.
+
+    A recording's noise is not its only error: a load cell out of calibration, a coarse mesh or missing physics shift a
+    whole curve, and no statistics of the misfit shows that. To first order.
+    """
+    forces = problem.forces(x)
+    if forces is None:
+        return {}
+    rows = [
+        slope / (c.scale * np.sqrt(len(c.scale)))[:, None]
+        for c, (_, slope) in zip(problem.channels, forces, strict=True)
+    ]
+    bread = np.linalg.pinv(sum(r.T @ r for r in rows), rcond=1e-14)
+    found = {}
+    for channel, row, (force, _) in zip(problem.channels, rows, forces, strict=True):
+        error = 0.01 * force / (channel.scale * np.sqrt(len(channel.scale)))
+        change = bread @ row.T @ error / np.where(x == 0, 1.0, x)
+        found[channel.name] = dict(zip(problem.names, map(float, change), strict=True))
+    return found
+
+
 def autocorrelation_time(error: Array) -> float:
     """How many neighbouring samples count as one: 1 for white noise.
 

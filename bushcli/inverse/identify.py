@@ -234,6 +234,7 @@ def _result(
         evaluations=tuple(problem.evaluations),
         end_points=_end_points(task, minima),
         profiles=tuple(profiles),
+        leverage=certainty.leverage(problem, x),
     )
     return replace(fit, conditions=conditions(fit, task, best, interrupted))
 

@@ -148,6 +148,9 @@ class Fit:
         Where each start ended, best first; one when there was one start.
     profiles
         Of poorly determined parameters.
+    leverage
+        Channel -> parameter -> relative change of the parameter if that channel's force were 1 % larger: what an error
+        of calibration, of the mesh or of the model does.
     """
 
     material: Material
@@ -171,3 +174,4 @@ class Fit:
     evaluations: tuple[Evaluation, ...] = field(default=(), repr=False)
     end_points: tuple[EndPoint, ...] = ()
     profiles: tuple[Profile, ...] = ()
+    leverage: Mapping[str, Mapping[str, float]] = field(default_factory=dict)

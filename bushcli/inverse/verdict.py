@@ -15,6 +15,8 @@ USUAL_STRETCHES = (0.5, 2.0)
 POOR_FIT, POOR_NOISE = 3.0, 3.0
 # Two ends are equally good when their costs differ by less than this share, distinct when a parameter does by that.
 EQUAL_COST, DISTINCT = 0.05, 0.10
+# A relative change of a parameter by 1 % of force that is worth a word.
+DELICATE = 0.10
 # A held-out channel is predicted when it is within the accepted 10 %.
 PREDICTED = 10.0
 
@@ -44,6 +46,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
     found += _tests(fit, task)
     found += _stability(fit)
     found += _undetermined(fit, task)
+    found += _delicate(fit, task)
     found += _several(fit.end_points)
     found += [_prediction(curve) for curve in fit.curves if curve.held_out]
     if fit.failed_solves:
@@ -157,6 +160,31 @@ def _undetermined(fit: Fit, task: Task) -> list[Condition]:
             "would determine it; or fix one of them (--fix), or use a law with fewer parameters"
         )
     return [Condition("undetermined", combination.text, remedy) for combination in fit.undetermined]
+
+
+def _delicate(fit: Fit, task: Task) -> list[Condition]:
+    """Parameters that a 1 % error of one channel's force would throw off."""
+    if task.source == "coupons":
+        return []
+    worst: dict[str, tuple[float, str]] = {}
+    for channel, changes in fit.leverage.items():
+        for name, change in changes.items():
+            if abs(change) > DELICATE and abs(change) > abs(worst.get(name, (0.0, ""))[0]):
+                worst[name] = (change, channel)
+    if not worst:
+        return []
+    listed = ", ".join(
+        f"{name} by {100 * change:+.0f} % ({channel})" for name, (change, channel) in worst.items()
+    )
+    return [
+        Condition(
+            "delicate",
+            f"if the force of a channel were 1 % larger, it would change {listed}: more than the standard errors say, "
+            "which know of noise alone",
+            "trust the curves more than these parameters; calibrate the load cell, refine the mesh (bushcli direct "
+            "--mesh-check), or record larger displacements",
+        )
+    ]
 
 
 def _several(ends: tuple[EndPoint, ...]) -> list[Condition]:
