@@ -105,9 +105,8 @@ class Model:
         mesh = self.mesh
         u, p = ufl.split(self.state)
         self.strain = strain(self.setting, u, mesh)
-        dx = ufl.Measure(
-            "dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": QUADRATURE_DEGREE_PER_ORDER * mesh.displacement_order}
-        )
+        degree = QUADRATURE_DEGREE_PER_ORDER * mesh.displacement_order
+        dx = ufl.Measure("dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": degree})
         sleeves = {}
         for name, sleeve in mesh.sleeves.items():
             shear = sleeve.youngs_modulus / (2 * (1 + sleeve.poissons_ratio))

@@ -1,4 +1,4 @@
-"""Pseudo-experiments: recordings made by a finer mesh of third-order elements, so that no inverse crime is committed."""
+"""Pseudo-experiments: recordings by a finer mesh of third-order elements, so that no inverse crime is committed."""
 
 from __future__ import annotations
 
