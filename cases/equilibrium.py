@@ -226,7 +226,12 @@ class Equilibrium:
         self._fatigue = 0
 
     def _balanced(self, norm: float) -> bool:
-        return norm <= self.tolerance * self.reactions + self.floor
+        """Whether the residual in `b` is small: its forces over the reactions, its volumes over the body's own."""
+        if norm > self.tolerance * self.reactions + self.floor:
+            return False
+        squares = float(np.sum(self.b.array_r[self.model.owned_pressures] ** 2))
+        volume = float(np.sqrt(self.model.comm.allreduce(squares)))
+        return volume <= self.tolerance * self.model.volume
 
     def _test(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int | None:
         if not np.isfinite(norms[2]):

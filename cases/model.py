@@ -213,6 +213,19 @@ class Model:
         return float(np.sqrt(self.comm.allreduce(squares)))
 
     @cached_property
+    def owned_pressures(self) -> NDArray[np.int32]:
+        """Pressure unknowns that this rank owns."""
+        size = self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs
+        dofs = np.asarray(self.space.sub(1).collapse()[1], dtype=np.int32)
+        return dofs[dofs < size]
+
+    @cached_property
+    def volume(self) -> float:
+        """Volume of the modelled part (mm^3), metal included."""
+        form = fem.form(self.strain.weight * ufl.dx(self.mesh.mesh), jit_options=options())
+        return float(self.comm.allreduce(fem.assemble_scalar(form)))
+
+    @cached_property
     def owned_constrained(self) -> NDArray[np.int32]:
         """Constrained unknowns that this rank owns."""
         size = self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs
