@@ -18,7 +18,10 @@ Array = NDArray[np.float64]
 
 
 def write_fields(model: Model, displacements: Array, states: Array, file: Path) -> None:
-    """Write an XDMF time series (with its HDF5 file beside it); "time" is the generalised displacement.
+    """Write an XDMF time series (with its HDF5 file beside it).
+
+    "Time" in it is the generalised displacement where the path visits each only once, else the number of the step:
+    the file format keeps one field per time.
 
     Parameters
     ----------
@@ -46,9 +49,11 @@ def write_fields(model: Model, displacements: Array, states: Array, file: Path) 
         None if expression is None else fem.Expression(expression, _points(function), jit_options=options())
         for function, expression in fields
     ]
+    distinct = len(np.unique(displacements)) == len(displacements)
+    times = displacements if distinct else np.arange(len(displacements), dtype=float)
     with io.XDMFFile(mesh.comm, file, "w") as out:
         out.write_mesh(mesh)
-        for q, state in zip(displacements, states, strict=True):
+        for when, state in zip(times, states, strict=True):
             model.state.x.array[:] = state
             for (function, _), expression in zip(fields, expressions, strict=True):
                 if expression is None:
@@ -56,7 +61,7 @@ def write_fields(model: Model, displacements: Array, states: Array, file: Path) 
                 else:
                     function.interpolate(expression)
                 function.x.scatter_forward()
-                out.write_function(function, float(q))
+                out.write_function(function, float(when))
 
 
 def _points(function: fem.Function) -> Array:

@@ -9,6 +9,7 @@ import click
 from bushcli.cli.identification import fit_to_coupons, weighted
 from bushcli.cli.progress import march_progress
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+from bushcli.errors import InputError, Problem
 
 
 @click.command()
@@ -72,6 +73,9 @@ def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: 
     from bushcli.misfit import misfits
 
     case = run.load()
+    if not case.recordings and not case.load_cases:
+        wanted = "[[recordings]] or [[load_cases]]"
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     with run.timed("solve"), march_progress(run) as progress:
         response = predict(

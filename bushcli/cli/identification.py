@@ -47,12 +47,15 @@ def fit(run: Run, model: str | None, weighting: str, strict: bool) -> int:
 def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> Fit:
     """Fit a law to the case's coupons, with progress."""
     from bushcli.inverse import fit_coupons
+    from forms.law import laws
 
     law = model or case.material.law
-    run.say(f"fitting {law} to {len(case.coupons)} coupon test{'s' if len(case.coupons) != 1 else ''}")
-
+    if case.coupons and law in laws():
+        run.say(f"fitting {law} to {len(case.coupons)} coupon test{'s' if len(case.coupons) != 1 else ''}")
+    # A coupon is solved in milliseconds: its evaluations are told only to who asks.
+    progress = search_progress(run) if run.verbose else None
     with run.timed("fit"):
-        return fit_coupons(case, model, weighting=weighting, progress=search_progress(run))  # type: ignore[arg-type]
+        return fit_coupons(case, model, weighting=weighting, progress=progress)  # type: ignore[arg-type]
 
 
 @click.command()
