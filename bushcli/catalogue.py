@@ -19,6 +19,8 @@ def as_text(kind: str) -> str:
     blocks = []
     for entry in as_json(kind):
         lines = [f"{entry['name']}  {entry['summary']}"]
+        if "displacement" in entry:
+            lines[0] += f"  ({entry['specimen']}: {entry['displacement']}, {entry['force']})"
         for item in entry.get("parameters", entry.get("dimensions", [])):
             lines.append("    " + "  ".join(str(value) for value in item.values() if value not in ("", None)))
         if "source" in entry:
@@ -53,13 +55,17 @@ def _shapes() -> list[dict[str, Any]]:
         dimensions = [
             {
                 "name": name,
-                "default": "" if field.is_required() else f"default {field.default}",
+                "default": "" if field.is_required() else _default(field.default),
                 "meaning": field.description or "",
             }
             for name, field in shape.model_fields.items()
         ]
         result.append({"name": shape.name, "summary": shape.summary, "dimensions": dimensions})
     return result
+
+
+def _default(value: Any) -> str:
+    return "optional" if value is None else f"default {value:g}" if isinstance(value, float) else f"default {value}"
 
 
 def _modes() -> list[dict[str, Any]]:

@@ -12,9 +12,25 @@ from bushcli import __version__
 from bushcli.cli.case import check, direct, mesh
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.tool import doctor, init, list_
+from bushcli.errors import nearest
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+class _Group(click.Group):
+    """A group that knows the nearest command."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            close = nearest(args[0], self.list_commands(ctx)) if args else ""
+            if close:
+                error.message += f' Did you mean "{close}"?'
+            raise
+
+
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="bushcli")
 def main() -> None:
     """Simulate rubber bushings and correlate them with test-rig recordings.

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from bushcli.cli.run import Run, speaks
+from bushcli.cli.run import Run, on_terminal, speaks
 
 if TYPE_CHECKING:
     from bushcli.inverse import Evaluation
@@ -21,7 +21,7 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
     if run.quiet or not speaks():
         yield None
         return
-    if not sys.stderr.isatty() or run.verbose:
+    if not on_terminal(sys.stderr) or run.verbose:
         begin: dict[str, float] = {}
 
         def line(name: str, step: int, steps: int, newton: int, q: float) -> None:
@@ -30,7 +30,7 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
                 return
             spent = time.perf_counter() - start
             left = spent / step * (steps - step)
-            run.say(f"{name}: step {step}/{steps}, {newton} Newton iterations, {left:.0f} s left")
+            run.say(f"{name}: step {step}/{steps}, {newton} iterations, {left:.0f} s left")
 
         yield line
         return
@@ -40,7 +40,7 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
     columns = (
         TextColumn("{task.description:12s}"),
         BarColumn(),
-        TextColumn("step {task.completed:.0f}/{task.total:.0f}, {task.fields[newton]} Newton,"),
+        TextColumn("step {task.completed:.0f}/{task.total:.0f}, {task.fields[newton]} iterations,"),
         TimeRemainingColumn(compact=True),
         TextColumn("left"),
     )

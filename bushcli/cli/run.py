@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import json as json_format
 import os
 import signal
@@ -11,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from bushcli.casefile import Case
 
 DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED = 0, 1, 2, 3
+# Characters in a line of piped output, and the least on a terminal.
+WIDTH, NARROWEST = 120, 100
 
 
 class Run:
@@ -74,17 +77,25 @@ class Run:
             return
         from rich.console import Console
 
-        terminal = sys.stdout.isatty()
-        console = Console(
-            width=None if terminal else 120, highlight=False, no_color=None if terminal else True
-        )
-        for renderable in renderables:
-            console.print(renderable)
+        if on_terminal(sys.stdout):
+            # Narrower than this, tables lose their words: lines that wrap are the lesser evil.
+            console = Console(highlight=False)
+            console.width = max(console.width, NARROWEST)
+            console.print(*renderables, sep="\n")
+            return
+        text = io.StringIO()
+        Console(file=text, width=WIDTH, highlight=False, no_color=True).print(*renderables, sep="\n")
+        click.echo("\n".join(line.rstrip() for line in text.getvalue().rstrip().splitlines()))
 
     def emit(self, result: dict[str, Any]) -> None:
         """Print the result as JSON on stdout if asked to."""
         if self.json and speaks():
             click.echo(json_format.dumps(result, indent=2, allow_nan=False))
+
+
+def on_terminal(stream: TextIO) -> bool:
+    """Whether somebody watches the stream. Open MPI gives a terminal of its own to processes whose output is piped."""
+    return stream.isatty() and not any(name in os.environ for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
 
 
 def speaks() -> bool:
