@@ -186,6 +186,8 @@ def _result(
     begin: float,
 ) -> Fit:
     x = best.x
+    searched = problem.sweeps, problem.forward_solves, problem.failed_solves
+    problem.stage = "profile"
     spread = np.sqrt(np.maximum(np.diag(covariance := certainty.covariance(problem, x)), 0.0))
     singular, undetermined = certainty.directions(problem, x)
     profiles = []
@@ -219,9 +221,10 @@ def _result(
         curves=_curves(task, problem, held_out, x, start),
         stability=coupon_limits(task.law, values),
         weighting=task.weighting,
-        forward_solves=problem.forward_solves,
-        sweeps=problem.sweeps,
-        failed_solves=problem.failed_solves,
+        forward_solves=searched[1],
+        sweeps=searched[0],
+        failed_solves=searched[2],
+        profile_sweeps=problem.sweeps - searched[0],
         iterations=best.iterations,
         converged=best.converged and not interrupted,
         singular_values=singular,

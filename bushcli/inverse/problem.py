@@ -8,6 +8,7 @@ stability on; a trial that cannot be solved is not a number, which the trust reg
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,7 @@ class Problem:
         self.journal, self.progress = journal, progress
         self.states = _coupon_states(stretches)
         self.evaluations: list[Evaluation] = []
+        self.stage: Literal["search", "profile"] = "search"
         self.forward_solves = self.failed_solves = 0
         self.best: tuple[float, Array] | None = None
         self._known: dict[bytes, list[Answer] | None] = {}
@@ -155,7 +157,7 @@ class Problem:
         best = bool(np.isfinite(cost) and (self.best is None or cost < self.best[0]))
         if best:
             self.best = (cost, x.copy())
-        found = Evaluation(len(self.evaluations) + 1, self.parameters(x), cost, best)
+        found = Evaluation(len(self.evaluations) + 1, self.parameters(x), cost, best, self.stage)
         self.evaluations.append(found)
         if self.progress is not None:
             self.progress(found)

@@ -82,13 +82,14 @@ class Combination:
 class Evaluation:
     """One evaluation of all channels: parameters, cost (mean square misfit in noise units), and whether it is the best.
 
-    `cost` is NaN where a march did not converge.
+    `cost` is NaN where a march did not converge. `stage` is "search" or, after the best is found, "profile".
     """
 
     number: int
     parameters: Mapping[str, float]
     cost: float
     best: bool
+    stage: Literal["search", "profile"] = "search"
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,10 @@ class Fit:
         Of coupons: "absolute": every stress counts alike, relative to the coupon's largest; "relative": by its own
         size. Recordings are weighted by their own noise.
     forward_solves, sweeps, failed_solves, iterations : int
-        Simulations of one channel; evaluations of all; those that did not converge; optimiser's iterations.
+        Of the search: simulations of one channel; evaluations of all; those that did not converge; optimiser's
+        iterations.
+    profile_sweeps : int
+        Evaluations after the search, for the profiles.
     converged : bool
     singular_values
         Of the weighted Jacobian per relative change of each parameter, largest first, relative to the largest.
@@ -174,4 +178,5 @@ class Fit:
     evaluations: tuple[Evaluation, ...] = field(default=(), repr=False)
     end_points: tuple[EndPoint, ...] = ()
     profiles: tuple[Profile, ...] = ()
+    profile_sweeps: int = 0
     leverage: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
