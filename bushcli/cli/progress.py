@@ -73,6 +73,7 @@ def search_progress(run: Run) -> Callable[[Evaluation], None] | None:
         rms = "no solution" if math.isnan(found.cost) else f"misfit {math.sqrt(found.cost):9.4g}"
         run.say(
             f"  {found.number:3d}  {rms}  step {100 * step:7.2g} %  {shown}{'  best' if found.best else ''}"
+            f"{'  profile' if found.stage == 'profile' else ''}"
         )
 
     return line

@@ -15,6 +15,8 @@ USUAL_STRETCHES = (0.5, 2.0)
 POOR_FIT, POOR_NOISE = 3.0, 3.0
 # Two ends are equally good when their costs differ by less than this share, distinct when a parameter does by that.
 EQUAL_COST, DISTINCT = 0.05, 0.10
+# Share of failed trials from which on they are worth a word; the result counts them in any case.
+FAILED = 0.3
 # A relative change of a parameter by 1 % of force that is worth a word.
 DELICATE = 0.10
 # A held-out channel is predicted when it is within the accepted 10 %.
@@ -48,13 +50,13 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
     found += _undetermined(fit, task)
     found += _delicate(fit, task)
     found += _several(fit.end_points)
-    found += [_prediction(curve) for curve in fit.curves if curve.held_out]
-    if fit.failed_solves:
+    found += _predictions(fit)
+    if fit.failed_solves > FAILED * fit.sweeps:
         found.append(
             Condition(
                 "failed_solves",
                 f"{fit.failed_solves} of {fit.sweeps} trials could not be solved and made the search step back",
-                "nothing, where the result is good; else a start nearer to it",
+                "start values nearer to the answer, in [material.parameters]",
             )
         )
     return tuple(found)
@@ -213,13 +215,14 @@ def _several(ends: tuple[EndPoint, ...]) -> list[Condition]:
     return []
 
 
-def _prediction(curve: FittedCurve) -> Condition:
-    good = curve.rms_percent <= PREDICTED
-    return Condition(
-        "held_out_predicted" if good else "held_out_not_predicted",
-        f"{curve.name}, which was held out, is predicted to {curve.rms_percent:.2g} % rms "
-        f"(noise {curve.noise_percent:.2g} %)",
-        "nothing"
-        if good
-        else "fit it too, and see which channel then is no longer met: something differs between them",
-    )
+def _predictions(fit: Fit) -> list[Condition]:
+    return [
+        Condition(
+            "held_out_not_predicted",
+            f"{curve.name}, which was held out, is predicted to {curve.rms_percent:.2g} % rms only "
+            f"(noise {curve.noise_percent:.2g} %)",
+            "fit it too, and see which channel then is no longer met: something differs between them",
+        )
+        for curve in fit.curves
+        if curve.held_out and curve.rms_percent > PREDICTED
+    ]
