@@ -4,7 +4,9 @@ Only `output` writes files. Matplotlib and Jinja are loaded when something is wr
 """
 
 from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
-from bushcli.report.output import check_output, write_direct, write_fit, write_meshes
+from bushcli.report.identification import inverse_json, inverse_text
+from bushcli.report.output import check_output, write_direct, write_fit, write_inverse, write_meshes
+from bushcli.report.ranking import rank
 from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
 from bushcli.report.verdict import judge
 
@@ -16,10 +18,14 @@ __all__ = [
     "direct_text",
     "fit_json",
     "fit_text",
+    "inverse_json",
+    "inverse_text",
     "judge",
     "mesh_json",
     "mesh_text",
+    "rank",
     "write_direct",
     "write_fit",
+    "write_inverse",
     "write_meshes",
 ]

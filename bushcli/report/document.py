@@ -16,7 +16,7 @@ from bushcli.inverse import Fit, FittedCurve
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches, force_noise
-from bushcli.report.quantity import quantities
+from bushcli.report.quantity import parameter_unit, quantities
 from bushcli.report.verdict import Verdict, judge
 from bushcli.report.versions import versions
 from cases.mode import modes
@@ -27,7 +27,7 @@ def direct_json(
     response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, timings: Mapping[str, float]
 ) -> dict[str, Any]:
     """Return a direct prediction, and the fit that went before it, as JSON-ready data."""
-    document = _head("direct", response.case, problems_of(response, misfits, fit), timings)
+    document = head("direct", response.case, problems_of(response, misfits, fit), timings)
     document["complete"] = response.complete
     document["material"] = {
         "law": response.material.law,
@@ -37,28 +37,28 @@ def direct_json(
     document["verdict"] = _verdict(judge(response, misfits), misfits)
     document["load_cases"] = [_channel(c, misfits.get(c.name)) for c in response.channels]
     if fit is not None:
-        document["fit"] = _fit(fit)
-    return _cleaned(document)
+        document["fit"] = fit_part(fit)
+    return cleaned(document)
 
 
 def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
     """Return an identified law as JSON-ready data."""
-    return _cleaned(_head("fit", case, fit.conditions, timings) | _fit(fit))
+    return cleaned(head("fit", case, fit.conditions, timings) | fit_part(fit))
 
 
 def case_json(
     case: Case, curves: Sequence[Recording], coupons: Sequence[Recording], timings: Mapping[str, float]
 ) -> dict[str, Any]:
     """Return a checked case and what its recordings hold as JSON-ready data."""
-    document = _head("check", case, (), timings)
+    document = head("check", case, (), timings)
     document["recordings"] = [_summary(curve) for curve in curves]
     document["coupons"] = [_summary(curve) for curve in coupons]
-    return _cleaned(document)
+    return cleaned(document)
 
 
 def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]) -> dict[str, Any]:
     """Return the meshes of a case as JSON-ready data."""
-    document = _head("mesh", case, (), timings)
+    document = head("mesh", case, (), timings)
     document["meshes"] = [
         {
             "name": mesh.name,
@@ -71,7 +71,7 @@ def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]
         }
         for mesh in meshes
     ]
-    return _cleaned(document)
+    return cleaned(document)
 
 
 def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
@@ -88,7 +88,7 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
     return (*(fit.conditions if fit else ()), *response.conditions, *left)
 
 
-def _head(
+def head(
     command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float]
 ) -> dict[str, Any]:
     """What every result has."""
@@ -208,7 +208,8 @@ def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     return document
 
 
-def _fit(fit: Fit) -> dict[str, Any]:
+def fit_part(fit: Fit) -> dict[str, Any]:
+    """What every identified law has."""
     chosen = law(fit.material.law)
     names = list(fit.parameters)
     return {
@@ -222,7 +223,7 @@ def _fit(fit: Fit) -> dict[str, Any]:
                 "upper": estimate.upper,
                 "at_bound": estimate.at_bound,
                 "interval": estimate.interval,
-                "unit": chosen.parameter(name).unit,
+                "unit": parameter_unit(chosen, name),
             }
             for name, estimate in fit.parameters.items()
         },
@@ -261,7 +262,8 @@ def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
     }
 
 
-def _cleaned(document: dict[str, Any]) -> dict[str, Any]:
+def cleaned(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the document with nothing but JSON's own types."""
     clean = _clean(document)
     assert isinstance(clean, dict)
     return clean

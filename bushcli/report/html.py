@@ -56,7 +56,7 @@ def direct_html(
         What `direct_json` returned.
     """
     verdict = judge(response, misfits)
-    kinds = _by_kind(pictures)
+    kinds = by_kind(pictures)
     sections = [Section("Channels", tables=[channel_table(response, misfits)])]
     heading = "Simulated and recorded curves" if misfits else "Simulated curves"
     sections.append(Section(heading, kinds.get("curve", [])))
@@ -64,7 +64,7 @@ def direct_html(
         sections.append(_fitted(fit, kinds))
     sections.append(Section("Deformed shape at the largest displacement", kinds.get("deformed", [])))
     sections.append(Section("Mesh and solution", kinds.get("mesh", []), [solution_table(response)]))
-    return _page(
+    return page(
         result,
         response.case,
         response.material,
@@ -80,7 +80,7 @@ def fit_html(result: Mapping[str, Any], case: Case, fit: Fit, pictures: Iterable
     worst = max(curve.rms_percent for curve in fit.curves)
     headline = f"{fit.material.law} fits {curves_of(fit)} to {worst:.1f} % rms or better"
     lines = [] if fit.converged else ["The fit did not converge."]
-    return _page(result, case, fit.material, headline, lines, "plain", [_fitted(fit, _by_kind(pictures))])
+    return page(result, case, fit.material, headline, lines, "plain", [_fitted(fit, by_kind(pictures))])
 
 
 def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
@@ -96,7 +96,7 @@ def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
     )
 
 
-def _page(
+def page(
     result: Mapping[str, Any],
     case: Case,
     material: Material | None,
@@ -105,6 +105,7 @@ def _page(
     tone: str,
     sections: Sequence[Section],
 ) -> str:
+    """Return the page of a result: verdict, problems, conditions, sections, provenance."""
     return (
         _environment()
         .get_template("report.html")
@@ -125,7 +126,8 @@ def _page(
     )
 
 
-def _by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
+def by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
+    """Pictures in their order, by kind."""
     kinds: dict[str, list[Picture]] = {}
     for picture in pictures:
         kinds.setdefault(picture.kind, []).append(picture)

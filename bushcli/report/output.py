@@ -104,6 +104,31 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
     return _write(directory, files, case)
 
 
+def write_inverse(
+    directory: Path, result: Mapping[str, Any], case: Case, fits: Sequence[Fit]
+) -> tuple[Path, ...]:
+    """Write identified laws, best first: result.json, a CSV of the best one's curve per channel, pictures, report.
+
+    Raises
+    ------
+    InputError
+        As `write_direct`.
+    """
+    best = fits[0]
+    names = file_names([curve.name for curve in best.curves])
+    files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
+    for curve in best.curves:
+        shown = quantities(curve.recording.mode)
+        q, force = shown.csv_names
+        heads = [q, f"recorded_{force}", f"{'predicted' if curve.held_out else 'fitted'}_{force}"]
+        columns = [shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force]
+        if curve.started is not None:
+            heads.append(f"started_{force}")
+            columns.append(curve.started.force)
+        files[f"{names[curve.name]}-identified.csv"] = _table(heads, columns)
+    return _write(directory, files, case)
+
+
 def write_meshes(
     directory: Path, meshes: Sequence[Meshed], result: Mapping[str, Any] | None = None
 ) -> tuple[Path, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.mode import modes
+from forms.law import Law
 
 Array = NDArray[np.float64]
 
@@ -77,6 +78,11 @@ def quantities(mode: str) -> Quantities:
     if found.specimen == "coupon":
         return _COUPON
     return _ROTATION if found.rotational else _TRANSLATION
+
+
+def parameter_unit(law: Law, name: str) -> str:
+    """Unit of an identified parameter: the law's own, or the compliance, which is the bulk modulus's inverse."""
+    return "1/MPa" if name == "compliance" else law.parameter(name).unit
 
 
 def number(value: float | None, digits: int = 3) -> str:

@@ -13,7 +13,7 @@ from bushcli.inverse import Fit
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches
-from bushcli.report.quantity import number, percent, quantities
+from bushcli.report.quantity import number, parameter_unit, percent, quantities
 from cases.mode import modes
 from forms.law import law
 
@@ -203,7 +203,7 @@ def parameter_table(fit: Fit) -> Table:
             name,
             number(estimate.value, 4),
             number(estimate.std, 2),
-            "-" if chosen.parameter(name).unit == "1" else chosen.parameter(name).unit,
+            "-" if parameter_unit(chosen, name) == "1" else parameter_unit(chosen, name),
             f"{number(estimate.lower)} to {number(estimate.upper)}"
             + (" (at bound)" if estimate.at_bound else ""),
         )

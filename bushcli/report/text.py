@@ -72,13 +72,13 @@ def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
     style = {True: "bold green", False: "bold red", None: "bold"}[verdict.within_10_percent]
     parts += [Text(), Text(f"{verdict.headline}.", style)]
     parts += [Padding(Text(line), (0, 0, 0, 2)) for line in verdict.lines]
-    parts += _problems(problems_of(response, misfits, fit))
+    parts += problem_parts(problems_of(response, misfits, fit))
     return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable
 
 
 def fit_text(fit: Fit) -> Group:
     """The identified law: parameters, misfit by coupon, stability, problems."""
-    return Group(*_fit_parts(fit), *_problems(fit.conditions))  # type: ignore[arg-type]
+    return Group(*_fit_parts(fit), *problem_parts(fit.conditions))  # type: ignore[arg-type]
 
 
 def case_text(case: Case, curves: Sequence[Recording], coupons: Sequence[Recording]) -> Group:
@@ -108,7 +108,8 @@ def _fit_parts(fit: Fit) -> list[object]:
     ]
 
 
-def _problems(found: Iterable[Condition]) -> list[object]:
+def problem_parts(found: Iterable[Condition]) -> list[object]:
+    """Problems, each with its remedy."""
     parts: list[object] = []
     for problem in found:
         parts += [

@@ -1,0 +1,114 @@
+"""Identified laws -> JSON and text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Group
+from rich.padding import Padding
+from rich.text import Text
+
+from bushcli.casefile import Case
+from bushcli.inverse import Fit
+from bushcli.report.document import cleaned, curves_by_mode, fit_part, head
+from bushcli.report.identification_tables import (
+    correlation_table,
+    curve_table,
+    estimate_table,
+    model_table,
+)
+from bushcli.report.identification_words import answer, determined, search
+from bushcli.report.ranking import effective_samples, information_criterion
+from bushcli.report.text import Shown, problem_parts
+
+
+def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) -> dict[str, Any]:
+    """Return identified laws as JSON-ready data; what stands at the top is the best one's.
+
+    Parameters
+    ----------
+    fits
+        Best first.
+    """
+    best = fits[0]
+    document = head("inverse", case, best.conditions, timings) | fit_part(best)
+    del document["weighting"]
+    found = answer(best)
+    document["verdict"] = {"headline": found.headline, "text": " ".join([f"{found.headline}.", *found.lines])}
+    document["misfit"] = _misfit(best)
+    document |= {
+        "method": best.method,
+        "message": best.message,
+        "cost": best.cost,
+        "bic": information_criterion(best),
+        "effective_samples": sum(effective_samples(c) for c in best.curves if not c.held_out),
+    }
+    document["end_points"] = [
+        {"start": dict(e.start), "parameters": dict(e.parameters), "cost": e.cost, "message": e.message}
+        for e in best.end_points
+    ]
+    document["profiles"] = [{"name": p.name, "values": p.values, "rise": p.rise} for p in best.profiles]
+    document["evaluations"] = [
+        {"number": e.number, "parameters": dict(e.parameters), "cost": e.cost, "best": e.best}
+        for e in best.evaluations
+    ]
+    if len(fits) > 1:
+        document["models"] = [_model(fit) for fit in fits]
+    return cleaned(document)
+
+
+def _misfit(fit: Fit) -> dict[str, Any]:
+    return {
+        key: {
+            "rms_percent": curve.rms_percent,
+            "before_percent": curve.started_percent,
+            "noise_percent": curve.noise_percent,
+            "held_out": curve.held_out,
+        }
+        for key, curve in curves_by_mode(fit).items()
+    }
+
+
+def _model(fit: Fit) -> dict[str, Any]:
+    curves = curves_by_mode(fit)
+    return {
+        "law": fit.material.law,
+        "number_of_parameters": len(fit.parameters),
+        "parameters": {name: estimate.value for name, estimate in fit.parameters.items()},
+        "misfit": {key: c.rms_percent for key, c in curves.items() if not c.held_out},
+        "held_out": {key: c.rms_percent for key, c in curves.items() if c.held_out},
+        "cost": fit.cost,
+        "bic": information_criterion(fit),
+        "converged": fit.converged,
+        "sweeps": fit.sweeps,
+        "forward_solves": fit.forward_solves,
+        "failed_solves": fit.failed_solves,
+        "seconds": fit.seconds,
+        "problems": [condition.name for condition in fit.conditions],
+    }
+
+
+def inverse_text(fits: Sequence[Fit]) -> Group:
+    """The ranking of several laws; of the best one verdict, parameters, curves, what is determined, search, problems.
+
+    Parameters
+    ----------
+    fits
+        Best first.
+    """
+    best = fits[0]
+    parts: list[object] = []
+    if len(fits) > 1:
+        parts += [Shown(model_table(fits)), Text()]
+    parts += [Shown(estimate_table(best)), Text(), Shown(curve_table(best))]
+    if len(best.parameters) > 1:
+        parts += [Text(), Shown(correlation_table(best))]
+    parts += [Text(), *(Text(line) for line in determined(best))]
+    parts += [Text(line, "dim") for line in search(best)]
+    found = answer(best)
+    style = {"good": "bold green", "bad": "bold red", "plain": "bold"}[found.tone]
+    parts += [Text(), Text(f"{found.headline}.", style)]
+    parts += [Padding(Text(line), (0, 0, 0, 2)) for line in found.lines]
+    parts += problem_parts(best.conditions)
+    return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable

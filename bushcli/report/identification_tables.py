@@ -1,0 +1,111 @@
+"""Tables of identified laws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bushcli.inverse import Estimate, Fit
+from bushcli.report.identification_words import is_met, is_uncertain
+from bushcli.report.quantity import number, parameter_unit, percent
+from bushcli.report.ranking import information_criterion
+from bushcli.report.tables import Row, Table
+from forms.law import law
+
+
+def estimate_table(fit: Fit) -> Table:
+    """Parameters with standard error, 95 % interval, bounds and what is doubtful about them."""
+    chosen = law(fit.material.law)
+    rows: list[Row] = []
+    for name, estimate in fit.parameters.items():
+        unit = parameter_unit(chosen, name)
+        rows.append(
+            (
+                name,
+                "-" if unit == "1" else unit,
+                number(estimate.value, 4),
+                number(estimate.std, 2),
+                _interval(estimate),
+                f"{number(estimate.lower)} to {number(estimate.upper)}",
+                _flags(estimate),
+            )
+        )
+    if "compliance" in fit.parameters:
+        rows.append(("bulk modulus", "MPa", number(fit.material.bulk_modulus, 4), "", "", "", ""))
+    heads = ("parameter", "unit", "value", "std error", "95 % interval", "bounds", "")
+    return Table(f"Law {fit.material.law}", heads, tuple(rows), left=2)
+
+
+def _interval(estimate: Estimate) -> str:
+    if estimate.interval is None:
+        return "-"
+    low, high = estimate.interval
+    return f"{number(low)} to {number(high)}"
+
+
+def _flags(estimate: Estimate) -> str:
+    flags = []
+    if estimate.at_bound:
+        flags.append("at bound")
+    if is_uncertain(estimate):
+        flags.append("poorly determined")
+    return ", ".join(flags)
+
+
+def curve_table(fit: Fit) -> Table:
+    """Misfit of each channel before and after."""
+    rows = [
+        (
+            curve.name,
+            curve.recording.mode,
+            "predicted (held out)" if curve.held_out else "fitted",
+            percent(curve.started_percent),
+            percent(curve.rms_percent),
+            percent(curve.noise_percent),
+            "yes" if is_met(curve) else "no",
+        )
+        for curve in fit.curves
+    ]
+    heads = ("channel", "mode", "", "rms before", "rms after", "noise", "met to noise")
+    return Table("Misfit in percent of the recorded force range", heads, tuple(rows), left=3)
+
+
+def correlation_table(fit: Fit) -> Table:
+    """Correlation of the parameters' errors."""
+    names = tuple(fit.parameters)
+    rows = [
+        (
+            name,
+            *(f"{fit.correlation[i, j]:+.2f}" if j < i else "1" if j == i else "" for j in range(len(names))),
+        )
+        for i, name in enumerate(names)
+    ]
+    return Table("Correlation", ("", *names), tuple(rows))
+
+
+def model_table(fits: Sequence[Fit]) -> Table:
+    """Laws, best first."""
+    names = list(dict.fromkeys(curve.name for fit in fits for curve in fit.curves))
+    held = {curve.name for fit in fits for curve in fit.curves if curve.held_out}
+    order = [name for name in names if name not in held] + [name for name in names if name in held]
+    rows = []
+    for fit in fits:
+        rms = {curve.name: curve.rms_percent for curve in fit.curves}
+        rows.append(
+            (
+                fit.material.law,
+                str(len(fit.parameters)),
+                *(percent(rms.get(name)) for name in order),
+                number(fit.cost),
+                f"{information_criterion(fit):.0f}",
+                "yes" if fit.converged else "no",
+                ", ".join(dict.fromkeys(c.name for c in fit.conditions if not c.name.startswith("held_out"))),
+            )
+        )
+    heads = (
+        "law",
+        "parameters",
+        *(f"{name} (held out)" if name in held else name for name in order),
+        *("cost", "BIC", "converged", "problems"),
+    )
+    by = "prediction of what was held out" if held else "BIC"
+    return Table(f"Laws, best first by {by}", heads, tuple(rows))

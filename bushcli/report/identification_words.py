@@ -1,0 +1,149 @@
+"""An identification in words: are the curves met, what are the parameters, what do the curves determine."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from bushcli.inverse import Estimate, Fit, FittedCurve
+from bushcli.inverse.certainty import POOR, UNDETERMINED
+from bushcli.inverse.channel import NOISE_FLOOR
+from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
+from bushcli.report.quantity import listed, number, parameter_unit, percent
+from forms.law import law
+
+# A curve is met to its noise when the misfit is at most this many times as large: the noise is an estimate too.
+MET = 1.3
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The verdict on an identification.
+
+    Attributes
+    ----------
+    headline : str
+        One clear sentence, without its full stop.
+    lines : tuple of str
+        What follows from it.
+    tone : {"good", "bad", "plain"}
+        Curves met to their noise, not met, in between.
+    """
+
+    headline: str
+    lines: tuple[str, ...]
+    tone: Literal["good", "bad", "plain"]
+
+
+def answer(fit: Fit) -> Answer:
+    """Put an identification into words."""
+    fitted = [curve for curve in fit.curves if not curve.held_out]
+    values = listed([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
+    misfits = ", ".join(f"{curve.name} {percent(curve.rms_percent)}" for curve in fitted)
+    them = "The curve is" if len(fitted) == 1 else "The curves are"
+    tone: Literal["good", "bad", "plain"]
+    if not fitted:
+        met, tone = "There is no fitted curve", "bad"
+    elif not fit.converged:
+        met, tone = f"The search did not converge; the best so far meets the curves to {misfits} rms", "bad"
+    elif all(is_met(curve) for curve in fitted):
+        noise = "its noise" if len(fitted) == 1 else "their noise"
+        met, tone = f"{them} met to {noise} ({misfits})", "good"
+    elif any(is_poor(curve) for curve in fitted):
+        off = [f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted]
+        met, tone = f"{them} not met ({'; '.join(off)})", "bad"
+    else:
+        off = [f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted]
+        met, tone = (
+            f"{them} met closely, not to {'its' if len(fitted) == 1 else 'their'} noise ({'; '.join(off)})",
+            "plain",
+        )
+    return Answer(f"{met}: {values}", tuple(_lines(fit)), tone)
+
+
+def is_met(curve: FittedCurve) -> bool:
+    """Whether the misfit is no larger than the noise explains."""
+    return bool(curve.rms_percent <= MET * max(np.nan_to_num(curve.noise_percent), 100 * NOISE_FLOOR))
+
+
+def is_poor(curve: FittedCurve) -> bool:
+    """Whether the misfit says that the law does not describe the curve."""
+    return curve.rms_percent > POOR_FIT and curve.rms_percent > POOR_NOISE * np.nan_to_num(
+        curve.noise_percent
+    )
+
+
+def is_uncertain(estimate: Estimate) -> bool:
+    """Whether the standard error says that the value is hardly determined."""
+    return not estimate.std <= POOR * abs(estimate.value)
+
+
+def with_error(fit: Fit, name: str) -> str:
+    """Value and standard error with the digits that the error leaves, and the unit: "0.1175 ± 0.0002 MPa"."""
+    estimate = fit.parameters[name]
+    unit = parameter_unit(law(fit.material.law), name)
+    tail = "" if unit == "1" else f" {unit}"
+    return f"{_rounded(estimate.value, estimate.std)}{tail}"
+
+
+def _rounded(value: float, std: float) -> str:
+    if not math.isfinite(std) or std <= 0:
+        return number(value, 4)
+    if std >= abs(value) or abs(value) < 1e-4:
+        return f"{number(value, 2)} ± {number(std, 2)}"
+    decimals = max(1 - math.floor(math.log10(float(f"{std:.1e}"))), 0)
+    return f"{value:.{decimals}f} ± {std:.{decimals}f}"
+
+
+def _lines(fit: Fit) -> list[str]:
+    lines = []
+    poor = [name for name, estimate in fit.parameters.items() if is_uncertain(estimate)]
+    if poor and fit.converged:
+        lines.append(
+            f"{listed(poor)} {'is' if len(poor) == 1 else 'are'} poorly determined: the standard error exceeds "
+            f"{100 * POOR:.0f} % of the value."
+        )
+    for curve in fit.curves:
+        if curve.held_out:
+            good = curve.rms_percent <= PREDICTED
+            lines.append(
+                f"{curve.name}, held out, is {'' if good else 'not '}predicted: {percent(curve.rms_percent)} rms "
+                f"(noise {percent(curve.noise_percent)})."
+            )
+    if "compliance" in fit.parameters:
+        lines.append(
+            f"Bulk modulus: {number(fit.material.bulk_modulus, 3)} MPa, the inverse of the compliance."
+        )
+    return lines
+
+
+def determined(fit: Fit) -> list[str]:
+    """What the curves determine, by the singular values."""
+    values = np.asarray(fit.singular_values)
+    if not len(values):
+        return []
+    good = int(np.sum(values >= UNDETERMINED))
+    shown = ", ".join(number(float(value), 2) for value in values)
+    of = len(values)
+    what = (
+        f"All {of} combinations of the parameters are determined"
+        if good == of and of > 1
+        else "The parameter is determined"
+        if good == of
+        else f"{good} of {of} combinations of the parameters are determined"
+    )
+    return [f"{what} (relative singular values {shown}; below {UNDETERMINED:g} a combination is left open)."]
+
+
+def search(fit: Fit) -> list[str]:
+    """How the result was found."""
+    failed = f", {fit.failed_solves} trials failed" if fit.failed_solves else ""
+    starts = f", {len(fit.end_points)} starts" if len(fit.end_points) > 1 else ""
+    return [
+        f"{fit.method}: {'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations{starts}, "
+        f"{fit.sweeps} sweeps, {fit.forward_solves} forward solves{failed}, {fit.seconds:.1f} s"
+        + (f" ({fit.message})" if fit.message else "")
+    ]

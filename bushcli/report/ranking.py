@@ -1,0 +1,70 @@
+"""Which of several laws is best: by what it predicts, or else by an information criterion."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.inverse import Fit, FittedCurve
+from bushcli.inverse.certainty import autocorrelation_time
+from bushcli.inverse.channel import NOISE_FLOOR
+
+Array = NDArray[np.float64]
+
+# Degree of the smooth curve through a recording: beyond what any law without history can do with displacement.
+_SMOOTH = 9
+
+
+def rank(fit: Fit) -> tuple[bool, bool, float, int]:
+    """Sort key of identified laws, best first.
+
+    A law that converged goes before one that did not. Where channels were held out, their mean rms misfit decides:
+    the law is wanted for predictions, and a prediction cannot be overfitted. A law that could not be solved on them
+    goes last. Otherwise `information_criterion` decides; the number of parameters breaks a tie.
+
+    All laws must have been identified from the same recordings.
+    """
+    held_out = [curve.rms_percent for curve in fit.curves if curve.held_out]
+    score = float(np.mean(held_out)) if held_out else information_criterion(fit)
+    return not fit.converged, not held_out, score if np.isfinite(score) else np.inf, len(fit.parameters)
+
+
+def information_criterion(fit: Fit) -> float:
+    """Bayesian information criterion, N ln(cost) + p ln N: lower is better, by 6 or more clearly.
+
+    `cost` is the mean over the fitted channels of (rms misfit / noise)^2, as the identification minimises it. Its
+    logarithm means that the misfit actually left is taken for the noise: where no law meets the recordings, a law
+    that takes up a little more of what is missing is not favoured as if its misfit were white noise of known size.
+    Neither misfit nor noise counts below 0.1 % of the force range, to which no recording is trusted.
+
+    `N` is the effective number of samples. It must not depend on the law, or a law whose poor misfit is correlated
+    all along the curve would have few samples and so a good score. So it comes from what no law without history
+    can follow: the recording less a smooth curve in the displacement.
+
+    References
+    ----------
+    Schwarz (1978), Estimating the dimension of a model, Annals of Statistics 6:461-464, doi:10.1214/aos/1176344136.
+    Kass, Raftery (1995), Bayes factors, J. Am. Stat. Assoc. 90:773-795, doi:10.1080/01621459.1995.10476572 (6 is
+    strong evidence).
+    """
+    curves = [curve for curve in fit.curves if not curve.held_out]
+    if not curves:
+        return float("nan")
+    floor = 100 * NOISE_FLOOR
+    ratios = [max(c.rms_percent, floor) / max(np.nan_to_num(c.noise_percent), floor) for c in curves]
+    count = sum(effective_samples(curve) for curve in curves)
+    cost = float(np.mean(np.square(ratios)))
+    return count * float(np.log(cost)) + len(fit.parameters) * float(np.log(count))
+
+
+def effective_samples(curve: FittedCurve) -> float:
+    """Number of samples that are as good as independent, from the recording alone."""
+    q, force = curve.recording.displacement, curve.recording.force
+    degree = min(_SMOOTH, max(len(np.unique(q)) - 2, 0))
+    centre, half = (q.max() + q.min()) / 2, max(float(np.ptp(q)) / 2, 1e-300)
+    basis = np.polynomial.chebyshev.chebvander((q - centre) / half, degree)
+    rest: Array = force - basis @ np.linalg.lstsq(basis, force, rcond=None)[0]
+    # What is left of a noise-free recording is rounding and a wavy rest of the polynomial, not noise.
+    if float(np.sqrt(np.mean(rest**2))) < 0.1 * NOISE_FLOOR * float(np.ptp(force)):
+        return float(len(q))
+    return len(q) / autocorrelation_time(rest)
