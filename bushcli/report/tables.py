@@ -189,7 +189,7 @@ def solution_table(response: Response) -> Table:
         *("unstable states", "mesh error", "time", "complete"),
     )
     return Table(
-        "How it was solved (*smallest and largest principal stretch at the elements' centres)",
+        "How it was solved (*smallest and largest principal stretch at the elements' Gauss points)",
         heads,
         tuple(rows),
     )
