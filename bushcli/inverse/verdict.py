@@ -50,7 +50,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
     found += _undetermined(fit, task)
     found += _delicate(fit, task)
     found += _several(fit.end_points)
-    found += _predictions(fit)
+    found += _predictions(fit, task)
     if fit.failed_solves > FAILED * fit.sweeps:
         found.append(
             Condition(
@@ -215,8 +215,18 @@ def _several(ends: tuple[EndPoint, ...]) -> list[Condition]:
     return []
 
 
-def _predictions(fit: Fit) -> list[Condition]:
-    return [
+def _predictions(fit: Fit, task: Task) -> list[Condition]:
+    solved = {curve.name for curve in fit.curves}
+    unsolved = [
+        Condition(
+            "held_out_not_predicted",
+            f"{name}, which was held out, cannot be simulated with the identified parameters",
+            "see whether the law is stable with them; another law, or fit this channel too",
+        )
+        for name in task.hold_out
+        if name not in solved
+    ]
+    return unsolved + [
         Condition(
             "held_out_not_predicted",
             f"{curve.name}, which was held out, is predicted to {curve.rms_percent:.2g} % rms only "
