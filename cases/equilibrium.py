@@ -3,8 +3,8 @@
 Most of the time of a step would go into the tangent and its factorisation. Where the path is smooth the last
 factorisation still points the right way, and Broyden's method corrects the extrapolated state with it, at one
 residual and one back-substitution per iteration: a thirtieth of a Newton iteration in three dimensions. SNES judges
-the result. Either it finds nothing left to do, or it starts over from the extrapolated state with Newton's method and
-a line search.
+the result. Where that fails a fresh tangent at the extrapolated state gets the same chance, and after it SNES starts
+over from there with Newton's method and a line search.
 
 References
 ----------
@@ -28,9 +28,9 @@ from cases.reaction import reaction
 Array = NDArray[np.float64]
 
 MAX_NEWTON = 25
-MAX_BROYDEN = 15
+MAX_BROYDEN = 25
 # Broyden's method is given up where SPAN iterations have not brought the residual down to this share.
-SPAN, SHARE = 3, 0.2
+SPAN, SHARE = 4, 0.5
 # A factorisation that took more iterations than this is renewed before the next step: with 4 to 10 the measured
 # times of a mode differ by 15 % (benchmarks/README.md).
 TIRED = 8
@@ -47,7 +47,7 @@ class Outcome:
     iterations
         Corrections of the state: Broyden's and Newton's.
     newton
-        Newton's alone, by SNES; 0 where the factorisation at hand was enough.
+        Newton's alone, by SNES; 0 where Broyden's were enough.
     reason
         SNES's, by name.
     """
@@ -85,6 +85,7 @@ class Equilibrium:
         self.q, self.rate = 0.0, model.rate(0.0)
         # Iterations that the last solution took with the factorisation at hand; None where there is none.
         self._fatigue: int | None = None
+        self._factorised = False
         self.floor = _rounding(model)
         snes = PETSc.SNES().create(model.comm)
         snes.setFunction(self._function, self.b)
@@ -115,15 +116,21 @@ class Equilibrium:
             This rank's unknowns to start from.
         """
         self.q, self.rate = q, self.model.rate(q)
+        corrections = 0
+        for renew in (self._fatigue is None or self._fatigue > TIRED, True):
+            self._begin(guess)
+            tangents = self.tangents
+            balanced, iterations = self._broyden(renew)
+            corrections += iterations
+            if balanced:
+                newton, reason = self._newton()
+                if not reason.startswith("DIVERGED"):
+                    return Outcome(corrections + newton, newton, reason)
+            if renew:
+                break
         self._begin(guess)
-        corrections = self._broyden()
-        if corrections is not None:
-            newton, reason = self._newton()
-            if not reason.startswith("DIVERGED"):
-                return Outcome(corrections + newton, newton, reason)
-        self._begin(guess)
-        newton, reason = self._newton()
-        return Outcome(newton, newton, reason)
+        newton, reason = self._newton(factorised=self.tangents > tangents)
+        return Outcome(corrections + newton, newton, reason)
 
     def tangent_rate(self) -> Array:
         """dx/dq of this rank's unknowns at the last solution, by one linear solve with the tangent there."""
@@ -144,25 +151,25 @@ class Equilibrium:
 
     # -- Broyden's method ----------------------------------------------------------------------------------------
 
-    def _broyden(self) -> int | None:
-        """Correct the state in `x`; the iterations it took, or None where it does not come into balance."""
+    def _broyden(self, renew: bool) -> tuple[bool, int]:
+        """Correct the state in `x`, with its own tangent or that at hand; whether it balances, and the iterations."""
         steps: list[tuple[PETSc.Vec, float]] = []
         norms = [self._residual()]
         try:
             while not self._balanced(norms[-1]):
                 stalled = len(norms) > SPAN and norms[-1] > SHARE * norms[-1 - SPAN]
                 if stalled or not np.isfinite(norms[-1]) or len(steps) == MAX_BROYDEN:
-                    return None
-                if not steps and (self._fatigue is None or self._fatigue > TIRED):
+                    return False, len(steps)
+                if renew and not steps:
                     self._renew()
                 step = self._broyden_step(steps)
                 if step is None:
-                    return None
+                    return False, len(steps)
                 steps.append((step, step.dot(step)))
                 self.x.axpy(1.0, step)
                 norms.append(self._residual())
             self._fatigue = len(steps)
-            return len(steps)
+            return True, len(steps)
         finally:
             for step, _ in steps:
                 step.destroy()
@@ -196,7 +203,9 @@ class Equilibrium:
 
     # -- Newton's method, and the judgement ----------------------------------------------------------------------
 
-    def _newton(self) -> tuple[int, str]:
+    def _newton(self, factorised: bool = False) -> tuple[int, str]:
+        """Solve by SNES from `x`, whose tangent may be the one factorised last; iterations and reason."""
+        self._factorised = factorised
         self.snes.solve(None, self.x)
         # SNES leaves the last trial of the line search in the state: put the accepted iterate there.
         self._to_state(self.x)
@@ -221,6 +230,9 @@ class Equilibrium:
         self.reactions = self.model.clear_constrained(b)
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, matrix: PETSc.Mat, _: PETSc.Mat) -> None:
+        if self._factorised:
+            self._factorised = False
+            return
         self.model.assemble_tangent(matrix)
         self.tangents += 1
         self._fatigue = 0
