@@ -24,6 +24,7 @@ from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording
 from bushcli.report.document import problems_of
+from bushcli.report.quantity import percent
 from bushcli.report.tables import (
     Table,
     case_table,
@@ -68,6 +69,10 @@ def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
     if fit is not None:
         parts += [*_fit_parts(fit), Text()]
     parts.append(Shown(channel_table(response, misfits)))
+    checked = [channel for channel in response.channels if channel.mesh_error is not None]
+    if checked:
+        errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)
+        parts.append(Text(f"estimated error of the mesh, of the force range: {errors}", "dim"))
     verdict = judge(response, misfits)
     style = {True: "bold green", False: "bold red", None: "bold"}[verdict.within_10_percent]
     parts += [Text(), Text(f"{verdict.headline}.", style)]
