@@ -1,0 +1,183 @@
+"""What an identification costs, and whether its intervals hold the truth.
+
+    OMP_NUM_THREADS=1 python benchmarks/identification.py speed
+    OMP_NUM_THREADS=1 python benchmarks/identification.py coverage --seeds 50
+
+The recordings are pseudo-experiments by third-order elements (tests/recovery/conftest.py): plain bushing, rubber
+9/18 mm, 34 mm long, Yeoh 0.5, -0.04, 0.007 MPa, kappa 2000 MPa. Results: identification.md beside this file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case, load_case
+from bushcli.curve import Curve
+from bushcli.inverse import Fit, Task, certainty, identify
+from bushcli.inverse.channel import Channel
+from bushcli.inverse.problem import Problem
+from bushcli.recording import write_curve_csv
+from cases.simulate import sweep
+
+Array = NDArray[np.float64]
+ROOT = Path(__file__).resolve().parents[1]
+# Forward differences: relative step, the square root of what the march resolves (1e-7 of the force).
+STEP = 1e-4
+
+
+def pseudo_experiments() -> ModuleType:
+    """The module of the tests that makes them."""
+    spec = importlib.util.spec_from_file_location("pseudo", ROOT / "tests" / "recovery" / "conftest.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class Bench:
+    """Cases of the pseudo-experiment, with noise."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.pseudo = folder, pseudo_experiments()
+        self.curves: dict[str, Curve] = {}
+
+    def case(self, *modes: str, noise: float = 0.0, seed: int = 0) -> Case:
+        """Case with recordings of the modes; noise in percent of the peak force."""
+        text = str(self.pseudo.CASE)
+        rng = np.random.default_rng(seed)
+        for mode in modes:
+            if mode not in self.curves:
+                self.curves[mode] = self.pseudo.third_order_curve(mode)
+            curve = self.curves[mode]
+            error = noise / 100 * np.abs(curve.force).max() * rng.standard_normal(len(curve.force))
+            write_curve_csv(self.folder / f"{mode}.csv", Curve(mode, curve.displacement, curve.force + error))
+            text += f'[[recordings]]\nmode = "{mode}"\nfile = "{mode}.csv"\n'
+        file = self.folder / "case.toml"
+        file.write_text(text, encoding="utf-8")
+        return load_case(file)
+
+
+def timed(act: Callable[[], Fit]) -> tuple[Fit, float]:
+    """Result, and seconds of wall clock."""
+    begin = time.perf_counter()
+    return act(), time.perf_counter() - begin
+
+
+def by_differences(case: Case) -> Fit:
+    """The same search with forward differences instead of exact derivatives."""
+    exact = Problem.jacobian
+
+    def differences(self: Problem, x: Array) -> Array:
+        value = self.residual(x)
+        columns = []
+        for i in range(len(x)):
+            moved = x.copy()
+            moved[i] += STEP * max(abs(x[i]), 1e-3)
+            columns.append((self.residual(moved) - value) / (moved[i] - x[i]))
+        return np.column_stack(columns)
+
+    Problem.jacobian = differences  # type: ignore[method-assign]
+    try:
+        return identify(Task(case, "yeoh"))
+    finally:
+        Problem.jacobian = exact  # type: ignore[method-assign]
+
+
+def shown(fit: Fit) -> str:
+    """Parameters, short."""
+    return ", ".join(f"{estimate.value:.4f}" for estimate in fit.parameters.values())
+
+
+def speed(bench: Bench) -> None:
+    """Identifications, exact against differences against the literature's loop; cost of the derivatives."""
+    print("| channels | derivatives | sweeps | forward solves | seconds | C10, C20, C30 (MPa) | rms, % |")
+    print("|---|---|---|---|---|---|---|")
+    for modes in (("axial",), ("axial", "torsional"), ("radial",), ("axial", "radial")):
+        case = bench.case(*modes)
+        runs: dict[str, Callable[[], Fit]] = {
+            "exact": lambda case=case: identify(Task(case, "yeoh")),  # type: ignore[misc]
+            "differences": lambda case=case: by_differences(case),  # type: ignore[misc]
+            "dogleg": lambda case=case: identify(Task(case, "yeoh", method="dogleg")),  # type: ignore[misc]
+        }
+        for name, act in runs.items():
+            fit, seconds = timed(act)
+            rms = ", ".join(f"{curve.rms_percent:.3f}" for curve in fit.curves)
+            print(
+                f"| {', '.join(modes)} | {name} | {fit.sweeps} | {fit.forward_solves} | {seconds:.1f} "
+                f"| {shown(fit)} | {rms} |",
+                flush=True,
+            )
+    print(
+        "\n| mode | forward solve, s | with three sensitivities, s | sensitivities / solve |\n|---|---|---|---|"
+    )
+    for mode in ("axial", "torsional", "radial"):
+        (channel,), _ = Task(bench.case(mode), "yeoh").channels()
+        channel.model.set_parameters(bench.pseudo.TRUTH)
+        bare, whole = (least_time(channel, names) for names in ((), tuple(bench.pseudo.TRUTH)))
+        print(f"| {mode} | {bare:.3f} | {whole:.3f} | {(whole - bare) / bare:.2f} |", flush=True)
+
+
+def least_time(channel: Channel, names: tuple[str, ...]) -> float:
+    """Seconds of a sweep, the least of five."""
+    found = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        sweep(channel.model, channel.targets, sensitivity=names)
+        found.append(time.perf_counter() - begin)
+    return min(found)
+
+
+def coverage(bench: Bench, seeds: int) -> None:
+    """How often the 95 % intervals hold the truth, 1 % noise of the peak force.
+
+    Truth is what the default mesh finds from noise-free curves: intervals speak of noise, not of the mesh; the share
+    for the parameters that the curves were computed with is printed beside it.
+    """
+    certainty.POOR = np.inf  # the standard errors are what is tested; profiles take most of the time
+    print(
+        "| channels | parameter | inside, % | inside, mesh error included, % | standard deviation / mean error |"
+    )
+    print("|---|---|---|---|---|")
+    for modes in (("axial",), ("axial", "torsional")):
+        clean = identify(Task(bench.case(*modes), "yeoh"))
+        fits = [identify(Task(bench.case(*modes, noise=1.0, seed=seed), "yeoh")) for seed in range(seeds)]
+        for name, truth in bench.pseudo.TRUTH.items():
+            values = np.array([fit.parameters[name].value for fit in fits])
+            errors = np.array([fit.parameters[name].std for fit in fits])
+            own = clean.parameters[name].value
+            print(
+                f"| {', '.join(modes)} | {name} | {100 * np.mean(np.abs(values - own) < 1.96 * errors):.0f} "
+                f"| {100 * np.mean(np.abs(values - truth) < 1.96 * errors):.0f} "
+                f"| {np.std(values) / np.mean(errors):.2f} |",
+                flush=True,
+            )
+
+
+def main() -> int:
+    """Run one of the benchmarks."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("what", choices=("speed", "coverage"))
+    parser.add_argument("--seeds", type=int, default=50)
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        bench = Bench(Path(folder))
+        if given.what == "speed":
+            speed(bench)
+        else:
+            coverage(bench, given.seeds)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

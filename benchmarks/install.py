@@ -1,0 +1,46 @@
+"""Virtual environments for the peers, apart from bushcli's own: $BUSHCLI_HOME/bench/NAME."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+PACKAGES = {"ngsolve": ["ngsolve"], "felupe": ["felupe"]}
+
+
+def home() -> Path:
+    """Where the environments are kept."""
+    data = Path(os.environ.get("XDG_DATA_HOME", Path.home() / ".local" / "share"))
+    return Path(os.environ.get("BUSHCLI_HOME", data / "bushcli")) / "bench"
+
+
+def interpreter(peer: str) -> Path:
+    """Python that imports the peer, installed from PyPI where it is missing; raises RuntimeError where it cannot be."""
+    folder = home() / f"{peer}-{sys.version_info.major}.{sys.version_info.minor}"
+    python = folder / "bin" / "python"
+    if (folder / "complete").exists():
+        return python
+    print(f"installing {peer} in {folder}", file=sys.stderr)
+    steps = (
+        [sys.executable, "-m", "venv", "--clear", str(folder)],
+        [str(python), "-m", "pip", "install", "-q", "--disable-pip-version-check", *PACKAGES[peer]],
+    )
+    for step in steps:
+        done = subprocess.run(step, capture_output=True, text=True)
+        if done.returncode:
+            raise RuntimeError(f"{peer} could not be installed: {done.stderr.strip()[-300:]}")
+    (folder / "complete").touch()
+    return python
+
+
+def calculix() -> str:
+    """The program `ccx`: $CCX, or on the PATH (Debian: apt-get install calculix-ccx); RuntimeError without it."""
+    program = os.environ.get("CCX") or shutil.which("ccx")
+    if program is None:
+        raise RuntimeError(
+            "no ccx on the PATH: apt-get install calculix-ccx (Debian 12 has it), or CCX=/path/to/ccx"
+        )
+    return program
