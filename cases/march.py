@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 TOLERANCE = 1e-8
 # A step cut back to this share of the program's largest step is given up.
 SMALLEST_CUT = 1.0 / 256
+# Before that, so many times per target, a whole step is tried from the last state without looking back.
+LEAPS = 1
 # Few iterations of Newton, by SNES, mean that a step was easy, and the next may grow.
 EASY_NEWTON = 4
 # Parabola through the last three: a cubic overshoots where the free surface folds.
@@ -117,6 +119,10 @@ class _Path:
         self.q = [*[self.q[i] for i in keep][-(PREDICTOR_STATES - 1) :], q]
         self.x = [*[self.x[i] for i in keep][-(PREDICTOR_STATES - 1) :], x]
 
+    def forget(self) -> None:
+        """Keep the newest point alone."""
+        self.q, self.x = self.q[-1:], self.x[-1:]
+
     def extrapolate(self, q: float) -> Array:
         """Lagrange polynomial through the points, at q."""
         nodes = np.array(self.q)
@@ -180,7 +186,8 @@ def _march(
     known.add(0.0, model.state.x.array.copy())
     q = 0.0
     rate: Array | None = None
-    smallest = SMALLEST_CUT * max(float(np.abs(np.diff(targets, prepend=0.0)).max()), 1e-12)
+    widest = max(float(np.abs(np.diff(targets, prepend=0.0)).max()), 1e-12)
+    smallest = SMALLEST_CUT * widest
     step = np.inf
 
     def history() -> History:
@@ -204,13 +211,14 @@ def _march(
 
     balance = (0.0, 0.0)
     for number, target in enumerate(targets):
-        newton = 0
+        newton = leaps = 0
         while True:
             goal = target if abs(target - q) <= step * (1 + 1e-9) else q + np.copysign(step, target - q)
             if len(known.q) > 1:
                 guess = known.extrapolate(goal)
             else:
                 if rate is None and goal != q:
+                    model.state.x.array[:] = known.x[-1]
                     rate = solver.tangent_rate()
                 guess = known.x[-1] + (0.0 if rate is None else (goal - q) * rate)
             begin = time.perf_counter()
@@ -227,6 +235,13 @@ def _march(
                     break
                 continue
             step = 0.5 * abs(goal - q)
+            if step < smallest and leaps < LEAPS:
+                # A fold of the free surface has no equilibrium near this one: look beyond it, from this state.
+                leaps += 1
+                step = widest
+                known.forget()
+                rate = None
+                continue
             if step < smallest:
                 # What was reached beyond the last target belongs to the curve; derivatives are of targets only.
                 if rows and q != rows[-1][0] and not sensitivity.names:
