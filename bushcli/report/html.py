@@ -136,9 +136,9 @@ def by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
 
 def _embedded(picture: Picture) -> str:
     """A data address: lines stay sharp as SVG, shaded bodies are smaller as PNG."""
-    if picture.kind in ("curve", "coupons"):
-        return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
-    return "data:image/png;base64," + base64.b64encode(picture.png).decode()
+    if picture.kind in ("mesh", "deformed"):
+        return "data:image/png;base64," + base64.b64encode(picture.png).decode()
+    return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
 
 
 @cache

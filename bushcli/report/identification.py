@@ -44,13 +44,21 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
         "bic": information_criterion(best),
         "effective_samples": sum(effective_samples(c) for c in best.curves if not c.held_out),
     }
+    document["leverage"] = {channel: dict(changes) for channel, changes in best.leverage.items()}
+    document["profile_sweeps"] = best.profile_sweeps
     document["end_points"] = [
         {"start": dict(e.start), "parameters": dict(e.parameters), "cost": e.cost, "message": e.message}
         for e in best.end_points
     ]
     document["profiles"] = [{"name": p.name, "values": p.values, "rise": p.rise} for p in best.profiles]
     document["evaluations"] = [
-        {"number": e.number, "parameters": dict(e.parameters), "cost": e.cost, "best": e.best}
+        {
+            "number": e.number,
+            "parameters": dict(e.parameters),
+            "cost": e.cost,
+            "best": e.best,
+            "stage": e.stage,
+        }
         for e in best.evaluations
     ]
     if len(fits) > 1:

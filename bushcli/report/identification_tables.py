@@ -82,6 +82,17 @@ def correlation_table(fit: Fit) -> Table:
     return Table("Correlation", ("", *names), tuple(rows))
 
 
+def leverage_table(fit: Fit) -> Table:
+    """What an error of 1 % in the force of one channel does to the parameters."""
+    names = tuple(fit.parameters)
+    rows = [
+        (channel, *(f"{100 * changes[name]:+.1f} %" if name in changes else "-" for name in names))
+        for channel, changes in fit.leverage.items()
+    ]
+    title = "Change of the parameters if the force of a channel were 1 % larger"
+    return Table(title, ("channel", *names), tuple(rows))
+
+
 def model_table(fits: Sequence[Fit]) -> Table:
     """Laws, best first."""
     names = list(dict.fromkeys(curve.name for fit in fits for curve in fit.curves))

@@ -114,6 +114,9 @@ def write_inverse(
     InputError
         As `write_direct`.
     """
+    from bushcli.report.figures.identification import inverse_figures
+    from bushcli.report.identification_html import inverse_html
+
     best = fits[0]
     names = file_names([curve.name for curve in best.curves])
     files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
@@ -126,6 +129,11 @@ def write_inverse(
             heads.append(f"started_{force}")
             columns.append(curve.started.force)
         files[f"{names[curve.name]}-identified.csv"] = _table(heads, columns)
+    pictures = inverse_figures(fits, names)
+    for picture in pictures:
+        files[f"{picture.name}.png"] = _bytes(picture.png)
+        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files[REPORT] = _text(inverse_html(result, case, fits, pictures))
     return _write(directory, files, case)
 
 

@@ -17,7 +17,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-Kind = Literal["curve", "coupons", "mesh", "deformed"]
+Kind = Literal[
+    "curve", "coupons", "mesh", "deformed", "ranking", "profiles", "correlation", "convergence", "starts"
+]
 
 # Okabe and Ito's palette, told apart with any colour vision: https://jfly.uni-koeln.de/color/
 BLACK, BLUE, ORANGE, GREEN, RED = "#1a1a1a", "#0072B2", "#E69F00", "#009E73", "#D55E00"

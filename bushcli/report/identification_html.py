@@ -1,0 +1,51 @@
+"""Identified laws -> one HTML page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from bushcli.casefile import Case
+from bushcli.inverse import Fit
+from bushcli.report.figures.picture import Picture
+from bushcli.report.html import Section, by_kind, page
+from bushcli.report.identification_tables import curve_table, estimate_table, leverage_table, model_table
+from bushcli.report.identification_words import answer, determined, search
+from bushcli.report.tables import curves_of
+
+
+def inverse_html(
+    result: Mapping[str, Any], case: Case, fits: Sequence[Fit], pictures: Iterable[Picture]
+) -> str:
+    """Return the page of identified laws, best first.
+
+    Parameters
+    ----------
+    result
+        What `inverse_json` returned.
+    """
+    best, kinds = fits[0], by_kind(pictures)
+    found = answer(best)
+    sections = [
+        Section(
+            f"Parameters identified from {curves_of(best)}",
+            tables=[estimate_table(best)],
+            note="Standard errors are from the misfit that is left, its autocorrelation included; the 95 % interval is "
+            "given where a parameter is poorly determined, from its profile.",
+        ),
+        Section("Curves before and after", kinds.get("curve", []), [curve_table(best)]),
+    ]
+    if len(fits) > 1:
+        note = (
+            "BIC: a law is clearly better when its number is lower by 6 or more. What was held out decides where there "
+            "is any: it was not seen by the identification."
+        )
+        sections.append(Section("Laws compared", kinds.get("ranking", []), [model_table(fits)], note))
+    doubtful = [*kinds.get("correlation", []), *kinds.get("profiles", [])]
+    tables = [leverage_table(best)] if best.leverage else []
+    open_ones = " ".join(f"{c.text[:1].upper()}{c.text[1:]}." for c in best.undetermined)
+    note = " ".join([*determined(best), open_ones]).strip()
+    sections.append(Section("What the curves determine", doubtful, tables, note))
+    searched = [*kinds.get("convergence", []), *kinds.get("starts", [])]
+    sections.append(Section("The search", searched, note=". ".join(search(best)) + "."))
+    return page(result, case, best.material, f"{found.headline}.", found.lines, found.tone, sections)
