@@ -119,7 +119,7 @@ def test_a_poor_scale_costs_nothing_but_the_scaling(reference, factor, method):
     ids=str,
 )
 def test_start_a_factor_of_ten_off_in_every_parameter(reference, factors):
-    """Each by its own; the three combinations left out have no equilibrium over the range: the law softens to nothing."""
+    """Each by its own; the three combinations left out soften to nothing and have no equilibrium over the range."""
     case, best = reference
     start = {name: f * value for f, (name, value) in zip(factors, TRUTH.items(), strict=True)}
     fit = from_start(case, start)
@@ -166,7 +166,7 @@ def test_a_fixed_parameter_keeps_its_start(experiment):
 @pytest.mark.parametrize(
     ("known", "other", "limit"),
     [
-        # Both strain the rubber in shear, torsion less than the axial recording: 0.06 % measured, the axial mesh's error.
+        # Both shear the rubber, torsion less than the axial recording: 0.06 % measured, the axial mesh error.
         ("axial", "torsional", 0.2),
         # 0.14 % measured: the axial mesh errs by -0.13 % in the force, the radial one by +0.2 %.
         ("axial", "radial", 0.5),

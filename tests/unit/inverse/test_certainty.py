@@ -1,0 +1,105 @@
+"""Autocorrelation, intervals and leverage, against what is known of them on paper."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bushcli.inverse.certainty import RISE_95, autocorrelation_time, interval, leverage
+from bushcli.inverse.result import Profile
+
+
+def test_white_noise_has_no_memory():
+    error = np.random.default_rng(0).standard_normal(20_000)
+    # The standard error of the time of n samples within a window w is sqrt(2 (2 w + 1) / n), here 3 %.
+    assert autocorrelation_time(error) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("rho", [0.3, 0.6, 0.9])
+def test_first_order_autoregression_in_closed_form(rho):
+    """The sum over all lags of rho^|k| is (1 + rho) / (1 - rho)."""
+    rng = np.random.default_rng(1)
+    error = np.zeros(40_000)
+    for i, shock in enumerate(rng.standard_normal(len(error) - 1)):
+        error[i + 1] = rho * error[i] + shock
+    # rho = 0.9: window 95, standard error sqrt(2 * 191 / 40000) = 10 %; Sokal's window leaves exp(-5) out.
+    assert autocorrelation_time(error) == pytest.approx((1 + rho) / (1 - rho), rel=0.2)
+
+
+@pytest.mark.parametrize(
+    "error", [np.zeros(50), np.ones(50), np.arange(5.0)], ids=["zero", "constant", "short"]
+)
+def test_nothing_to_correlate(error):
+    assert autocorrelation_time(error) == 1.0
+
+
+def test_autocorrelation_is_limited_by_the_recording():
+    assert autocorrelation_time(np.linspace(-1, 1, 100)) <= 25.0
+
+
+@pytest.mark.parametrize("points", [5, 6, 9])
+def test_interval_of_a_parabola_is_exact(points):
+    """Rise ((v - m) / s)^2 crosses 3.841 at m +- 1.96 s; its root is linear, so interpolation is exact."""
+    m, s = 0.7, 0.02
+    values = np.unique(np.append(m + 2.5 * s * np.linspace(-1, 1, points), m))
+    low, high = interval(Profile("C10", values, ((values - m) / s) ** 2))
+    assert low == pytest.approx(m - np.sqrt(RISE_95) * s, rel=1e-12)
+    assert high == pytest.approx(m + np.sqrt(RISE_95) * s, rel=1e-12)
+
+
+def test_interval_that_is_open_on_one_side():
+    values = np.linspace(-1.0, 1.0, 5)
+    low, high = interval(Profile("C30", values, np.where(values > 0, 16 * values**2, 0.1 * values**2)))
+    assert low == -np.inf
+    assert 0 < high < 1
+
+
+def test_no_interval_where_nothing_is_crossed():
+    values = np.linspace(-1.0, 1.0, 5)
+    assert interval(Profile("C30", values, 0.1 * values**2)) is None
+
+
+def test_points_that_could_not_be_refitted_do_not_count():
+    values = np.linspace(-2.5, 2.5, 11)
+    rise = values**2
+    rise[[0, 10]] = np.nan
+    low, high = interval(Profile("C20", values, rise))
+    assert (low, high) == pytest.approx((-np.sqrt(RISE_95), np.sqrt(RISE_95)), rel=1e-9)
+
+
+class Linear:
+    """Two channels whose forces are linear in two parameters."""
+
+    names = ("a", "b")
+
+    def __init__(self):
+        q = np.linspace(0.1, 1.0, 20)
+        self.slopes = [np.column_stack([q, q**3]), np.column_stack([2 * q, 0.5 * q**2])]
+        self.channels = [
+            SimpleNamespace(name=name, scale=np.full(20, scale))
+            for name, scale in (("one", 0.1), ("two", 0.3))
+        ]
+
+    def forces(self, x):
+        return [(slope @ x, slope) for slope in self.slopes]
+
+    def solve(self, targets):
+        weights = [1 / (c.scale * np.sqrt(20)) for c in self.channels]
+        rows = np.vstack([s * w[:, None] for s, w in zip(self.slopes, weights, strict=True)])
+        wanted = np.concatenate([t * w for t, w in zip(targets, weights, strict=True)])
+        return np.linalg.lstsq(rows, wanted, rcond=None)[0]
+
+
+def test_leverage_against_a_finite_change_of_a_force():
+    """Raise the force of a channel by 1 % and fit again: for a linear model the first order is all there is."""
+    problem, x = Linear(), np.array([2.0, -0.5])
+    found = leverage(problem, x)
+    clean = [force for force, _ in problem.forces(x)]
+    for i, name in enumerate(("one", "two")):
+        moved = problem.solve([force * (1.01 if k == i else 1.0) for k, force in enumerate(clean)])
+        assert list(found[name].values()) == pytest.approx(list(moved / x - 1), rel=1e-9)
+    # All channels together only scale the law.
+    for parameter in problem.names:
+        assert sum(changes[parameter] for changes in found.values()) == pytest.approx(0.01, rel=1e-9)

@@ -1,0 +1,70 @@
+"""Evaluations on disk."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from bushcli.errors import InputError
+from bushcli.inverse.channel import Answer
+from bushcli.inverse.journal import Journal
+
+X = np.array([0.1 + 0.2, -1 / 3, 7e-3])
+ANSWER = Answer(np.array([0.0, 1.0]), np.array([0.0, np.pi]), np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 1 / 3]]))
+
+
+def test_round_trip_is_exact_to_the_bit(tmp_path):
+    file = tmp_path / "run" / "history.jsonl"
+    Journal(file, {"case": 1}, resume=False).add(X, [ANSWER])
+    (found,) = Journal(file, {"case": 1}, resume=True).find(X)
+    assert np.array_equal(found.displacement, ANSWER.displacement)
+    assert np.array_equal(found.force, ANSWER.force)
+    assert np.array_equal(found.slope, ANSWER.slope)
+
+
+def test_other_parameters_are_not_known(tmp_path):
+    journal = Journal(tmp_path / "h.jsonl", {}, resume=False)
+    journal.add(X, [ANSWER])
+    assert journal.find(np.nextafter(X, 1.0)) is None
+
+
+def test_a_failure_is_remembered_as_one(tmp_path):
+    file = tmp_path / "h.jsonl"
+    Journal(file, {}, resume=False).add(X, [])
+    assert Journal(file, {}, resume=True).find(X) == []
+
+
+def test_every_evaluation_is_on_disk_at_once_and_nothing_else_is_left(tmp_path):
+    file = tmp_path / "h.jsonl"
+    journal = Journal(file, {}, resume=False)
+    for i in range(3):
+        journal.add(X + i, [ANSWER])
+        assert len(file.read_text(encoding="utf-8").splitlines()) == i + 2
+    assert [path.name for path in tmp_path.iterdir()] == ["h.jsonl"]
+
+
+def test_without_resume_a_new_history_is_begun(tmp_path):
+    file = tmp_path / "h.jsonl"
+    Journal(file, {}, resume=False).add(X, [ANSWER])
+    assert Journal(file, {}, resume=False).find(X) is None
+
+
+def test_resuming_what_never_began_begins(tmp_path):
+    assert Journal(tmp_path / "h.jsonl", {}, resume=True).find(X) is None
+
+
+def test_history_of_another_run_is_refused(tmp_path):
+    file = tmp_path / "h.jsonl"
+    Journal(file, {"model": "yeoh"}, resume=False).add(X, [ANSWER])
+    with pytest.raises(InputError, match="another case, law or option"):
+        Journal(file, {"model": "ogden"}, resume=True)
+
+
+@pytest.mark.parametrize("text", ["nonsense\n", "[1, 2]\n", json.dumps({"other": 1}) + "\n"])
+def test_what_is_not_a_history_is_refused(tmp_path, text):
+    file = tmp_path / "h.jsonl"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="not a history"):
+        Journal(file, {}, resume=True)

@@ -1,0 +1,71 @@
+"""What is identified from what: names, bounds, and errors that say what would be valid."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from bushcli.casefile import load_case
+from bushcli.errors import InputError
+from bushcli.inverse import Task
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "batch" / "case.toml"
+
+
+@pytest.fixture(scope="module")
+def case():
+    return load_case(EXAMPLE)
+
+
+def test_unknown_law_names_the_nearest(case):
+    with pytest.raises(InputError, match='"yeho" is not a law; did you mean "yeoh"'):
+        _ = Task(case, "yeho").law
+
+
+def test_unknown_start_value_names_the_parameters(case):
+    with pytest.raises(InputError, match=r"C11 is not a parameter of yeoh; .*C10, C20, C30"):
+        Task(case, "yeoh", start={"C11": 1.0}).vectors()
+
+
+def test_unknown_channel_names_the_channels(case):
+    with pytest.raises(InputError, match=r'"radiel" is not a channel of this case; did you mean "radial"'):
+        Task(case, "yeoh", hold_out=("radiel",)).channels()
+
+
+def test_holding_out_everything_leaves_nothing(case):
+    with pytest.raises(InputError, match="leaves no channel to fit"):
+        Task(case, "yeoh", hold_out=("axial", "radial")).channels()
+
+
+def test_a_case_without_recordings(case):
+    with pytest.raises(InputError, match=r"no \[\[recordings\]\]"):
+        Task(replace(case, recordings=()), "yeoh").channels()
+
+
+def test_a_case_without_coupons(case):
+    with pytest.raises(InputError, match=r"no \[\[coupons\]\]"):
+        Task(replace(case, coupons=()), "yeoh", "coupons").channels()
+
+
+def test_names_and_vectors_leave_out_what_is_fixed(case):
+    task = Task(case, "yeoh", start={"C10": 0.3}, fixed=("C20",), bulk_modulus=True)
+    assert task.names == ("C10", "C30", "compliance")
+    start, lower, upper = task.vectors()
+    assert start == pytest.approx([0.3, task.law.parameter("C30").start, 1 / 2000.0])
+    assert (lower <= start).all()
+    assert (start <= upper).all()
+
+
+def test_channels_that_are_held_out_are_apart(case):
+    fitted, held_out = Task(case, "yeoh", hold_out=("radial",)).channels(coarse=True)
+    assert [channel.name for channel in fitted] == ["axial"]
+    assert [channel.name for channel in held_out] == ["radial"]
+
+
+def test_identity_tells_runs_apart_that_differ_in_what_they_find(case):
+    base = Task(case, "yeoh").identity()
+    assert base == Task(case, "yeoh", workers=2).identity()
+    for other in ({"fixed": ("C30",)}, {"hold_out": ("radial",)}, {"seed": 1}, {"start": {"C10": 1.0}}):
+        assert Task(case, "yeoh", **other).identity() != base
