@@ -116,7 +116,7 @@ def page(
             lines=lines,
             tone=tone,
             problems=result["problems"],
-            conditions=conditions(case, material),
+            conditions=conditions(case, material, "recordings" if result["command"] == "inverse" else ""),
             path=str(case.path),
             sections=[section for section in sections if section.pictures or section.tables],
             case=json.dumps(result["case"], indent=2, ensure_ascii=False),

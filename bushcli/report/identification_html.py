@@ -37,7 +37,7 @@ def inverse_html(
     ]
     if len(fits) > 1:
         note = (
-            "BIC: a law is clearly better when its number is lower by 6 or more. What was held out decides where there "
+            "BIC over the smallest: 6 or more is clearly worse. What was held out decides where there "
             "is any: it was not seen by the identification."
         )
         sections.append(Section("Laws compared", kinds.get("ranking", []), [model_table(fits)], note))

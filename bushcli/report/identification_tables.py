@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from bushcli.inverse import Estimate, Fit
@@ -94,20 +95,22 @@ def leverage_table(fit: Fit) -> Table:
 
 
 def model_table(fits: Sequence[Fit]) -> Table:
-    """Laws, best first."""
+    """Laws, best first; the information criterion over the smallest one."""
     names = list(dict.fromkeys(curve.name for fit in fits for curve in fit.curves))
     held = {curve.name for fit in fits for curve in fit.curves if curve.held_out}
     order = [name for name in names if name not in held] + [name for name in names if name in held]
+    scores = [information_criterion(fit) for fit in fits]
+    least = min((score for score in scores if math.isfinite(score)), default=0.0)
     rows = []
-    for fit in fits:
+    for fit, score in zip(fits, scores, strict=True):
         rms = {curve.name: curve.rms_percent for curve in fit.curves}
         rows.append(
             (
                 fit.material.law,
                 str(len(fit.parameters)),
                 *(percent(rms.get(name)) for name in order),
-                number(fit.cost),
-                f"{information_criterion(fit):.0f}",
+                number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-",
+                f"{score - least:+.0f}",
                 "yes" if fit.converged else "no",
                 ", ".join(dict.fromkeys(c.name for c in fit.conditions if not c.name.startswith("held_out"))),
             )
@@ -116,7 +119,7 @@ def model_table(fits: Sequence[Fit]) -> Table:
         "law",
         "parameters",
         *(f"{name} (held out)" if name in held else name for name in order),
-        *("cost", "BIC", "converged", "problems"),
+        *("misfit/noise", "BIC", "converged", "problems"),
     )
     by = "prediction of what was held out" if held else "BIC"
     return Table(f"Laws, best first by {by}", heads, tuple(rows))

@@ -17,6 +17,8 @@ from forms.law import law
 
 # A curve is met to its noise when the misfit is at most this many times as large: the noise is an estimate too.
 MET = 1.3
+# So many parameters go into the headline; more of them would hide it.
+_IN_HEADLINE = 3
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,8 @@ def answer(fit: Fit) -> Answer:
             f"{them} met closely, not to {'its' if len(fitted) == 1 else 'their'} noise ({'; '.join(off)})",
             "plain",
         )
+    if len(fit.parameters) > _IN_HEADLINE:
+        return Answer(met, (f"{values}.", *_lines(fit)), tone)
     return Answer(f"{met}: {values}", tuple(_lines(fit)), tone)
 
 
@@ -145,5 +149,5 @@ def search(fit: Fit) -> list[str]:
     return [
         f"{fit.method}: {'converged' if fit.converged else 'not converged'} after {fit.iterations} iterations{starts}, "
         f"{fit.sweeps} sweeps, {fit.forward_solves} forward solves{failed}, {fit.seconds:.1f} s"
-        + (f" ({fit.message})" if fit.message else "")
+        + (f" ({fit.message.rstrip('.').replace('`', '')})" if fit.message else "")
     ]

@@ -59,13 +59,15 @@ def mesh_table(meshes: Sequence[Meshed]) -> Table:
     return Table("Meshes", ("mesh", "for", "boundaries", "elements", "nodes"), rows, left=3)
 
 
-def conditions(case: Case, material: Material | None = None) -> list[tuple[str, str]]:
+def conditions(case: Case, material: Material | None = None, source: str = "") -> list[tuple[str, str]]:
     """What was simulated, as names and values in words.
 
     Parameters
     ----------
     material
         The rubber that was used, where it is not the case's own.
+    source
+        What it was identified from; the coupon tests where that is not said and the case gives no parameters.
     """
     shape = case.geometry
     entries = shape.model_dump()
@@ -81,8 +83,8 @@ def conditions(case: Case, material: Material | None = None) -> list[tuple[str, 
     parameters = ", ".join(f"{name} = {value:.4g}" for name, value in used.parameters.items())
     if not parameters:
         parameters = "to be identified from the coupon tests"
-    elif not case.material.parameters:
-        parameters += " (identified from the coupon tests)"
+    elif source or not case.material.parameters:
+        parameters += f" (identified from the {source or 'coupon tests'})"
     bulk = number(used.bulk_modulus, 4)
     rows.append(("law", f"{used.law}: {parameters}"))
     rows.append(

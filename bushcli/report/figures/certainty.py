@@ -57,7 +57,7 @@ def profile_figure(fit: Fit) -> Figure:
         for axes in panels[len(fit.profiles) :]:
             axes.set_visible(False)
         figure.suptitle(
-            "Profiles: rise of the misfit with all other parameters refitted",
+            "Profile likelihood",
             fontsize=12,
             fontweight="bold",
             x=0.01,
@@ -91,7 +91,7 @@ def _panel(axes: Axes, fit: Fit, profile: Profile, estimate: Estimate) -> None:
     top = max(1.6 * RISE_95, min(float(rise.max(initial=0.0)) * 1.1, 4 * RISE_95))
     axes.set(
         xlabel=literal(profile.name if unit == "1" else f"{profile.name} [{unit}]"),
-        ylabel="rise [chi square]",
+        ylabel="rise of the misfit [chi square],\nall others refitted",
         ylim=(-0.04 * top, top),
     )
     axes.locator_params(axis="x", nbins=5)

@@ -59,10 +59,14 @@ def inverse_figures(fits: Sequence[Fit], names: Mapping[str, str]) -> tuple[Pict
         found.append(picture("ranking", "ranking", "Misfit of each law", ranking_figure(fits)))
     if best.profiles:
         title = "Profiles of the poorly determined parameters"
-        found.append(picture("profiles", "profiles", title, profile_figure(best)))
+        found.append(
+            picture(
+                "profiles", "profiles" if len(best.profiles) > 1 else "certainty", title, profile_figure(best)
+            )
+        )
     if len(best.parameters) > 1:
         title = "Correlation of the parameters' errors"
-        found.append(picture("correlation", "correlation", title, correlation_figure(best)))
+        found.append(picture("correlation", "certainty", title, correlation_figure(best)))
     if best.evaluations:
         found.append(picture("convergence", "convergence", "The search", convergence_figure(best)))
     if len(best.end_points) > 1:
@@ -95,18 +99,27 @@ def fitted_figure(curve: FittedCurve) -> Figure:
             shown.shown(curve.recording.displacement),
             curve.recording.force,
             color=BLACK,
-            lw=0 if few else 1.0,
+            lw=0 if few else 0.9,
             marker="o" if few else "",
             ms=3.5,
             label="recorded",
-            zorder=2.5,
+            # On top and thin: where the curve is met, both are seen.
+            zorder=3.5,
         )
         _before(above, curve, shown)
         q, force = smooth(curve.smooth or curve.fitted)
         label = "predicted (held out)" if curve.held_out else "after"
         above.plot(
-            shown.shown(q), force, color=BLUE, label=f"{label}: {percent(curve.rms_percent)} rms", zorder=3
+            shown.shown(q),
+            force,
+            color=BLUE,
+            lw=3.0,
+            alpha=0.75,
+            label=f"{label}: {percent(curve.rms_percent)} rms",
+            zorder=3,
         )
+        reach = float(np.ptp(curve.recording.displacement)) * shown.per_internal
+        above.set_xlim(float(shown.shown(q).min()) - 0.04 * reach, float(shown.shown(q).max()) + 0.04 * reach)
         above.set(ylabel=shown.force_label, title=literal(fitted_title(curve)))
         legend(above, loc="upper left")
         _left(below, curve, shown)
@@ -143,9 +156,9 @@ def _left(axes: Axes, curve: FittedCurve, shown: Quantities) -> None:
     noise = float(np.nan_to_num(curve.noise_percent))
     axes.axhspan(-2 * noise, 2 * noise, color=LIGHT, lw=0)
     axes.axhline(0, color=GREY, lw=0.8)
-    few = len(difference) <= _SEPARATE
+    # Dots: lines from cycle to cycle would hide whether what is left follows the displacement.
     q = shown.shown(curve.recording.displacement)
-    axes.plot(q, difference, color=RED, lw=0.9, marker="o" if few else "", ms=2.5)
+    axes.plot(q, difference, "o", color=RED, ms=2.2 if len(difference) > _SEPARATE else 3.5, mew=0)
     reach = 1.15 * max(3 * noise, float(np.abs(difference).max()), 1e-3)
     axes.set(
         xlabel=shown.displacement_label,

@@ -18,7 +18,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 Kind = Literal[
-    "curve", "coupons", "mesh", "deformed", "ranking", "profiles", "correlation", "convergence", "starts"
+    "curve", "coupons", "mesh", "deformed", "ranking", "certainty", "profiles", "convergence", "starts"
 ]
 
 # Okabe and Ito's palette, told apart with any colour vision: https://jfly.uni-koeln.de/color/

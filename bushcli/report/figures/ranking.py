@@ -61,7 +61,7 @@ def ranking_figure(fits: Sequence[Fit]) -> Figure:
                 )
             axes.set_xscale("log")
             axes.set_xlim(left, right)
-            axes.xaxis.set_major_locator(LogLocator(subs=(1.0,), numticks=6))
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if right < 50 * left else (1.0,)))
             axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axes.xaxis.set_minor_formatter(NullFormatter())
             axes.grid(False, axis="y")
@@ -69,11 +69,12 @@ def ranking_figure(fits: Sequence[Fit]) -> Figure:
             axes.set_title(literal(title), fontsize=10.5, fontweight="normal", pad=16)
             axes.set_xlabel("rms misfit [% of the force range]")
         panels[0].set_yticks(at, laws)
-        panels[0].tick_params(axis="y", length=0)
+        for axes in panels:
+            axes.tick_params(axis="y", length=0)
         panels[0].invert_yaxis()
-        unfinished = " Grey: not converged." if not all(fit.converged for fit in fits) else ""
+        unfinished = "; grey: not converged" if not all(fit.converged for fit in fits) else ""
         figure.suptitle(
-            f"Laws by misfit, best first (number of parameters).{unfinished}",
+            f"Laws by misfit, best first (number of parameters){unfinished}",
             fontsize=12,
             fontweight="bold",
             x=0.01,

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from bushcli.inverse import Evaluation, Fit
@@ -17,6 +19,10 @@ from bushcli.report.quantity import number
 
 Array = NDArray[np.float64]
 
+# Outside, where no curve can hide behind it.
+_BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.03), "frameon": False}
+# Ratios worth a label on an axis that is linear up to two and logarithmic beyond.
+_RATIOS = [sign * ratio for sign in (-1, 1) for ratio in (1, 2, 10, 100, 1000, 1e4)] + [0]
 # More evaluations than this are drawn without a mark on each.
 _SEPARATE = 60
 # Ends whose misfits differ by less than this ratio share one colour: their differences mean nothing.
@@ -32,11 +38,11 @@ def convergence_figure(fit: Fit) -> Figure:
         # Misfit in units of the noise, as the progress shows it: the cost is its square.
         misfit = np.sqrt([e.cost for e in fit.evaluations])
         profiles = np.array([e.stage == "profile" for e in fit.evaluations])
-        for axes in (above, below):
-            _shade(axes, number_of, profiles)
+        _shade(above, number_of, profiles, "for the profiles")
+        _shade(below, number_of, profiles)
         _misfit(above, number_of, misfit, profiles)
         _parameters(below, fit, number_of, fit.evaluations)
-        below.set(xlabel="evaluation of all channels")
+        below.set(xlabel="evaluation of all channels", xlim=(0.5, float(number_of.max()) + 0.5))
         below.xaxis.set_major_locator(MaxNLocator(integer=True))
         end = "converged" if fit.converged else "not converged"
         above.set_title(
@@ -48,12 +54,10 @@ def convergence_figure(fit: Fit) -> Figure:
         return figure
 
 
-def _shade(axes: Axes, number_of: Array, profiles: NDArray[np.bool_]) -> None:
+def _shade(axes: Axes, number_of: Array, profiles: NDArray[np.bool_], label: str | None = None) -> None:
     if profiles.any():
         first = float(number_of[profiles].min()) - 0.5
-        axes.axvspan(
-            first, float(number_of.max()) + 0.5, color=LIGHT, lw=0, zorder=0, label="for the profiles"
-        )
+        axes.axvspan(first, float(number_of.max()) + 0.5, color=LIGHT, lw=0, zorder=0, label=label)
 
 
 def _misfit(axes: Axes, number_of: Array, misfit: Array, profiles: NDArray[np.bool_]) -> None:
@@ -87,7 +91,7 @@ def _misfit(axes: Axes, number_of: Array, misfit: Array, profiles: NDArray[np.bo
             label="not solvable",
         )
     axes.set(ylabel="misfit / noise")
-    legend(axes, loc="upper right", ncols=2)
+    legend(axes, **_BESIDE)
 
 
 def _parameters(axes: Axes, fit: Fit, number_of: Array, evaluations: tuple[Evaluation, ...]) -> None:
@@ -109,9 +113,11 @@ def _parameters(axes: Axes, fit: Fit, number_of: Array, evaluations: tuple[Evalu
         )
     # Linear around one, logarithmic beyond: starts may be off by factors of hundreds.
     axes.set_yscale("symlog", linthresh=2.0, linscale=2.0)
+    axes.yaxis.set_major_locator(FixedLocator(_RATIOS))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.axhline(1.0, color=GREY, lw=0.8)
     axes.set(ylabel="parameter /\nidentified value")
-    legend(axes, loc="upper right", ncols=min(len(fit.parameters), 4))
+    legend(axes, **_BESIDE)
 
 
 def ends_figure(fit: Fit) -> Figure:
