@@ -222,7 +222,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
                 "lower": estimate.lower,
                 "upper": estimate.upper,
                 "at_bound": estimate.at_bound,
-                "interval": estimate.interval,
+                "interval": _interval(estimate.interval),
                 "unit": parameter_unit(chosen, name),
             }
             for name, estimate in fit.parameters.items()
@@ -251,6 +251,11 @@ def fit_part(fit: Fit) -> dict[str, Any]:
             ],
         },
     }
+
+
+def _interval(found: tuple[float, float] | None) -> list[float | None] | None:
+    """An interval; None for an end that was not found."""
+    return None if found is None else [end if math.isfinite(end) else None for end in found]
 
 
 def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:

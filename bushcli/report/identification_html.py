@@ -41,7 +41,7 @@ def inverse_html(
             "is any: it was not seen by the identification."
         )
         sections.append(Section("Laws compared", kinds.get("ranking", []), [model_table(fits)], note))
-    doubtful = [*kinds.get("correlation", []), *kinds.get("profiles", [])]
+    doubtful = [*kinds.get("certainty", []), *kinds.get("profiles", [])]
     tables = [leverage_table(best)] if best.leverage else []
     open_ones = " ".join(f"{c.text[:1].upper()}{c.text[1:]}." for c in best.undetermined)
     note = " ".join([*determined(best), open_ones]).strip()

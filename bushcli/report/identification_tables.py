@@ -40,7 +40,9 @@ def _interval(estimate: Estimate) -> str:
     if estimate.interval is None:
         return "-"
     low, high = estimate.interval
-    return f"{number(low)} to {number(high)}"
+    if not math.isfinite(low):
+        return f"below {number(high)}"
+    return f"{number(low)} to {number(high)}" if math.isfinite(high) else f"above {number(low)}"
 
 
 def _flags(estimate: Estimate) -> str:

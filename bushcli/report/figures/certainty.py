@@ -86,6 +86,17 @@ def _panel(axes: Axes, fit: Fit, profile: Profile, estimate: Estimate) -> None:
         root = np.sign(values - estimate.value) * np.sqrt(np.maximum(rise, 0.0))
         axes.plot(q, PchipInterpolator(values, root)(q) ** 2, color=BLUE)
     axes.plot(values, rise, "o", color=BLUE, ms=4, label="refitted")
+    if not good.all():
+        # Along the upper edge: they have no misfit to be drawn at.
+        axes.plot(
+            profile.values[~good],
+            np.full((~good).sum(), 0.95),
+            "X",
+            color=RED,
+            ms=7,
+            transform=axes.get_xaxis_transform(),
+            label="not solvable",
+        )
     axes.axvline(estimate.value, color=BLUE, lw=0.8)
     unit = parameter_unit(law(fit.material.law), profile.name)
     top = max(1.6 * RISE_95, min(float(rise.max(initial=0.0)) * 1.1, 4 * RISE_95))

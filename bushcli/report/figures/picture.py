@@ -14,8 +14,10 @@ from typing import Any, Literal
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 Kind = Literal[
     "curve", "coupons", "mesh", "deformed", "ranking", "certainty", "profiles", "convergence", "starts"
@@ -98,6 +100,13 @@ def new_figure(width: float, height: float) -> Figure:
 def literal(text: str) -> str:
     """Return text that is drawn as it stands: a dollar sign of a user's title does not start a formula."""
     return text.replace("$", r"\$")
+
+
+def log_ticks(axis: Axis, low: float, high: float) -> None:
+    """Label a logarithmic axis with plain numbers, closer where it spans little."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50 * low else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def legend(axes: Axes, **options: Any) -> None:

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from bushcli.inverse import Fit
-from bushcli.report.figures.picture import BLACK, BLUE, GREY, ORANGE, literal, new_figure, style
+from bushcli.report.figures.picture import BLACK, BLUE, GREY, ORANGE, literal, log_ticks, new_figure, style
 from bushcli.report.quantity import percent
 
 
@@ -61,9 +60,7 @@ def ranking_figure(fits: Sequence[Fit]) -> Figure:
                 )
             axes.set_xscale("log")
             axes.set_xlim(left, right)
-            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if right < 50 * left else (1.0,)))
-            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axes.xaxis.set_minor_formatter(NullFormatter())
+            log_ticks(axes.xaxis, left, right)
             axes.grid(False, axis="y")
             title = f"{name} (held out)" if held_out else name
             axes.set_title(literal(title), fontsize=10.5, fontweight="normal", pad=16)

@@ -14,7 +14,18 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from bushcli.inverse import Evaluation, Fit
-from bushcli.report.figures.picture import BLACK, BLUE, GREY, LIGHT, RED, legend, literal, new_figure, style
+from bushcli.report.figures.picture import (
+    BLACK,
+    BLUE,
+    GREY,
+    LIGHT,
+    RED,
+    legend,
+    literal,
+    log_ticks,
+    new_figure,
+    style,
+)
 from bushcli.report.quantity import number
 
 Array = NDArray[np.float64]
@@ -78,6 +89,7 @@ def _misfit(axes: Axes, number_of: Array, misfit: Array, profiles: NDArray[np.bo
         axes.plot(number_of[searched], so_far, color=BLUE, drawstyle="steps-post", label="best so far")
     axes.axhline(1.0, color=BLACK, lw=0.8, ls=":", label="noise")
     axes.set_yscale("log")
+    log_ticks(axes.yaxis, *axes.get_ylim())
     failed = number_of[~np.isfinite(misfit)]
     if len(failed):
         # Along the upper edge: they have no misfit to be drawn at.
@@ -136,11 +148,11 @@ def ends_figure(fit: Fit) -> Figure:
         low, high = np.minimum(starts, ends).min(axis=0), np.maximum(starts, ends).max(axis=0)
         span = np.where(high > low, high - low, 1.0)
         at = np.arange(len(names))
-        for j in at:
+        for j in range(len(names)):
             axes.axvline(j, color=GREY, lw=0.8, zorder=1)
         for row in (starts - low) / span:
             axes.plot(at, row, color=GREY, lw=0.8, ls=":", marker="o", ms=3, mfc="white", zorder=2)
-        colours = colormaps["viridis_r"]
+        colours = colormaps["viridis"]
         # The best one is drawn last, on top.
         for row, size in reversed(list(zip((ends - low) / span, misfit, strict=True))):
             colour = colours(norm(size)) if np.isfinite(size) else RED
