@@ -20,6 +20,7 @@ from bushcli.inverse.result import Weighting
 from bushcli.recording import Recording, displacement_noise, force_noise, read_coupon, read_recording
 from cases.mode import modes
 from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
+from cases.stretches import principal_stretches
 from geometry.shape import Shape, shapes
 
 Array = NDArray[np.float64]
@@ -30,6 +31,8 @@ STEPS = 12
 DENSE = 60
 # A relative misfit divides by the stress, but by no less than this share of the largest: at the origin both vanish.
 RELATIVE_FLOOR = 0.05
+# Reached states of the rubber in which the law has to be stable, per channel.
+REACHED = 60
 # No recording is trusted to better than this share of its force range: models and rigs are not.
 NOISE_FLOOR = 1e-3
 
@@ -54,6 +57,8 @@ class Channel:
     recording : Recording
     scale : shape (n,)
         What a unit of weighted misfit is at each sample, in the recording's force unit.
+    coupon : bool
+        The curve is of a material test.
     noise : float
         Standard deviation of the force's noise, the displacement's included, in the recording's force unit.
     """
@@ -72,11 +77,11 @@ class Channel:
         self.model = prepare(shape, mode, rubber, case.mesh.refinement, comm)
         self.odd = is_odd(shape, mode)
         q = recording.displacement
-        coupon = mode.specimen == "coupon"
-        self.targets = _coupon_targets(q) if coupon else _targets(q, self.odd)
+        self.coupon = mode.specimen == "coupon"
+        self.targets = _coupon_targets(q) if self.coupon else _targets(q, self.odd)
         self.noise = _noise(recording)
         size = np.abs(recording.force)
-        if not coupon:
+        if not self.coupon:
             self.scale = np.full(len(q), max(self.noise, NOISE_FLOOR * float(np.ptp(recording.force))))
         elif weighting == "absolute":
             self.scale = np.full(len(q), float(size.max()))
@@ -109,6 +114,29 @@ class Channel:
         history = sweep(self.model, self.targets, sensitivity=tuple(names))
         assert history.sensitivity is not None
         return Answer(history.displacement, history.force, history.sensitivity)
+
+    def reached(self, parameters: Mapping[str, float]) -> Array:
+        """Principal stretches of the rubber at the ends of the range, volume divided out, shape (n, 3); a sample.
+
+        Collective; every rank gets its own sample of the whole body.
+
+        Raises
+        ------
+        NotConverged
+            The march could not cover the range.
+        """
+        self.model.set_parameters({k: v for k, v in parameters.items() if k != "compliance"})
+        found = []
+        for end in {float(self.targets[0]), float(self.targets[-1])} - {0.0}:
+            sweep(self.model, np.linspace(0.0, end, STEPS // 2 + 1, dtype=np.float64))
+            found.append(principal_stretches(self.model).reshape(-1, 3))
+        local = np.concatenate(found)
+        stretches = np.concatenate(self.model.comm.allgather(local))
+        isochoric = stretches / np.prod(stretches, axis=1, keepdims=True) ** (1.0 / 3.0)
+        # The most stretched states, and an even sample of the rest: neighbouring Gauss points say the same.
+        order = np.argsort(isochoric[:, -1])
+        chosen = order[np.unique(np.linspace(0, len(order) - 1, REACHED).round().astype(int))]
+        return np.asarray(isochoric[chosen])
 
     def curve(self, answer: Answer) -> Curve:
         """The solved curve over the recorded range, smooth enough to be drawn."""

@@ -112,6 +112,8 @@ def identify(
                     "other start values in [material.parameters]",
                 )
             )
+        if task.method != "dogleg":
+            problem.watch(begun)
         for point in (begun, *_further_starts(task, problem, begun, lower, upper)):
             minima.append(_search(task, problem, point, lower, upper))
     except KeyboardInterrupt:

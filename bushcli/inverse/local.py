@@ -121,7 +121,7 @@ def scaled_start(problem: Problem, start: Array, lower: Array, upper: Array) -> 
     candidates = []
     if factor > 0:
         candidates.append(np.where(free, trial * factor, trial))
-    if all(channel.recording.mode in _COUPONS for channel in problem.channels):
+    if all(channel.coupon for channel in problem.channels):
         slope = np.concatenate([s[:, free] * w[:, None] for (_, s), w in zip(forces, weights, strict=True)])
         size = np.linalg.norm(slope, axis=0)
         best = lsq_linear(slope / size, wanted, (lower[free] * size, upper[free] * size))
@@ -132,6 +132,3 @@ def scaled_start(problem: Problem, start: Array, lower: Array, upper: Array) -> 
     costs = [problem.cost(candidate) for candidate in tried]
     reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
     return tried[min(reached)[1]] if reached else trial
-
-
-_COUPONS = ("uniaxial", "equibiaxial", "planar", "volumetric")

@@ -8,6 +8,7 @@ from bushcli.condition import Condition
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.result import EndPoint, Fit, FittedCurve
 from bushcli.inverse.task import Task
+from cases.mode import modes
 
 # Principal stretches that a bushing's rubber rarely leaves: instability within them is worth a word.
 USUAL_STRETCHES = (0.5, 2.0)
@@ -85,7 +86,7 @@ def _poorly(curve: FittedCurve) -> bool:
 
 def _poor(fit: Fit) -> list[Condition]:
     poor = [curve for curve in fit.curves if not curve.held_out and _poorly(curve) and curve.recording.source]
-    bushing = [curve for curve in poor if curve.recording.mode not in _COUPON_MODES]
+    bushing = [curve for curve in poor if modes()[curve.recording.mode].specimen == "bushing"]
     if not bushing:
         return []
     listed = ", ".join(f"{c.name} {c.rms_percent:.2g} % (noise {c.noise_percent:.2g} %)" for c in bushing)
@@ -96,9 +97,6 @@ def _poor(fit: Fit) -> list[Condition]:
             "another law (--model all), other starts (--starts 8); if none helps, physics is missing from the model",
         )
     ]
-
-
-_COUPON_MODES = ("uniaxial", "equibiaxial", "planar", "volumetric")
 
 
 def _bounds(fit: Fit) -> list[Condition]:
