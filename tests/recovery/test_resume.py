@@ -1,0 +1,102 @@
+"""A run that is killed or interrupted goes on, and ends with the same answer to the bit."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import pytest
+
+from bushcli.errors import InputError
+from bushcli.inverse import Task, identify
+
+# Kills itself, as an empty battery would, when the given evaluation is done.
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from bushcli.casefile import load_case
+from bushcli.inverse import Task, identify
+def die(found):
+    if found.number == int(sys.argv[3]):
+        os.kill(os.getpid(), signal.SIGKILL)
+identify(Task(load_case(sys.argv[1]), "yeoh"), journal=Path(sys.argv[2]), progress=die)
+"""
+
+
+def values(fit):
+    return {name: estimate.value for name, estimate in fit.parameters.items()}
+
+
+@pytest.mark.parametrize("after", [1, 3])
+def test_resumes_after_a_kill_with_the_same_answer(experiment, tmp_path, after):
+    case, journal = experiment("axial"), tmp_path / "history.jsonl"
+    whole = identify(Task(case, "yeoh"))
+    command = [sys.executable, "-c", KILLED, str(case.path), str(journal), str(after)]
+    assert subprocess.run(command, check=False, timeout=120).returncode == -signal.SIGKILL
+    assert len(journal.read_text(encoding="utf-8").splitlines()) == 1 + after
+    solved = []
+    resumed = identify(Task(case, "yeoh"), journal=journal, resume=True, progress=solved.append)
+    # Exactly: the kept answers are those that would have been computed.
+    assert values(resumed) == values(whole)
+    assert resumed.sweeps == whole.sweeps
+    assert [e.cost for e in resumed.evaluations] == [e.cost for e in whole.evaluations]
+
+
+def test_a_finished_run_is_resumed_without_solving_anything(experiment, tmp_path, monkeypatch):
+    case, journal = experiment("axial"), tmp_path / "history.jsonl"
+    whole = identify(Task(case, "yeoh"), journal=journal)
+    monkeypatch.delattr("bushcli.inverse.channel.Channel.solve")
+    assert values(identify(Task(case, "yeoh"), journal=journal, resume=True)) == values(whole)
+
+
+def test_history_of_another_case_is_refused(experiment, tmp_path):
+    case, journal = experiment("axial"), tmp_path / "history.jsonl"
+    identify(Task(case, "yeoh"), journal=journal)
+    other = replace(case, geometry=case.geometry.model_copy(update={"length": 35.0}))
+    with pytest.raises(InputError, match="another case, law or option"):
+        identify(Task(other, "yeoh"), journal=journal, resume=True)
+    # A recording that was changed in between makes another case, too.
+    file = case.recordings[0].file
+    file.write_text(file.read_text(encoding="utf-8") + "6.01,500\n", encoding="utf-8")
+    with pytest.raises(InputError, match="another case, law or option"):
+        identify(Task(case, "yeoh"), journal=journal, resume=True)
+
+
+@pytest.mark.parametrize("method", ["trf", "dogbox"])
+def test_an_interrupted_search_gives_its_best(experiment, method):
+    def interrupt(found):
+        if found.number == 3:
+            raise KeyboardInterrupt
+
+    fit = identify(Task(experiment("axial"), "yeoh", method=method), progress=interrupt)
+    assert not fit.converged
+    assert fit.conditions[0].name == "interrupted"
+    assert fit.cost == min(e.cost for e in fit.evaluations)
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
+def test_a_signal_ends_the_command_with_the_best_so_far(experiment, tmp_path, sent):
+    case, out = experiment("axial", "radial"), tmp_path / "out"
+    journal = out / "history-yeoh.jsonl"
+    command = [sys.executable, "-m", "bushcli.cli", "inverse", str(case.path), "-o", str(out)]
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    ) as process:
+        # Two evaluations of six: the others take more than a second, the signal comes within hundredths.
+        end = time.monotonic() + 60
+        while time.monotonic() < end and process.poll() is None:
+            if journal.exists() and len(journal.read_text(encoding="utf-8").splitlines()) >= 3:
+                break
+            time.sleep(0.02)
+        process.send_signal(sent)
+        _, said = process.communicate(timeout=60)
+    assert b"Traceback" not in said
+    result = json.loads((out / "result.json").read_text(encoding="utf-8"))
+    assert "interrupted" in json.dumps(result["problems"])
+    assert journal.exists()
