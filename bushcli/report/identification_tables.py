@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from bushcli.inverse import Estimate, Fit
-from bushcli.report.identification_words import is_met, is_uncertain
+from bushcli.report.identification_words import bulk_modulus, is_met, is_uncertain
 from bushcli.report.quantity import number, parameter_unit, percent
 from bushcli.report.ranking import information_criterion
 from bushcli.report.tables import Row, Table
@@ -31,7 +31,7 @@ def estimate_table(fit: Fit) -> Table:
             )
         )
     if "compliance" in fit.parameters:
-        rows.append(("bulk modulus", "MPa", number(fit.material.bulk_modulus, 4), "", "", "", ""))
+        rows.append(("bulk modulus", "MPa", bulk_modulus(fit), "", "", "", ""))
     heads = ("parameter", "unit", "value", "std error", "95 % interval", "bounds", "")
     return Table(f"Law {fit.material.law}", heads, tuple(rows), left=2)
 
@@ -89,11 +89,16 @@ def leverage_table(fit: Fit) -> Table:
     """What an error of 1 % in the force of one channel does to the parameters."""
     names = tuple(fit.parameters)
     rows = [
-        (channel, *(f"{100 * changes[name]:+.1f} %" if name in changes else "-" for name in names))
+        (channel, *(_change(fit.parameters[name], changes.get(name, math.nan)) for name in names))
         for channel, changes in fit.leverage.items()
     ]
     title = "Change of the parameters if the force of a channel were 1 % larger"
     return Table(title, ("channel", *names), tuple(rows))
+
+
+def _change(estimate: Estimate, relative: float) -> str:
+    # Of a value on its bound the changes that the linear theory gives are none.
+    return "-" if estimate.at_bound or not math.isfinite(relative) else f"{100 * relative:+.1f} %"
 
 
 def model_table(fits: Sequence[Fit]) -> Table:
@@ -110,11 +115,11 @@ def model_table(fits: Sequence[Fit]) -> Table:
             (
                 fit.material.law,
                 str(len(fit.parameters)),
-                *(percent(rms.get(name)) for name in order),
+                *(percent(rms[name]) if name in rms else "not solved" for name in order),
                 number(math.sqrt(fit.cost)) if fit.cost >= 0 else "-",
                 f"{score - least:+.0f}",
                 "yes" if fit.converged else "no",
-                ", ".join(dict.fromkeys(c.name for c in fit.conditions if not c.name.startswith("held_out"))),
+                ", ".join(dict.fromkeys(c.name for c in fit.conditions)),
             )
         )
     heads = (

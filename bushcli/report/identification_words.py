@@ -118,10 +118,18 @@ def _lines(fit: Fit) -> list[str]:
                 f"(noise {percent(curve.noise_percent)})."
             )
     if "compliance" in fit.parameters:
-        lines.append(
-            f"Bulk modulus: {number(fit.material.bulk_modulus, 3)} MPa, the inverse of the compliance."
-        )
+        bulk = bulk_modulus(fit)
+        lines.append(f"Bulk modulus: {bulk}{' MPa' if bulk[-1].isdigit() else ''}, by the compliance.")
     return lines
+
+
+def bulk_modulus(fit: Fit) -> str:
+    """Bulk modulus, MPa, where it was identified; its lower limit where the rubber may as well be incompressible."""
+    found = fit.parameters["compliance"]
+    if found.value > 2 * found.std:
+        return number(1 / found.value, 3)
+    limit = found.value + 2 * found.std
+    return f"above {number(1 / limit, 2)}" if limit > 0 else "not determined"
 
 
 def determined(fit: Fit) -> list[str]:

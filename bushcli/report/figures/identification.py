@@ -141,7 +141,8 @@ def _before(axes: Axes, curve: FittedCurve, shown: Quantities) -> None:
         label=f"before: {percent(curve.started_percent)} rms",
         zorder=2,
     )
-    low, high = float(curve.recording.force.min()), float(curve.recording.force.max())
+    both = np.concatenate([curve.recording.force, curve.fitted.force])
+    low, high = float(both.min()), float(both.max())
     reach = _LEAVES * (high - low)
     bottom = max(low - reach, float(curve.started.force.min()))
     top = min(high + reach, float(curve.started.force.max()))

@@ -89,9 +89,10 @@ def _misfit(axes: Axes, number_of: Array, misfit: Array, profiles: NDArray[np.bo
         axes.plot(number_of[searched], so_far, color=BLUE, drawstyle="steps-post", label="best so far")
     axes.axhline(1.0, color=BLACK, lw=0.8, ls=":", label="noise")
     axes.set_yscale("log")
-    log_ticks(axes.yaxis, *axes.get_ylim())
     failed = number_of[~np.isfinite(misfit)]
     if len(failed):
+        bottom, top = axes.get_ylim()
+        axes.set_ylim(top=top * (top / bottom) ** 0.12)
         # Along the upper edge: they have no misfit to be drawn at.
         axes.plot(
             failed,
@@ -102,6 +103,7 @@ def _misfit(axes: Axes, number_of: Array, misfit: Array, profiles: NDArray[np.bo
             transform=axes.get_xaxis_transform(),
             label="not solvable",
         )
+    log_ticks(axes.yaxis, *axes.get_ylim())
     axes.set(ylabel="misfit / noise")
     legend(axes, **_BESIDE)
 

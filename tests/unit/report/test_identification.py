@@ -17,7 +17,7 @@ from bushcli.curve import Curve
 from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile
 from bushcli.recording import Recording
 from bushcli.report.figures.identification import inverse_figures
-from bushcli.report.identification_words import answer, with_error
+from bushcli.report.identification_words import answer, bulk_modulus, with_error
 from bushcli.report.ranking import effective_samples, information_criterion
 
 NOISE = 0.5  # percent of the force range
@@ -142,7 +142,19 @@ def test_compliance_is_shown_with_unit_and_bulk_modulus(case):
     document = report.inverse_json(case(), [found], {})
     assert document["parameters"]["compliance"]["unit"] == "1/MPa"
     assert document["bulk_modulus"] == 2000.0
-    assert "bulk modulus" in shown([found])
+    # -0.02 ± 0.01 per MPa is not told from none: no value of the bulk modulus can be given.
+    assert "Bulk modulus: not determined" in shown([found])
+
+
+@pytest.mark.parametrize(
+    ("compliance", "std", "expected"),
+    # 1 / 5e-4; 1 / (0 + 2 * 1e-3): two standard errors are the 95 % limit.
+    [(5e-4, 1e-5, "2000"), (0.0, 1e-3, "above 500")],
+)
+def test_bulk_modulus_is_the_compliance_in_other_words(compliance, std, expected):
+    found = identified(names=("C10", "compliance"))
+    estimate = Estimate(compliance, std, 0.0, 0.1, False)
+    assert bulk_modulus(replace(found, parameters={"compliance": estimate})) == expected
 
 
 def test_what_was_held_out_ranks_laws():
