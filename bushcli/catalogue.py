@@ -65,7 +65,9 @@ def _shapes() -> list[dict[str, Any]]:
 
 
 def _default(value: Any) -> str:
-    return "optional" if value is None else f"default {value:g}" if isinstance(value, float) else f"default {value}"
+    if value is None:
+        return "optional"
+    return f"default {value:g}" if isinstance(value, float) else f"default {value}"
 
 
 def _modes() -> list[dict[str, Any]]:

@@ -20,7 +20,9 @@ class Voided(Tapered):
     """
 
     name: ClassVar[str] = "voided"
-    summary: ClassVar[str] = "two opposite kidney voids in a plain (length) or tapered (inner_length, outer_length) one"
+    summary: ClassVar[str] = (
+        "two opposite kidney voids in a plain (length) or tapered (inner_length, outer_length) one"
+    )
     axisymmetric: ClassVar[bool] = False
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = tuple(
         {

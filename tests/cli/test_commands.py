@@ -107,7 +107,14 @@ def test_fit_identifies_the_law_of_the_example(cli: Cli) -> None:
     assert result["parameters"]["C10"]["value"] == pytest.approx(0.2096, rel=0.03)
     assert {"value", "std", "lower", "upper", "at_bound"} <= result["parameters"]["C10"].keys()
     assert set(result["misfit"]) == {"uniaxial", "equibiaxial", "planar"}
-    assert {"correlation", "forward_solves", "sweeps", "iterations", "converged", "identifiability"} <= result.keys()
+    assert {
+        "correlation",
+        "forward_solves",
+        "sweeps",
+        "iterations",
+        "converged",
+        "identifiability",
+    } <= result.keys()
 
 
 def test_mesh_writes_pictures_and_files(cli: Cli, small: Path, tmp_path: Path) -> None:

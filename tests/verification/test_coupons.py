@@ -45,9 +45,7 @@ def test_volumetric_pressure_is_that_of_the_bulk_modulus_alone(name, rubber):
 def test_compressible_neo_hookean_coupon_on_paper(mode, rubber):
     """mu = 1, kappa = 10 MPa: principal stresses of W = mu/2 (I1 J^(-2/3) - 3) + kappa/2 (J - 1)^2."""
     q, mu, kappa = 0.4, 1.0, 10.0
-    history = march(
-        coupon(mode, rubber("neo_hookean", kappa, C10=0.5 * mu)), Program(np.array([q]))
-    )
+    history = march(coupon(mode, rubber("neo_hookean", kappa, C10=0.5 * mu)), Program(np.array([q])))
 
     def stresses(lateral):
         x = {
