@@ -87,7 +87,7 @@ def _poorly(curve: FittedCurve) -> bool:
 def _poor(fit: Fit) -> list[Condition]:
     poor = [curve for curve in fit.curves if not curve.held_out and _poorly(curve) and curve.recording.source]
     bushing = [curve for curve in poor if modes()[curve.recording.mode].specimen == "bushing"]
-    if not bushing:
+    if not bushing or not fit.converged:
         return []
     listed = ", ".join(f"{c.name} {c.rms_percent:.2g} % (noise {c.noise_percent:.2g} %)" for c in bushing)
     return [
@@ -107,7 +107,8 @@ def _bounds(fit: Fit) -> list[Condition]:
             "the law asks for a value that makes no sense: choose another law, or check units and dimensions",
         )
         for name, estimate in fit.parameters.items()
-        if estimate.at_bound
+        # No compliance at all is an answer: the curves see the rubber as incompressible.
+        if estimate.at_bound and not (name == "compliance" and estimate.value < estimate.upper / 2)
     ]
 
 
@@ -169,6 +170,9 @@ def _delicate(fit: Fit, task: Task) -> list[Condition]:
     worst: dict[str, tuple[float, str]] = {}
     for channel, changes in fit.leverage.items():
         for name, change in changes.items():
+            # A parameter on its bound stays there, and relative to zero any change is infinite.
+            if fit.parameters[name].at_bound:
+                continue
             if abs(change) > DELICATE and abs(change) > abs(worst.get(name, (0.0, ""))[0]):
                 worst[name] = (change, channel)
     if not worst:
