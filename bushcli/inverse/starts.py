@@ -18,8 +18,6 @@ from multiprocessing import get_context
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import differential_evolution
-from scipy.stats import qmc
 
 from bushcli.inverse.problem import Problem
 
@@ -45,6 +43,8 @@ def box(start: Array, lower: Array, upper: Array, shear: float) -> tuple[Array, 
 
 def hypercube(count: int, low: Array, high: Array, seed: int) -> Array:
     """Latin hypercube in the box, shape (count, parameters); logarithmic where the box is positive."""
+    from scipy.stats import qmc  # 0.3 s: not for commands that only simulate
+
     unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(count)
     return from_unit(unit, low, high)
 
@@ -68,6 +68,7 @@ def screened(
 
 def evolved(problem: Problem, low: Array, high: Array, seed: int) -> Array:
     """Best point of differential evolution on the coarse mesh; a set that cannot be solved is never the better one."""
+    from scipy.optimize import differential_evolution
 
     def cost(unit: Array) -> float:
         value = problem.cost(from_unit(unit, low, high))
