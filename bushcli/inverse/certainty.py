@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from bushcli.inverse.channel import Channel
 from bushcli.inverse.local import TOLERANCE, inside
 from bushcli.inverse.problem import Problem
 from bushcli.inverse.result import Combination, Profile
@@ -94,9 +93,7 @@ def autocorrelation_time(error: Array) -> float:
     return float(np.clip(total, 1.0, n / 4))
 
 
-def directions(
-    problem: Problem, x: Array, channels: Sequence[Channel] | None = None
-) -> tuple[Array, tuple[Combination, ...]]:
+def directions(problem: Problem, x: Array) -> tuple[Array, tuple[Combination, ...]]:
     """Singular values per relative change of each parameter, over the largest, and the combinations left open."""
     jacobian = problem.jacobian(x)[: problem.samples]
     scaled = jacobian * np.where(x == 0, 1.0, np.abs(x))
@@ -118,9 +115,9 @@ def _combination(names: Sequence[str], x: Array, row: Array, size: float) -> Com
     if len(parts) == 1:
         text = f"{next(iter(parts))} is not determined by these curves"
     else:
-        ratio = ", ".join(f"{name} by {100 * w * np.sign(1.0):+.0f} %" for name, w in parts.items())
+        ratio = ", ".join(f"{name} by {100 * w:+.0f} %" for name, w in parts.items())
         text = (
-            f"{' and '.join(parts)} are only determined together: changing {ratio} of their size at once hardly "
+            f"{' and '.join(parts)} are only determined together: changing {ratio} of their values at once hardly "
             "changes the curves"
         )
     return Combination(parts, size, text)

@@ -20,8 +20,8 @@ FILES = sorted((Path(__file__).parent / "data").glob("*.csv"))
 PROMISE = 0.01
 
 
-def test_every_bushing_mode_has_a_reference():
-    assert {file.stem.split("-")[0] for file in FILES} == {
+def test_every_reference_is_of_a_mode_that_there_is():
+    assert {file.stem.split("-")[0] for file in FILES} <= {
         mode.name for mode in modes().values() if mode.specimen == "bushing"
     }
 
