@@ -17,6 +17,7 @@ import ufl
 from forms.law import Scalar
 from forms.spectral import pair_power_trace
 from forms.spectral import power_trace as tensor_power_trace
+from forms.symmetric import Symmetric
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,10 @@ class Kinematics:
         Invariants of the isochoric right Cauchy-Green tensor J^(-2/3) F^T F.
     power_trace : callable
         ``power_trace(alpha)`` is the sum of the isochoric principal stretches to the power ``alpha``.
+    metric : Symmetric of ufl.variable, or None where there is no body
+        Right Cauchy-Green tensor, volume included, for branches with a memory of direction.
+    volume_measures : tuple of ufl.variable
+        The measures that make up J.
     """
 
     F: Scalar
@@ -46,6 +51,8 @@ class Kinematics:
     I1: Scalar
     I2: Scalar
     power_trace: Callable[[Scalar], Scalar] = field(repr=False)
+    metric: Symmetric | None = None
+    volume_measures: tuple[Scalar, ...] = ()
 
     @property
     def C(self) -> Scalar:
@@ -86,6 +93,17 @@ def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
         I1=s * (trace + h * h),
         I2=s * s * (area * area + h * h * trace),
         power_trace=power_trace,
+        metric=Symmetric(
+            (
+                ufl.variable(a * a + c * c),
+                ufl.variable((1 + u[0] / R) ** 2),
+                ufl.variable(b * b + d * d),
+                0,
+                ufl.variable(a * b + c * d),
+                0,
+            )
+        ),
+        volume_measures=(area, h),
     )
 
 
@@ -175,4 +193,6 @@ def _general(F: tuple[tuple[Scalar, ...], ...], weight: Scalar) -> Kinematics:
         I1=s * trace,
         I2=s * s * (3 * m * m - J2),
         power_trace=power_trace,
+        metric=Symmetric((*stretches, yz, xz, xy)),
+        volume_measures=(J,),
     )

@@ -1,0 +1,112 @@
+"""What a branch is: a contribution to the energy that remembers, and which branches there are.
+
+A branch is written as the *incremental* energy of one step: a function of the deformation at its end and of internal
+variables at its beginning, whose derivative with respect to the deformation is the stress at the end. Residual,
+symmetric tangent and all derivatives then come from UFL, as for a law; `update` gives the internal variables at the
+end, once the step is accepted. One file each in ``forms/branches``, offered there as ``BRANCH``.
+
+References
+----------
+Ortiz and Stainier (1999), The variational formulation of viscoplastic constitutive updates, Comput. Methods Appl. Mech.
+Eng. 171:419-444, doi:10.1016/S0045-7825(98)00219-9.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
+from typing import Literal
+
+from forms.kinematics import Kinematics
+from forms.law import Scalar
+from forms.symmetric import Symmetric
+
+Internal = Mapping[str, Scalar | Symmetric]
+
+
+@dataclass(frozen=True)
+class Step:
+    """What a branch knows of a step, all UFL.
+
+    Attributes
+    ----------
+    strain : Kinematics
+        At the end of the step.
+    law_energy : UFL scalar
+        The law's isochoric energy there, MPa.
+    shear_modulus : UFL scalar
+        The law's initial shear modulus, MPa.
+    internal : mapping
+        Internal variables at the beginning of the step, by name.
+    duration : UFL scalar
+        Seconds.
+    """
+
+    strain: Kinematics
+    law_energy: Scalar
+    shear_modulus: Scalar
+    internal: Internal
+    duration: Scalar
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What a branch adds to the energy density of a step.
+
+    Attributes
+    ----------
+    incremental : UFL scalar
+        MPa; its derivative with respect to the strain at the end of the step is the branch's stress.
+    measures : tuple of ufl.variable, or None
+        All scalars by which it depends on the displacement; None = those of the law (`Kinematics.measures`).
+    stored : UFL scalar
+        Energy that the branch can give back, MPa, with the internal variables at the end of the step.
+    """
+
+    incremental: Scalar
+    measures: tuple[Scalar, ...] | None
+    stored: Scalar
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A path-dependent contribution to the rubber's energy.
+
+    Attributes
+    ----------
+    name, summary : str
+    parameters : tuple of str
+    internal : mapping
+        Internal variable -> "scalar" (zero in the virgin rubber) or "tensor" (the identity).
+    contribution, update : callable
+        ``contribution(step, **parameters)`` and ``update(step, **parameters)``, the latter internal variables at the
+        end of the step.
+    timed : bool
+        Whether the duration of a step matters.
+    source : str
+    """
+
+    name: str
+    summary: str
+    parameters: tuple[str, ...]
+    internal: Mapping[str, Literal["scalar", "tensor"]]
+    contribution: Callable[..., Contribution]
+    update: Callable[..., Internal]
+    timed: bool
+    source: str
+
+
+@cache
+def branches() -> Mapping[str, Branch]:
+    """All branches found in ``forms/branches``, by name."""
+    import forms.branches as package
+
+    found = (
+        importlib.import_module(f"{package.__name__}.{m.name}").BRANCH
+        for m in pkgutil.iter_modules(package.__path__)
+    )
+    return MappingProxyType({branch.name: branch for branch in sorted(found, key=lambda b: b.name)})

@@ -1,0 +1,1 @@
+"""Path-dependent branches, one file each."""

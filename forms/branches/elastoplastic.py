@@ -1,0 +1,76 @@
+"""A spring behind a slider at finite strain: friction between filler particles, the same at every rate."""
+
+from __future__ import annotations
+
+import ufl
+
+from forms.branch import Branch, Contribution, Internal, Step
+from forms.law import Scalar
+from forms.symmetric import Symmetric, cube_root
+
+# Elastic strain (squared) below which its root is not taken: the root's slope is infinite at zero.
+TINY = 1e-12
+
+
+def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
+    """Return the incremental energy of a neo-Hookean spring of modulus g mu that slips at the shear strain `slip`.
+
+    The stored energy is g mu / 2 (tr(C' Ci^-1) - 3) with the slider's unimodular tensor Ci, which yields where
+    tr(C' Ci^-1) - 3 = slip^2 (in simple shear: at a shear of `slip`) and then follows the flow of the Maxwell branch
+    with a multiplier a in place of time: Ci_end = (Ci + a C') / D, D = (det(Ci + a C'))^(1/3). The incremental energy
+
+        3 g mu / 2 (D - 1) / a + g mu / 2 slip^2 a
+
+    is stationary at the a that meets the yield condition. To leading order in the strain that is
+    a = sqrt(tr(C' Ci^-1) - 3) / slip - 1; taking this closed form, in the energy itself, keeps the step explicit
+    and its tangent symmetric, and errs by a share of the step squared (backward Euler: first order).
+
+    References
+    ----------
+    Austrell, Olsson and Jonsson (2001), A method to analyse the non-linear dynamic behaviour of carbon-black-filled
+    rubber components using standard FE codes, in Constitutive Models for Rubber II, Balkema (overlay of elastoplastic
+    branches). Ortiz and Stainier (1999), doi:10.1016/S0045-7825(98)00219-9 (incremental energy). The closed form is
+    derived here.
+    """
+    strain = step.strain
+    s = ufl.exp(-2 / 3 * ufl.ln(strain.J))
+    Ci = step.internal["Ci"]
+    first = ufl.variable(Ci.adjugate().dot(strain.metric))
+    second = ufl.variable(Ci.dot(strain.metric.adjugate()))
+    a = _multiplier(s * first, slip)
+    # With det Ci = det C' = 1 the quotient (D - 1) / a has no division by a.
+    D = cube_root(1 + a * (s * first + a * (s * s * second + a)))
+    quotient = (s * first + a * (s * s * second + a)) / (D * D + D + 1)
+    stiffness = g * step.shear_modulus
+    incremental = stiffness / 2 * (3 * (quotient - 1) + slip * slip * a)
+    end = update(step, g=g, slip=slip)["Ci"]
+    stored = stiffness / 2 * (end.adjugate().dot(_isochoric(step)) - 3)
+    return Contribution(incremental, (*strain.volume_measures, first, second), stored)
+
+
+def update(step: Step, *, g: Scalar, slip: Scalar) -> Internal:
+    """Return the slider's tensor at the end of the step."""
+    Ci, C = step.internal["Ci"], _isochoric(step)
+    M = Ci + _multiplier(Ci.adjugate().dot(C), slip) * C
+    return {"Ci": (1 / cube_root(M.det())) * M}
+
+
+def _isochoric(step: Step) -> Symmetric:
+    return ufl.exp(-2 / 3 * ufl.ln(step.strain.J)) * step.strain.metric
+
+
+def _multiplier(first: Scalar, slip: Scalar) -> Scalar:
+    elastic = ufl.sqrt(ufl.max_value(first - 3, TINY))
+    return ufl.max_value(elastic / slip - 1, 0)
+
+
+BRANCH = Branch(
+    name="elastoplastic",
+    summary="spring of g times the law's initial shear modulus that slips at a strain of its own, at any rate",
+    parameters=("g", "slip"),
+    internal={"Ci": "tensor"},
+    contribution=contribution,
+    update=update,
+    timed=False,
+    source="Austrell, Olsson and Jonsson (2001), Constitutive Models for Rubber II",
+)

@@ -1,0 +1,47 @@
+"""Softening of rubber that has been stretched before (Mullins effect), after Ogden and Roxburgh."""
+
+from __future__ import annotations
+
+import math
+
+import ufl
+
+from forms.branch import Branch, Contribution, Internal, Step
+from forms.law import Scalar
+
+
+def contribution(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> Contribution:
+    """Return what makes the stress eta dW/dF with eta = 1 - (1/r) erf((W_max - W) / (m + beta W_max)).
+
+    W is the law's isochoric energy, W_max the largest that the point has seen. Beyond it eta = 1: the virgin curve
+    goes on. With x = (W_max - W) / s and s = m + beta W_max the integral of -(1/r) erf(x) over W is
+    (1/r) s (x erf x + (exp(-x^2) - 1) / sqrt(pi)).
+
+    References
+    ----------
+    Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect in filled rubber, Proc. R. Soc. Lond. A
+    455:2861-2877, doi:10.1098/rspa.1999.0431. The scale m + beta W_max: Mars (2004), Evaluation of a pseudo-elastic
+    model for the Mullins effect, Tire Sci. Technol. 32:120-145, doi:10.2346/1.2186778.
+    """
+    peak = step.internal["peak"]
+    scale = m + beta * peak
+    x = ufl.max_value(peak - step.law_energy, 0) / scale
+    softened = inverse_r * scale * (x * ufl.erf(x) + (ufl.exp(-x * x) - 1) / math.sqrt(math.pi))
+    return Contribution(softened, None, softened)
+
+
+def update(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> Internal:
+    """Return the largest energy so far."""
+    return {"peak": ufl.max_value(step.internal["peak"], step.law_energy)}
+
+
+BRANCH = Branch(
+    name="ogden_roxburgh",
+    summary="below the largest energy so far the stress is (1 - (1/r) erf((W_max - W) / (m + beta W_max))) times it",
+    parameters=("inverse_r", "m", "beta"),
+    internal={"peak": "scalar"},
+    contribution=contribution,
+    update=update,
+    timed=False,
+    source="Ogden and Roxburgh (1999), doi:10.1098/rspa.1999.0431",
+)

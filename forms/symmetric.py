@@ -1,0 +1,80 @@
+"""Symmetric 3 x 3 tensors by their components, where most of what a branch remembers is one.
+
+UFL's own matrices carry structural zeros into the generated code; here a component that is the number 0 costs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import ufl
+
+from forms.law import Scalar
+
+# Row and column of each component.
+PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+
+
+@dataclass(frozen=True)
+class Symmetric:
+    """A symmetric tensor: xx, yy, zz, yz, xz, xy.
+
+    Attributes
+    ----------
+    components : tuple of six UFL scalars, or the number 0 where they vanish
+    """
+
+    components: tuple[Scalar, ...]
+
+    def __add__(self, other: Symmetric) -> Symmetric:
+        return Symmetric(tuple(a + b for a, b in zip(self.components, other.components, strict=True)))
+
+    def __rmul__(self, factor: Scalar) -> Symmetric:
+        return Symmetric(tuple(0 if _zero(a) else factor * a for a in self.components))
+
+    def dot(self, other: Symmetric) -> Scalar:
+        """Double contraction a : b."""
+        weights = (1, 1, 1, 2, 2, 2)
+        products = [
+            w * a * b
+            for w, a, b in zip(weights, self.components, other.components, strict=True)
+            if not (_zero(a) or _zero(b))
+        ]
+        return sum(products[1:], products[0])
+
+    def adjugate(self) -> Symmetric:
+        """The inverse times the determinant."""
+        xx, yy, zz, yz, xz, xy = self.components
+        return Symmetric(
+            (
+                yy * zz - yz * yz,
+                xx * zz - xz * xz,
+                xx * yy - xy * xy,
+                xy * xz - xx * yz,
+                xy * yz - yy * xz,
+                xz * yz - zz * xy,
+            )
+        )
+
+    def det(self) -> Scalar:
+        """Determinant."""
+        xx, yy, zz, yz, xz, xy = self.components
+        return xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+
+
+def unpacked(values: Sequence[Scalar], places: Sequence[int]) -> Symmetric:
+    """The tensor whose components at `places` are `values`, all others zero."""
+    components: list[Scalar] = [0] * 6
+    for place, value in zip(places, values, strict=True):
+        components[place] = value
+    return Symmetric(tuple(components))
+
+
+def _zero(component: Scalar) -> bool:
+    return isinstance(component, int) and component == 0
+
+
+def cube_root(x: Scalar) -> Scalar:
+    """x^(1/3) of a positive scalar."""
+    return ufl.exp(ufl.ln(x) / 3)
