@@ -1,0 +1,297 @@
+"""What an effect is, and which effects there are.
+
+An effect is physics that the plain model leaves out, as a small change to it that vanishes with its amplitude. It
+stands in one file, ``bushcli/effects/<name>.py``, which offers it there as ``EFFECT``, and serves to simulate, to
+identify and to diagnose. It acts on the finite-element model (``feature``) or on the curve (``rig``).
+
+This module imports nothing of the finite-element stack, so that a case file can be checked against the registry
+before that is loaded. Effects are found at run time; nothing here depends on any of them.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import pkgutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.mode import modes
+from forms.law import UnknownName
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One parameter of an effect.
+
+    Attributes
+    ----------
+    name : str
+        As in the case file.
+    unit : str
+        "1" where there is none.
+    meaning : str
+        One line for ``bushcli list effects``.
+    start : float
+        Where a fit may begin when nothing is known; of an amplitude a small, typical value that is not ``off``.
+    lower, upper : float
+        Closed interval of admissible values.
+    off : float or None
+        The value at which the effect is absent, of an amplitude; None of a shape parameter (a time, a gap), which
+        has no meaning while the amplitudes are off.
+    optional : bool
+        Whether the parameter may be absent, as are those of a second and third branch.
+    scan : tuple of float
+        Values of a shape parameter that a diagnosis tries, in units of ``scale``.
+    scale : {"", "duration", "amplitude"}
+        What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
+    reciprocal : (str, str) or None
+        Name and unit under which 1/value may be given in the case file, and by which the field knows it.
+    of_channel : bool
+        Whether the parameter is a displacement (mm), a force (N) or a stiffness (N/mm) of the channel: in a
+        rotational mode it is then an angle, a moment or N mm per angle; degrees in the case file, rad inside.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    start: float
+    lower: float
+    upper: float
+    off: float | None = None
+    optional: bool = False
+    scan: tuple[float, ...] = ()
+    scale: Literal["", "duration", "amplitude"] = ""
+    reciprocal: tuple[str, str] | None = None
+    of_channel: bool = False
+
+    def admits(self, value: float) -> bool:
+        """Whether ``value`` is a finite number within the bounds."""
+        return math.isfinite(value) and self.lower <= value <= self.upper
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Samples (or one number) with their derivatives by all parameters of interest: forward differentiation.
+
+    Attributes
+    ----------
+    value : (n,) array, or a number
+    slope : (n, P) array, or (P,) of a number
+        Derivative by each parameter, in an order that all signals of a computation share.
+    """
+
+    value: Array
+    slope: Array
+
+    def __add__(self, other: Signal) -> Signal:
+        return Signal(self.value + other.value, self.slope + other.slope)
+
+    def __sub__(self, other: Signal) -> Signal:
+        return Signal(self.value - other.value, self.slope - other.slope)
+
+    def __mul__(self, other: Signal) -> Signal:
+        a, b = np.asarray(self.value)[..., None], np.asarray(other.value)[..., None]
+        return Signal(self.value * other.value, self.slope * b + a * other.slope)
+
+    def where(self, condition: NDArray[np.bool_]) -> Signal:
+        """Return the samples at which the condition (n,) holds, zeros elsewhere."""
+        return Signal(np.where(condition, self.value, 0.0), np.where(condition[:, None], self.slope, 0.0))
+
+    def sampled(self, index: NDArray[np.intp]) -> Signal:
+        """Return the samples ``index``, any number of them in any order."""
+        return Signal(self.value[index], self.slope[index])
+
+
+Given = Mapping[str, Signal]
+"""Values of an effect's parameters by name, each one number with its derivatives."""
+
+
+@dataclass(frozen=True)
+class RigChange:
+    """What an effect does to the curve; `bushcli.rig` puts the changes of all effects together.
+
+    The displacement of the rig goes through every ``drive``, then is shared between the bushing and the springs in
+    series; the bushing's force goes through every ``parallel``, is logged late by every ``clock`` and goes through
+    every ``read``. Effects of lower ``order`` come first.
+
+    Attributes
+    ----------
+    drive : callable, optional
+        ``drive(q, given) -> Signal``: displacement (n,) behind the effect from the one before it, along the path.
+    parallel : callable, optional
+        ``parallel(q, force, given) -> Signal``: force that moves the bushing by q, from the force without the effect.
+        It acts on each sample by itself.
+    spring : str, optional
+        Name of the parameter that is the compliance of a spring in series.
+    clock : str, optional
+        Name of the parameter that is the time by which the force is logged late.
+    read : callable, optional
+        ``read(force, given) -> Signal``: force as it is logged.
+    order : int
+    """
+
+    drive: Callable[[Signal, Given], Signal] | None = None
+    parallel: Callable[[Signal, Signal, Given], Signal] | None = None
+    spring: str | None = None
+    clock: str | None = None
+    read: Callable[[Signal, Given], Signal] | None = None
+    order: int = 0
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Physics that the plain model leaves out.
+
+    Attributes
+    ----------
+    name : str
+    summary : str
+        What it means, in one sentence.
+    acts : {"rubber", "assembly", "rig"}
+    parameters : tuple of EffectParameter
+        At least one amplitude. With all amplitudes off the response is the plain model's.
+    needs : str
+        What a recording must contain for it to be identified.
+    rivals : tuple of str
+        Names of effects that look like it in a recording that lacks what it needs.
+    source : str
+        Reference with DOI.
+    modes : frozenset of str, optional
+        Modes on which it acts; None = every mode of its specimens.
+    specimens : frozenset of str
+        "bushing", "coupon".
+    needs_time : bool
+        Whether it has no meaning without the time of the recording or of the program.
+    feature : object, optional
+        Its change of the finite-element model.
+    rig : RigChange, optional
+        Its change of the curve.
+    """
+
+    name: str
+    summary: str
+    acts: Literal["rubber", "assembly", "rig"]
+    parameters: tuple[EffectParameter, ...]
+    needs: str
+    rivals: tuple[str, ...]
+    source: str
+    modes: frozenset[str] | None = None
+    specimens: frozenset[str] = frozenset({"bushing"})
+    needs_time: bool = False
+    feature: object | None = None
+    rig: RigChange | None = None
+
+    def parameter(self, name: str) -> EffectParameter:
+        """Return the parameter called ``name``.
+
+        Raises
+        ------
+        UnknownName
+            When the effect has no such parameter.
+        """
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        raise UnknownName(name, f"parameter of {self.name}", tuple(p.name for p in self.parameters))
+
+    @property
+    def amplitudes(self) -> tuple[EffectParameter, ...]:
+        """The parameters that switch the effect off."""
+        return tuple(p for p in self.parameters if p.off is not None)
+
+    @property
+    def required(self) -> tuple[EffectParameter, ...]:
+        """The parameters that are not optional."""
+        return tuple(p for p in self.parameters if not p.optional)
+
+    def acts_on(self, mode: str) -> bool:
+        """Whether the effect acts on a mode."""
+        known = modes()[mode]
+        return known.specimen in self.specimens and (self.modes is None or mode in self.modes)
+
+
+@dataclass(frozen=True)
+class ActiveEffect:
+    """An effect with values, on some channels.
+
+    Attributes
+    ----------
+    effect : Effect
+    values : mapping of str to float
+        By parameter name, in N, mm, MPa, s, rad; what is not given is to be identified.
+    channels : tuple of str, optional
+        Names of the channels that have it; None = all that it acts on.
+    """
+
+    effect: Effect
+    values: Mapping[str, float] = field(default_factory=dict)
+    channels: tuple[str, ...] | None = None
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.effect.name
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Full names of the required parameters that have no value."""
+        return tuple(full_name(self.effect, p) for p in self.effect.required if p.name not in self.values)
+
+    def acts_on(self, channel: str, mode: str) -> bool:
+        """Whether the effect changes a channel, given its name and its mode."""
+        return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode)
+
+    def started(self) -> ActiveEffect:
+        """Return the same with the start values of what is not given."""
+        start = {p.name: p.start for p in self.effect.required}
+        return replace(self, values=start | dict(self.values))
+
+    def off(self) -> ActiveEffect:
+        """Return the same with its amplitudes off; shape parameters stay, or get their start values."""
+        values = dict(self.started().values)
+        off = {p.name: p.off for p in self.effect.amplitudes if p.name in values and p.off is not None}
+        return replace(self, values=values | off)
+
+
+def full_name(effect: Effect, parameter: EffectParameter) -> str:
+    """Return a parameter's name among those of the law and of all effects: "viscoelasticity.g1"."""
+    return f"{effect.name}.{parameter.name}"
+
+
+def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[ActiveEffect, ...]:
+    """Return those of the effects that change a channel, given its name and its mode."""
+    return tuple(one for one in active if one.acts_on(channel, mode))
+
+
+@cache
+def effects() -> Mapping[str, Effect]:
+    """Return all effects found in ``bushcli/effects``, by name, in alphabetical order."""
+    package = importlib.import_module("bushcli.effects")
+    found = (
+        importlib.import_module(f"{package.__name__}.{m.name}").EFFECT
+        for m in pkgutil.iter_modules(package.__path__)
+    )
+    return MappingProxyType({effect.name: effect for effect in sorted(found, key=lambda effect: effect.name)})
+
+
+def effect(name: str) -> Effect:
+    """Return the effect called ``name``.
+
+    Raises
+    ------
+    UnknownName
+        When there is no such effect; the message names the nearest.
+    """
+    try:
+        return effects()[name]
+    except KeyError:
+        raise UnknownName(name, "effect", tuple(effects())) from None
