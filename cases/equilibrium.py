@@ -268,7 +268,7 @@ _REASONS = {
 
 def _rounding(model: Model) -> float:
     """What rounding leaves of the residual (N), ten times and more: 1e-13 mu and 3e-16 E of a sleeve, over the face."""
-    shear = model.law.shear_modulus(**{name: float(c.value) for name, c in model.constants.items()})
+    shear = model.shear_modulus
     metal = max((sleeve.youngs_modulus for sleeve in model.mesh.sleeves.values()), default=0.0)
     extent = float(model.comm.allreduce(np.ptp(model.mesh.mesh.geometry.x, axis=0).max(initial=0.0)))
     return (1e-12 * abs(shear) + 1e-14 * metal) * extent**2

@@ -7,7 +7,7 @@ rest. A step that does not converge is cut back and grows again. Every attempt i
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -137,9 +137,13 @@ def march(
     tolerance: float = TOLERANCE,
     keep_states: bool = False,
     sensitivity: Sequence[str] = (),
+    path_rates: Mapping[str, Array] | None = None,
     progress: Progress | None = None,
 ) -> History:
     """Follow the program from the unloaded state.
+
+    Where the rubber remembers, its memory is brought up to date after every accepted step, cut-back ones included; the
+    program's time is that of the steps, and without it every step is instantaneous.
 
     Parameters
     ----------
@@ -153,6 +157,9 @@ def march(
         Keep this rank's unknowns at every target.
     sensitivity
         Parameters of which the force's derivative is wanted.
+    path_rates
+        Parameter -> derivative of the program's displacements with respect to it, shape (n,), for parameters that move
+        the path.
     progress
         Called after each target.
 
@@ -163,7 +170,8 @@ def march(
     """
     solver = Equilibrium(model, tolerance)
     try:
-        return _march(model, solver, program, keep_states, Sensitivity(model, sensitivity), progress)
+        derivatives = _Derivatives(Sensitivity(model, sensitivity), path_rates or {})
+        return _march(model, solver, program, keep_states, derivatives, progress)
     finally:
         solver.destroy()
 
@@ -173,18 +181,23 @@ def _march(
     solver: Equilibrium,
     program: Program,
     keep_states: bool,
-    sensitivity: Sensitivity,
+    sensitivity: _Derivatives,
     progress: Progress | None,
 ) -> History:
     targets = program.displacement
+    times = np.zeros(len(targets)) if program.time is None else program.time
     rows: list[tuple[float, float, float, int]] = []
     attempts: list[Attempt] = []
     states: list[Array] = []
     derivatives: list[Array] = []
     model.state.x.array[:] = 0.0
+    if model.internal is not None:
+        model.internal.reset()
+    if model.assembled:
+        attempts += _assemble(model, solver, sensitivity)
     known = _Path()
     known.add(0.0, model.state.x.array.copy())
-    q = 0.0
+    q, now = 0.0, float(times[0])
     rate: Array | None = None
     widest = max(float(np.abs(np.diff(targets, prepend=0.0)).max()), 1e-12)
     smallest = SMALLEST_CUT * widest
@@ -221,6 +234,8 @@ def _march(
                     model.state.x.array[:] = known.x[-1]
                     rate = solver.tangent_rate()
                 guess = known.x[-1] + (0.0 if rate is None else (goal - q) * rate)
+            share = 1.0 if target == q else (goal - q) / (target - q)
+            model.duration.value = duration = share * (times[number] - now)
             begin = time.perf_counter()
             outcome = solver.solve(goal, guess)
             seconds = time.perf_counter() - begin
@@ -229,8 +244,11 @@ def _march(
             if attempts[-1].accepted:
                 if abs(goal - q) > 0 and outcome.newton <= EASY_NEWTON:
                     step = 2.0 * step
-                q, balance = goal, (solver.force, solver.energy)
+                q, balance, now = goal, (solver.force, solver.energy), now + duration
                 known.add(q, model.state.x.array.copy())
+                if model.internal is not None:
+                    sensitivity.follow(solver, number, share)
+                    model.internal.commit()
                 if q == target:
                     break
                 continue
@@ -249,10 +267,67 @@ def _march(
                 raise NotConverged(history(), float(target), outcome.reason, q)
         record(newton)
         if sensitivity.names:
-            derivatives.append(sensitivity(solver.tangent_rate()))
+            if model.internal is None:
+                sensitivity.follow(solver, number, 1.0)
+            derivatives.append(sensitivity.at)
         if progress is not None:
             progress(number + 1, len(targets), newton, q)
     return history()
+
+
+# Steps in which a bushing is assembled, and the time that its rubber has to relax afterwards (s).
+ASSEMBLY_STEPS = 4
+RELAXED = 1e12
+
+
+def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives) -> list[Attempt]:
+    """Bring the parameters of the assembly to their values, the sleeve at rest; the rubber relaxes."""
+    attempts: list[Attempt] = []
+    model.duration.value = RELAXED
+    done, step = 0.0, 1.0 / ASSEMBLY_STEPS
+    states = [model.state.x.array.copy()]
+    while done < 1.0:
+        stage = min(1.0, done + step)
+        model.stage.value = stage
+        # On the line through the last two.
+        guess = states[-1] if len(states) < 2 else states[-1] + (states[-1] - states[-2]) * (stage - done) / taken
+        begin = time.perf_counter()
+        outcome = solver.solve(0.0, guess)
+        seconds = time.perf_counter() - begin
+        attempts.append(Attempt(0.0, 0.0, outcome.iterations, outcome.reason, seconds))
+        if attempts[-1].accepted:
+            taken, done = stage - done, stage
+            states = [states[-1], model.state.x.array.copy()]
+            continue
+        step *= 0.5
+        if step < SMALLEST_CUT:
+            model.stage.value = 1.0
+            nothing = np.zeros(0)
+            unbuilt = History(nothing, nothing, None, nothing, nothing.astype(int), tuple(attempts))
+            raise NotConverged(unbuilt, 0.0, outcome.reason, 0.0)
+    if model.internal is not None:
+        sensitivity.follow(solver, 0, 0.0)
+        model.internal.commit()
+    return attempts
+
+
+class _Derivatives:
+    """Derivatives of the force along the march, and of the path with respect to parameters that move it."""
+
+    def __init__(self, sensitivity: Sensitivity, path_rates: Mapping[str, Array]) -> None:
+        self._sensitivity = sensitivity
+        self.names = sensitivity.names
+        self._targets = {name: np.asarray(path_rates[name]) for name in self.names if name in path_rates}
+        self._now = dict.fromkeys(self._targets, 0.0)
+        self.at = np.zeros(len(self.names))
+
+    def follow(self, solver: Equilibrium, number: int, share: float) -> None:
+        """Take the step just found, which went this share of the way left to a target."""
+        if not self.names:
+            return
+        for name, targets in self._targets.items():
+            self._now[name] += share * (float(targets[number]) - self._now[name])
+        self.at = self._sensitivity(solver, self._now)
 
 
 def _times(program: Program, displacement: Array) -> Array:

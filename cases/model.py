@@ -11,7 +11,7 @@ Taylor and Hood (1973), Comput. Fluids 1:73-100, doi:10.1016/0045-7930(73)90027-
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -24,12 +24,14 @@ from dolfinx.fem import petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from cases.feature import Installed, Place
+from cases.internal import Internal
 from cases.jit import options
 from cases.matrix import reduced_matrix
 from cases.mode import Mode, Setting
 from forms import kinematics
 from forms.law import Law
-from forms.potential import Potential, potential
+from forms.potential import Attached, Body, Potential
 from geometry.mesh import NamedMesh
 from geometry.shape import Mirrors
 
@@ -41,12 +43,13 @@ QUADRATURE_DEGREE_PER_ORDER = 2
 
 @dataclass(frozen=True)
 class _Constrained:
-    """Constrained unknowns: local indices, their component, coordinates, and whether they follow the sleeve."""
+    """Constrained unknowns: local indices, their component, coordinates, whether they follow the sleeve, and boundary."""
 
     dofs: NDArray[np.int32]
     component: NDArray[np.int32]
     x: Array
     driven: NDArray[np.bool_]
+    boundary: NDArray[np.str_]
 
 
 def setting_for(mode: Mode, dimension: int) -> Setting:
@@ -70,6 +73,19 @@ class Model:
         The rubber (MPa).
     bulk_modulus
         MPa; infinite = exactly incompressible.
+    features
+        What else there is to rubber and assembly.
+
+    Attributes
+    ----------
+    constants
+        Every parameter by name: the law's, "compliance", and "feature.parameter".
+    marked
+        The same as UFL variables, by which forms can be differentiated.
+    internal : Internal or None
+        What the rubber remembers; None where the force depends on the displacement alone.
+    duration, stage : Constant
+        Of the present step (s), and the share of the assembly that is done, 0 to 1.
     """
 
     def __init__(
@@ -79,16 +95,21 @@ class Model:
         law: Law,
         parameters: Mapping[str, float],
         bulk_modulus: float = np.inf,
+        features: Sequence[Installed] = (),
     ) -> None:
         self.mesh, self.mode, self.law = mesh, mode, law
+        self.features = tuple(features)
         self.setting = setting_for(mode, mesh.dimension)
         self.comm = mesh.mesh.comm
         self.space = fem.functionspace(mesh.mesh, _element(mesh, self.setting))
         self.state = fem.Function(self.space)
-        self.constants = {
-            name: fem.Constant(mesh.mesh, PETSc.ScalarType(value)) for name, value in parameters.items()
-        }
-        self.compliance = fem.Constant(mesh.mesh, PETSc.ScalarType(1.0 / bulk_modulus))
+        values = dict(parameters) | {"compliance": 1.0 / bulk_modulus}
+        for item in self.features:
+            values |= {f"{item.name}.{key}": value for key, value in item.values.items()}
+        self.constants = {name: _constant(mesh, value) for name, value in values.items()}
+        self.duration, self.stage, self._q = (_constant(mesh, value) for value in (0.0, 1.0, 0.0))
+        self.marked = {name: ufl.variable(constant) for name, constant in self.constants.items()}
+        self._law_names = tuple(parameters)
         self.potential = self._potential()
         self._residual = fem.form(self.potential.residual, jit_options=options())
         self._tangent = fem.form(self.potential.tangent, jit_options=options())
@@ -104,49 +125,136 @@ class Model:
     def _potential(self) -> Potential:
         mesh = self.mesh
         u, p = ufl.split(self.state)
-        self.strain = strain(self.setting, u, mesh)
+        moved = [
+            item.feature.stress_free(self._values(item), ufl.SpatialCoordinate(mesh.mesh))
+            for item in self.features
+            if item.feature.stress_free is not None and self.setting.kinematics == "cartesian"
+        ]
+        self.strain = strain(self.setting, u, mesh, sum(moved[1:], moved[0]) if moved else None)
         degree = QUADRATURE_DEGREE_PER_ORDER * mesh.displacement_order
         dx = ufl.Measure("dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": degree})
         sleeves = {}
         for name, sleeve in mesh.sleeves.items():
             shear = sleeve.youngs_modulus / (2 * (1 + sleeve.poissons_ratio))
             bulk = sleeve.youngs_modulus / (3 * (1 - 2 * sleeve.poissons_ratio))
-            moduli = tuple(fem.Constant(mesh.mesh, PETSc.ScalarType(value)) for value in (shear, bulk))
-            sleeves[dx(mesh.region[name])] = moduli
-        # Without sleeves the rubber is everywhere: no subdomain in the kernel's signature.
-        rubber = dx(mesh.region["rubber"]) if sleeves else dx
-        return potential(
-            self.state, self.strain, self.law, self.constants, p, self.compliance, rubber, sleeves
+            sleeves[dx(mesh.region[name])] = (_constant(mesh, shear), _constant(mesh, bulk))
+        attached = [
+            branch
+            for item in self.features
+            if item.feature.branches is not None
+            for branch in item.feature.branches(self._values(item))
+        ]
+        self.internal = Internal(mesh, self.strain, attached, degree) if attached else None
+        compliance, swelling = self.marked["compliance"], 1.0
+        for item in self.features:
+            if item.feature.compliance is not None:
+                compliance += item.feature.compliance(self._values(item))
+            if item.feature.swelling is not None:
+                swelling *= item.feature.swelling(self._values(item))
+        body = Body(
+            state=self.state,
+            strain=self.strain,
+            law=self.law,
+            parameters={name: self.marked[name] for name in self._law_names},
+            pressure=p,
+            compliance=compliance,
+            # Without sleeves the rubber is everywhere: no subdomain in the kernel's signature.
+            rubber=dx(mesh.region["rubber"]) if sleeves else dx,
+            sleeves=sleeves,
+            swelling=swelling,
+            branches=attached,
+            internal=None if self.internal is None else self.internal.values,
+            duration=self.duration,
+            surfaces=self._surfaces(u, degree),
         )
+        made = Potential(body)
+        if self.internal is not None:
+            self.internal.follow(made)
+        return made
+
+    def _values(self, item: Installed) -> dict[str, Any]:
+        """A feature's parameters as UFL scalars; those of the assembly grow with the stage."""
+        share = self.stage if item.feature.assembled else 1
+        return {key: share * self.marked[f"{item.name}.{key}"] for key in item.values}
+
+    def _surfaces(self, u: Any, degree: int) -> list[Any]:
+        mesh = self.mesh
+        made: list[Any] = []
+        for item in self.features:
+            if item.feature.surface is None:
+                continue
+            ds = ufl.Measure(
+                "ds", mesh.mesh, subdomain_data=mesh.facets, metadata={"quadrature_degree": degree}
+            )
+            x = ufl.SpatialCoordinate(mesh.mesh)
+            place = Place(
+                u=u,
+                motion=self._motion_field(),
+                x=x,
+                normal=ufl.FacetNormal(mesh.mesh),
+                ds=lambda name, ds=ds: ds(mesh.boundary[name]) if name in mesh.boundary else None,  # type: ignore[misc]
+                weight=1 if self.setting.kinematics == "cartesian" else 2 * ufl.pi * x[0],
+                kinematics=self.setting.kinematics,
+                shear_modulus=self.law.shear_modulus(**{name: self.marked[name] for name in self._law_names}),
+            )
+            made += item.feature.surface(self._values(item), place)
+        return made
+
+    def _motion_field(self) -> Any:
+        """The sleeve's displacement as a function on the mesh, for surfaces that are not held strongly."""
+        if not hasattr(self, "_driven_field"):
+            self._driven_field = fem.Function(self.space)
+        return ufl.split(self._driven_field)[0]
+
+    @property
+    def shear_modulus(self) -> float:
+        """The law's initial shear modulus at the present parameters, MPa."""
+        return float(self.law.shear_modulus(**{name: float(self.constants[name].value) for name in self._law_names}))
+
+    @property
+    def path_dependent(self) -> bool:
+        """Whether the force depends on more than the displacement."""
+        return self.internal is not None
+
+    @property
+    def assembled(self) -> bool:
+        """Whether the rubber is deformed before the test begins."""
+        return any(item.feature.assembled for item in self.features)
 
     def _constraints(self) -> _Constrained:
         mesh, space = self.mesh, self.space
         components = space.sub(0).num_sub_spaces
-        held = dict(self.mode.held)
+        released = {name for item in self.features for name in item.feature.released}
+        held = {name: only for name, only in self.mode.held.items() if name not in released}
+        driven_names = {name: only for name, only in self.mode.driven.items() if name not in released}
         planes = _mirror_components(mesh.mirrors, components)
-        values: dict[int, tuple[int, Array, bool]] = {}
+        values: dict[int, tuple[int, Array, bool, str]] = {}
         for component in range(components):
             part = space.sub(0).sub(component)
             collapsed, _ = part.collapse()
             points = collapsed.tabulate_dof_coordinates()
-            for names, driven in ((held | planes, False), (dict(self.mode.driven), True)):
+            for names, driven in ((held | planes, False), (driven_names, True)):
                 for name, only in names.items():
                     if name not in mesh.boundary or (only is not None and component not in only):
                         continue
                     facets = mesh.facets.find(mesh.boundary[name])
                     dofs, own = fem.locate_dofs_topological((part, collapsed), mesh.dimension - 1, facets)
                     values.update(
-                        {int(d): (component, points[o], driven) for d, o in zip(dofs, own, strict=True)}
+                        {
+                            int(d): (component, points[o], driven, name)
+                            for d, o in zip(dofs, own, strict=True)
+                        }
                     )
         # The pressure has no work to do in a metal sleeve, where the energy does not contain it.
         for dof in self._idle_pressures():
-            values[dof] = (-1, np.zeros(3), False)
+            values[dof] = (-1, np.zeros(3), False, "")
         dofs = np.array(sorted(values), dtype=np.int32)
         return _Constrained(
             dofs,
             np.array([values[d][0] for d in dofs], dtype=np.int32),
             np.array([values[d][1] for d in dofs]).reshape(-1, 3),
             np.array([values[d][2] for d in dofs], dtype=bool),
+            np.array([values[d][3] for d in dofs], dtype=str),
         )
 
     def _idle_pressures(self) -> list[int]:
@@ -172,8 +280,34 @@ class Model:
         return np.where(c.driven, displacement[c.component, np.arange(len(c.dofs))], 0.0)
 
     def impose(self, q: float) -> None:
-        """Give every constrained unknown of the state the value it has at q (mm or rad)."""
-        self.state.x.array[self._constrained.dofs] = self._along_sleeve(self.setting.motion, q)
+        """Give every constrained unknown of the state the value it has at q (mm or rad) and this stage of assembly."""
+        values = self._along_sleeve(self.setting.motion, q)
+        for name, rate in self._reductions.items():
+            values = values + float(self.stage.value) * float(self.constants[name].value) * rate
+        self.state.x.array[self._constrained.dofs] = values
+
+    @cached_property
+    def _reductions(self) -> dict[str, Array]:
+        """Parameters that move a boundary: displacement of the constrained unknowns per unit of each."""
+        c = self._constrained
+        dimension = 3 if self.setting.kinematics == "cartesian" else 2
+        found = {}
+        for item in self.features:
+            if item.feature.reduction is None:
+                continue
+            moved = item.feature.reduction(c.x[:, :dimension].T, self.setting.kinematics)
+            there = c.boundary == item.feature.reduced
+            rate = np.where(there, moved[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
+            found[f"{item.name}.{next(iter(item.values))}"] = rate
+        return found
+
+    def boundary_rate(self, name: str) -> Array | None:
+        """Derivative of the constrained unknowns with respect to a parameter, over all local unknowns; None for zero."""
+        if name not in self._reductions:
+            return None
+        rate = np.zeros_like(self.state.x.array)
+        rate[self._constrained.dofs] = float(self.stage.value) * self._reductions[name]
+        return rate
 
     def rate(self, q: float) -> Array:
         """Derivative of the constrained unknowns with respect to q, over all local unknowns (zero elsewhere)."""
@@ -182,11 +316,16 @@ class Model:
         return rate
 
     def set_parameters(self, parameters: Mapping[str, float], bulk_modulus: float | None = None) -> None:
-        """Change the material without building anything again."""
+        """Change parameters by name ("compliance" and those of features too) without building anything again."""
         for name, value in parameters.items():
             self.constants[name].value = value
         if bulk_modulus is not None:
             self.compliance.value = 1.0 / bulk_modulus
+
+    @property
+    def compliance(self) -> Any:
+        """1 / bulk modulus, 1/MPa; features may add to it."""
+        return self.constants["compliance"]
 
     # -- assembly ------------------------------------------------------------------------------------------------
 
@@ -253,14 +392,18 @@ class Model:
         return float(self.comm.allreduce(part)) * self.multiplicity
 
 
-def strain(setting: Setting, u: Any, mesh: NamedMesh) -> kinematics.Kinematics:
-    """The kinematics that a setting asks for, of a displacement on a mesh."""
+def strain(setting: Setting, u: Any, mesh: NamedMesh, moved: Any = None) -> kinematics.Kinematics:
+    """The kinematics that a setting asks for, of a displacement on a mesh whose stress-free shape may be moved."""
     if setting.kinematics == "cartesian":
-        return kinematics.cartesian(u)
+        return kinematics.cartesian(u, moved)
     radius = ufl.SpatialCoordinate(mesh.mesh)[0]
     if setting.kinematics == "axisymmetric":
         return kinematics.axisymmetric(u, radius)
     return kinematics.axisymmetric_twist(u, radius)
+
+
+def _constant(mesh: NamedMesh, value: float) -> Any:
+    return fem.Constant(mesh.mesh, PETSc.ScalarType(value))
 
 
 def _element(mesh: NamedMesh, setting: Setting) -> Any:

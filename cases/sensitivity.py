@@ -1,9 +1,13 @@
-"""d(force)/d(parameter) along the march, exactly, from the tangent's solution.
+"""d(force)/d(parameter) along the march, exactly, from the tangent's solutions.
 
-At equilibrium the force is the derivative of the stored energy along the path of equilibria, Q = dPi/dq, and the
-residual vanishes in every direction that leaves the sleeves where they are. Differentiating with respect to a
-parameter leaves dQ/dc = v . dR/dc with v = d(u, p)/dq, the tangent's answer to a motion of the sleeve: one
-back-substitution for all parameters together, then one scalar per parameter. Holds for laws without history.
+At equilibrium the residual R(x, h; c) vanishes in every direction that leaves the sleeves where they are; h is what the
+rubber remembers from the steps before. The force is the work of R on v = dx/dq, the tangent's answer to a motion of the
+sleeve, and because the tangent is symmetric the total derivative is dQ/dc = v . (dR/dc + dR/dh h'), with no need for
+dx/dc. Without memory that is all: one back-substitution for all parameters together, then one scalar each.
+
+With memory its derivative h' = dh/dc is marched along: one back-substitution per parameter and step gives x' = dx/dc, and
+the update rule h_new = U(x, h; c) gives h'_new = U_x x' + U_h h' + U_c. Parameters may also move a boundary (its motion
+is then an x' known beforehand) or the path of the sleeve itself (dq/dc, given with the program).
 
 References
 ----------
@@ -12,12 +16,18 @@ Michaleris, Tortorelli and Vidal (1994), Int. J. Numer. Methods Eng. 37:2471-249
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from dolfinx import fem
+from dolfinx.fem import petsc
 from numpy.typing import NDArray
+from petsc4py import PETSc
+from ufl.algorithms import expand_derivatives
 
+from cases.equilibrium import Equilibrium
 from cases.jit import options
 from cases.model import Model
 
@@ -25,33 +35,180 @@ Array = NDArray[np.float64]
 
 
 class Sensitivity:
-    """Derivatives of a model's force with respect to its parameters.
+    """Derivatives of a model's force with respect to its parameters, step by step.
 
     Parameters
     ----------
     model
-        The model; its law must not depend on history.
+        The model.
     names
-        Law parameters, and "compliance" (1 / bulk modulus, 1/MPa).
+        Law parameters, "compliance" (1 / bulk modulus, 1/MPa), parameters of features ("name.parameter"), and any others
+        that only move the path.
     """
 
     def __init__(self, model: Model, names: Iterable[str]) -> None:
         self.model = model
         self.names = tuple(names)
         self._rate = fem.Function(model.space)
-        self._forms = [
-            fem.form(model.potential.parameter_force(name, self._rate), jit_options=options())
-            for name in self.names
-        ]
+        self._moved = fem.Function(model.space)
+        self.begin()
 
-    def __call__(self, rate: Array) -> Array:
+    def begin(self) -> None:
+        """Forget the steps so far: the rubber is virgin."""
+        model = self.model
+        self.memory: list[Array | None] = [None] * len(self.names)
+        self._space_size = len(model.state.x.array)
+
+    def __call__(self, solver: Equilibrium, path_rates: Mapping[str, float] | None = None) -> Array:
         """Derivative of the force with respect to each parameter, shape (names,), at the present equilibrium.
+
+        Where the model has a memory, call it once per accepted step, before the memory is brought up to date.
 
         Parameters
         ----------
-        rate
-            d(u, p)/dq over this rank's unknowns.
+        solver
+            That has just found the equilibrium.
+        path_rates
+            Parameter -> dq/dc, for those that move the sleeve.
         """
-        self._rate.x.array[:] = rate
-        parts = np.array([fem.assemble_scalar(form) for form in self._forms])
-        return np.asarray(self.model.comm.allreduce(parts)) * self.model.multiplicity
+        model, rates = self.model, path_rates or {}
+        self._rate.x.array[:] = solver.tangent_rate()
+        stiffness = self._stiffness() if any(rates.values()) else 0.0
+        result = np.zeros(len(self.names))
+        for i, name in enumerate(self.names):
+            if model.path_dependent:
+                result[i] = self._with_memory(solver, i, name, rates.get(name, 0.0))
+            else:
+                result[i] = self._work(name)
+            result[i] += stiffness * rates.get(name, 0.0)
+        return result
+
+    # -- without memory ------------------------------------------------------------------------------------------
+
+    def _work(self, name: str) -> float:
+        """Work on v of the residual's derivative, times the multiplicity."""
+        form, total = self._works[name], 0.0
+        if form is not None:
+            total += float(self.model.comm.allreduce(fem.assemble_scalar(form)))
+        boundary = self.model.boundary_rate(name)
+        if boundary is not None:
+            total += self._dot(self._assembled(self._action, self._rate.x.array), boundary)
+        return total * self.model.multiplicity
+
+    @cached_property
+    def _works(self) -> dict[str, Any]:
+        return {name: self._compiled(name, self._rate) for name in self.names}
+
+    def _stiffness(self) -> float:
+        """dQ/dq."""
+        v = self._rate.x.array.copy()
+        return self._dot(self._assembled(self._action, v), v) * self.model.multiplicity
+
+    # -- with memory ---------------------------------------------------------------------------------------------
+
+    def _with_memory(self, solver: Equilibrium, i: int, name: str, path_rate: float) -> float:
+        model = self.model
+        internal = model.internal
+        assert internal is not None
+        v = self._rate.x.array
+        forms = [self._forces[name]] if self._forces[name] is not None else []
+        if self.memory[i] is not None:
+            internal.change.x.array[:] = self.memory[i]
+            forms.append(self._memory_force)
+        force = model.create_vector()
+        with force.localForm() as local:
+            local.set(0.0)
+        for form in forms:
+            petsc.assemble_vector(force, form)
+        boundary = model.boundary_rate(name)
+        if boundary is not None:
+            self._moved.x.array[:] = boundary
+            petsc.assemble_vector(force, self._action)
+        force.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        size = force.getLocalSize()
+        work = float(model.comm.allreduce(float(force.array_r @ v[:size]))) * model.multiplicity
+        force.array_w[model.owned_constrained] = 0.0
+        self._moved.x.array[:] = path_rate * v
+        if boundary is not None:
+            self._moved.x.array[:] += boundary
+        if force.norm() > 0.0:
+            change = force.duplicate()
+            solver.ksp.solve(force, change)
+            self._moved.x.array[:size] -= change.array_r
+            self._moved.x.scatter_forward()
+            change.destroy()
+        force.destroy()
+        internal.change.x.array[:] = 0.0 if self.memory[i] is None else self.memory[i]
+        moved = internal.evaluated(self._memory_change)
+        slope = self._memory_slopes[name]
+        if slope is not None:
+            moved = moved + internal.evaluated(slope)
+        self.memory[i] = moved
+        return work
+
+    @cached_property
+    def _forces(self) -> dict[str, Any]:
+        return {name: self._compiled(name, None) for name in self.names}
+
+    @cached_property
+    def _memory_force(self) -> Any:
+        assert self.model.internal is not None
+        form = self.model.potential.memory_force(self.model.internal.change)
+        return fem.form(form, jit_options=options())
+
+    @cached_property
+    def _memory_change(self) -> fem.Expression:
+        internal = self.model.internal
+        assert internal is not None
+        return internal.expression(self.model.potential.memory_change(self._moved, internal.change))
+
+    @cached_property
+    def _memory_slopes(self) -> dict[str, fem.Expression | None]:
+        internal = self.model.internal
+        assert internal is not None
+        found: dict[str, fem.Expression | None] = {}
+        for name in self.names:
+            found[name] = None
+            if name in self.model.marked:
+                slope = expand_derivatives(self.model.potential.memory_slope(self.model.marked[name]))
+                if not _vanishes(slope):
+                    found[name] = internal.expression(slope)
+        return found
+
+    # -- both ----------------------------------------------------------------------------------------------------
+
+    def _compiled(self, name: str, direction: Any) -> Any:
+        """The residual's derivative with respect to a parameter; None where it does not depend on it."""
+        if name not in self.model.marked:
+            return None
+        form = expand_derivatives(self.model.potential.parameter_force(self.model.marked[name], direction))
+        return None if form.empty() else fem.form(form, jit_options=options())
+
+    @cached_property
+    def _action(self) -> Any:
+        return fem.form(self.model.potential.action(self._moved), jit_options=options())
+
+    def _assembled(self, form: Any, direction: Array) -> Array:
+        """A rank-1 form along a direction: this rank's unknowns, ghosts zero."""
+        self._moved.x.array[:] = direction
+        b = self.model.create_vector()
+        with b.localForm() as local:
+            local.set(0.0)
+        petsc.assemble_vector(b, form)
+        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        result = np.zeros(self._space_size)
+        result[: b.getLocalSize()] = b.array_r
+        b.destroy()
+        return result
+
+    def _dot(self, left: Array, right: Array) -> float:
+        owned = self.model.create_vector()
+        size = owned.getLocalSize()
+        owned.destroy()
+        return float(self.model.comm.allreduce(float(left[:size] @ right[:size])))
+
+
+def _vanishes(vector: Any) -> bool:
+    from ufl.classes import Zero
+
+    return isinstance(vector, Zero) or all(isinstance(part, Zero) for part in vector.ufl_operands)

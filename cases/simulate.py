@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from cases.feature import Installed
 from cases.march import TOLERANCE, History, NotConverged, Progress, march
 from cases.mode import Mode
 from cases.model import Model, setting_for
@@ -39,12 +40,13 @@ def prepare(
     rubber: Rubber,
     refinement: Refinement = DEFAULT,
     comm: MPI.Comm = MPI.COMM_WORLD,
+    features: Sequence[Installed] = (),
 ) -> Model:
     """Mesh the shape as the mode's symmetry allows, in the half-plane where both are axisymmetric."""
     dimension = 2 if mode.section is not None and shape.axisymmetric else 3
     mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
     mesh = build(shape, dimension, mirrors, refinement, comm)
-    return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus)
+    return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus, features)
 
 
 def is_odd(shape: Shape, mode: Mode) -> bool:

@@ -135,11 +135,23 @@ def axisymmetric_twist(u: Scalar, R: Scalar) -> Kinematics:
     return _general(F, 2 * ufl.pi * R)
 
 
-def cartesian(u: Scalar) -> Kinematics:
-    """Return the kinematics of a 3-D displacement ``u``, shape (3,), in mm."""
+def cartesian(u: Scalar, moved: Scalar | None = None) -> Kinematics:
+    """Return the kinematics of a 3-D displacement ``u``, shape (3,), in mm.
+
+    Parameters
+    ----------
+    u
+        Displacement from the stress-free shape.
+    moved : UFL vector, shape (3,), optional
+        Displacement of the stress-free shape from the mesh, so that X + moved(X) is where a point rests without stress.
+    """
     G = ufl.grad(u)
+    weight: Scalar = 1.0
+    if moved is not None:
+        M = ufl.Identity(3) + ufl.grad(moved)
+        G, weight = G * ufl.inv(M), ufl.det(M)
     F = tuple(tuple(G[i, j] + (1 if i == j else 0) for j in range(3)) for i in range(3))
-    return _general(F, 1.0)
+    return _general(F, weight)
 
 
 def principal(e1: Scalar, e2: Scalar) -> Kinematics:

@@ -1,42 +1,42 @@
-"""Total energy of a body -> residual, tangent, and the energy's derivative with respect to any parameter.
+"""Total energy of a body -> residual, tangent, and the derivatives with respect to parameters and memory.
 
-The energy is the only thing written down; everything else is derived from it by UFL (`forms.chain` says how).
+The energy is the only thing written down; everything else is derived from it by UFL (`forms.chain` says how). Branches
+enter by the incremental energy of a step (`forms.branch`): the derivative with respect to the state at its end.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import ufl
 
+from forms.branch import Branch, Internal, Step
 from forms.chain import first_variation, second_variation
 from forms.kinematics import Kinematics
 from forms.law import Law, Scalar
+from forms.symmetric import Symmetric, unpacked
 from forms.volumetric import mixed_energy
 
 
 @dataclass(frozen=True)
-class Potential:
-    """Energy of the body and its derivatives, as UFL forms of the state (u, p).
+class Attached:
+    """A branch and its parameters, UFL scalars by the branch's names for them."""
 
-    Attributes
-    ----------
-    energy : UFL form, rank 0
-        N mm, of the modelled part of the body.
-    residual : UFL form, rank 1
-        Derivative of the energy with respect to the state: out-of-balance force (N) and volume (mm^3).
-    tangent : UFL form, rank 2
-        Derivative of the residual; symmetric.
-    parameter_force : callable
-        ``parameter_force(name, direction)`` is a UFL form, rank 0: the work on a direction (a function of the
-        state's space) of the residual's derivative with respect to a law parameter or to "compliance".
-    """
+    branch: Branch
+    parameters: Mapping[str, Scalar]
 
-    energy: Scalar
-    residual: Scalar
-    tangent: Scalar
-    parameter_force: Callable[[str, Scalar], Scalar]
+
+@dataclass(frozen=True)
+class _Term:
+    """An energy density per area or volume of the mesh, the scalars that it depends on the state by, and where."""
+
+    density: Scalar
+    measures: tuple[Scalar, ...]
+    # The same without measures that depend on parameters or memory.
+    plain_measures: tuple[Scalar, ...]
+    dx: Scalar
 
 
 def rubber_energy(
@@ -54,49 +54,200 @@ def sleeve_energy(strain: Kinematics, shear_modulus: Scalar, bulk_modulus: Scala
     return shear_modulus / 2 * (strain.I1 - 3) + bulk_modulus / 2 * (strain.J - 1) ** 2
 
 
-def potential(
-    state: Scalar,
-    strain: Kinematics,
-    law: Law,
-    parameters: Mapping[str, Scalar],
-    pressure: Scalar,
-    compliance: Scalar,
-    rubber: Scalar,
-    sleeves: Mapping[Scalar, tuple[Scalar, Scalar]],
-) -> Potential:
-    """Derive the forms of a body of rubber and metal.
+@dataclass(frozen=True)
+class Body:
+    """What an energy is made of.
 
-    Parameters
+    Attributes
     ----------
-    state
-        The mixed function (u, p) of which `strain` and `pressure` are made.
-    parameters
-        Law parameter -> UFL scalar (MPa or 1).
-    compliance
+    state : Function
+        The mixed function (u, p).
+    strain : Kinematics
+        Of u.
+    law : Law
+    parameters : mapping
+        Law parameter -> ufl.variable (MPa or 1).
+    pressure : UFL scalar
+    compliance : UFL scalar
         1 / bulk modulus, 1/MPa; zero is exactly incompressible.
-    rubber
-        Measure of the rubber.
-    sleeves
+    rubber : Measure
+    sleeves : mapping
         Measure of a sleeve -> its shear and bulk modulus (MPa).
+    swelling : UFL scalar
+        Volume ratio of the stress-free rubber to the mesh; 1 where it has not shrunk.
+    branches : sequence of Attached
+    internal : Function or None
+        All internal variables at the beginning of the step, at the quadrature points, shape (k,).
+    duration : UFL scalar
+        Of the step, s.
+    surfaces : sequence of UFL form, rank 0
+        Energies of surfaces, N mm.
     """
-    # `variable` marks what can be differentiated; without it UFL takes a constant for a constant.
-    marked = {name: ufl.variable(value) for name, value in parameters.items()}
-    marked_compliance = ufl.variable(compliance)
-    marked_pressure = ufl.variable(pressure)
-    test, trial = ufl.TestFunction(state.function_space), ufl.TrialFunction(state.function_space)
-    density = rubber_energy(strain, law, marked, marked_pressure, marked_compliance) * strain.weight
-    measures = (*strain.measures, marked_pressure)
-    energy = density * rubber
-    residual = first_variation(density, measures, state, test) * rubber
-    tangent = second_variation(density, measures, state, test, trial) * rubber
-    for measure, (shear, bulk) in sleeves.items():
-        metal = sleeve_energy(strain, shear, bulk) * strain.weight
-        energy += metal * measure
-        residual += first_variation(metal, strain.measures, state, test) * measure
-        tangent += second_variation(metal, strain.measures, state, test, trial) * measure
 
-    def parameter_force(name: str, direction: Scalar) -> Scalar:
-        parameter = marked_compliance if name == "compliance" else marked[name]
-        return first_variation(ufl.diff(density, parameter), measures, state, direction) * rubber
+    state: Scalar
+    strain: Kinematics
+    law: Law
+    parameters: Mapping[str, Scalar]
+    pressure: Scalar
+    compliance: Scalar
+    rubber: Scalar
+    sleeves: Mapping[Scalar, tuple[Scalar, Scalar]]
+    swelling: Scalar = 1.0
+    branches: Sequence[Attached] = ()
+    internal: Scalar = None
+    duration: Scalar = None
+    surfaces: Sequence[Scalar] = ()
 
-    return Potential(energy, residual, tangent, parameter_force)
+
+class Potential:
+    """Energy of a body and its derivatives, as UFL forms of the state (u, p).
+
+    Attributes
+    ----------
+    energy : UFL form, rank 0
+        Stored energy, N mm, of the modelled part of the body.
+    residual : UFL form, rank 1
+        Derivative of the (incremental) energy with respect to the state: out-of-balance force (N) and volume (mm^3).
+    tangent : UFL form, rank 2
+        Derivative of the residual; symmetric.
+    update : UFL vector, shape (k,), or None
+        Internal variables at the end of the step.
+    """
+
+    def __init__(self, body: Body) -> None:
+        self.body = body
+        self._test = ufl.TestFunction(body.state.function_space)
+        self._trial = ufl.TrialFunction(body.state.function_space)
+        # Without `variable` UFL takes a function for one that nothing depends on.
+        self._pressure = ufl.variable(body.pressure)
+        self._terms, stored, updated = self._rubber()
+        for measure, (shear, bulk) in body.sleeves.items():
+            metal = sleeve_energy(body.strain, shear, bulk) * body.strain.weight
+            self._terms.append(_Term(metal, body.strain.measures, body.strain.measures, measure))
+            stored += metal * measure
+        self.energy = stored + sum(body.surfaces)
+        self.update = ufl.as_vector(updated) if updated else None
+
+    def _rubber(self) -> tuple[list[_Term], Scalar, list[Scalar]]:
+        body = self.body
+        strain, weight = body.strain, body.strain.weight
+        law_energy = body.law.energy(strain, **body.parameters)
+        J = strain.J if body.swelling == 1.0 else strain.J / body.swelling
+        own = law_energy + mixed_energy(J, self._pressure, body.compliance)
+        stored, separate, updated = own, [], []
+        plain = () if strain.metric is None else tuple(c for c in strain.metric.components if not isinstance(c, int))
+        for attached, internal in self._internal():
+            step = Step(
+                strain,
+                law_energy,
+                body.law.shear_modulus(**body.parameters),
+                internal,
+                body.duration,
+            )
+            branch = attached.branch
+            made = branch.contribution(step, **attached.parameters)
+            end = branch.update(step, **attached.parameters)
+            updated += [c for name in branch.internal for c in _components(end[name])]
+            stored += made.stored
+            if made.measures is None:
+                own += made.incremental
+            else:
+                separate.append(
+                    _Term(
+                        made.incremental * weight,
+                        made.measures,
+                        (*strain.volume_measures, *plain),
+                        body.rubber,
+                    )
+                )
+        measures = (*strain.measures, self._pressure)
+        terms = [_Term(own * weight, measures, measures, body.rubber), *separate]
+        return terms, stored * weight * body.rubber, updated
+
+    def _internal(self) -> Iterator[tuple[Attached, Internal]]:
+        """Each branch with its part of the vector of internal variables."""
+        first = 0
+        for attached in self.body.branches:
+            places = memory_places(self.body.strain)
+            values: dict[str, Scalar | Symmetric] = {}
+            for name, kind in attached.branch.internal.items():
+                size = 1 if kind == "scalar" else len(places)
+                parts = [self.body.internal[first + i] for i in range(size)]
+                values[name] = parts[0] if kind == "scalar" else unpacked(parts, places)
+                first += size
+            yield attached, values
+
+    @cached_property
+    def residual(self) -> Scalar:
+        """Derivative of the energy with respect to the state."""
+        state, test = self.body.state, self._test
+        inside = sum(first_variation(t.density, t.measures, state, test) * t.dx for t in self._terms)
+        return inside + sum(ufl.derivative(surface, state, test) for surface in self.body.surfaces)
+
+    @cached_property
+    def tangent(self) -> Scalar:
+        """Derivative of the residual with respect to the state."""
+        state, test, trial = self.body.state, self._test, self._trial
+        inside = sum(second_variation(t.density, t.measures, state, test, trial) * t.dx for t in self._terms)
+        return inside + sum(
+            ufl.derivative(ufl.derivative(surface, state, test), state, trial) for surface in self.body.surfaces
+        )
+
+    def action(self, direction: Scalar) -> Scalar:
+        """The tangent applied to a function of the state's space: UFL form, rank 1."""
+        return ufl.derivative(self.residual, self.body.state, direction)
+
+    def parameter_force(self, parameter: Scalar, direction: Scalar | None = None) -> Scalar:
+        """Derivative of the residual with respect to a ufl.variable.
+
+        Parameters
+        ----------
+        parameter
+            A ufl.variable that the energy contains.
+        direction
+            Function of the state's space: the result is a form of rank 0, the work on it. None: of rank 1.
+        """
+        state, along = self.body.state, self._test if direction is None else direction
+        parts = []
+        for term in self._terms:
+            slope = ufl.diff(term.density, parameter)
+            try:
+                parts.append(first_variation(slope, term.plain_measures, state, along) * term.dx)
+            except ValueError:
+                # The deformation itself depends on the parameter: the way round the measures.
+                varied = first_variation(term.density, term.measures, state, along)
+                parts.append(ufl.diff(varied, parameter) * term.dx)
+        parts += [ufl.derivative(_form_slope(surface, parameter), state, along) for surface in self.body.surfaces]
+        return sum(parts)
+
+    def memory_force(self, change: Scalar) -> Scalar:
+        """Derivative of the residual along a change of the internal variables: UFL form, rank 1."""
+        return ufl.derivative(self.residual, self.body.internal, change)
+
+    def memory_change(self, direction: Scalar, change: Scalar) -> Scalar:
+        """Derivative of `update` along a change of the state and one of the internal variables, shape (k,)."""
+        return ufl.derivative(self.update, self.body.state, direction) + ufl.derivative(
+            self.update, self.body.internal, change
+        )
+
+    def memory_slope(self, parameter: Scalar) -> Scalar:
+        """Derivative of `update` with respect to a parameter, a ufl.variable, shape (k,)."""
+        return ufl.as_vector([ufl.diff(component, parameter) for component in self.update])
+
+
+def memory_places(strain: Kinematics) -> tuple[int, ...]:
+    """Components of a symmetric tensor that do not vanish in these kinematics."""
+    assert strain.metric is not None
+    return tuple(i for i, c in enumerate(strain.metric.components) if not isinstance(c, int))
+
+
+def _components(value: Scalar | Symmetric) -> list[Scalar]:
+    if isinstance(value, Symmetric):
+        return [c for c in value.components if not isinstance(c, int)]
+    return [value]
+
+
+def _form_slope(form: Scalar, parameter: Scalar) -> Scalar:
+    return ufl.Form(
+        [item.reconstruct(integrand=ufl.diff(item.integrand(), parameter)) for item in form.integrals()]
+    )

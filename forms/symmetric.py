@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import ufl
+from ufl.classes import Zero
 
 from forms.law import Scalar
 
@@ -72,7 +73,7 @@ def unpacked(values: Sequence[Scalar], places: Sequence[int]) -> Symmetric:
 
 
 def _zero(component: Scalar) -> bool:
-    return isinstance(component, int) and component == 0
+    return (isinstance(component, int) and component == 0) or isinstance(component, Zero)
 
 
 def cube_root(x: Scalar) -> Scalar:

@@ -1,0 +1,104 @@
+"""What may be changed about a model: more memory in the rubber, another assembly. Zero when absent.
+
+A feature is data and small functions in UFL, with parameters of its own that can be changed, differentiated and set to
+their off values without building anything again. The effects of `bushcli` that act on the rubber or on the assembly
+are made of one each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forms.law import Scalar
+from forms.potential import Attached
+
+Array = NDArray[np.float64]
+Values = Mapping[str, Scalar]
+"""A feature's parameters by name, as UFL scalars."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a surface energy acts.
+
+    Attributes
+    ----------
+    u : UFL vector
+        Displacement unknowns of the setting.
+    motion : UFL vector
+        Prescribed displacement of the driven sleeve, in the components of u.
+    x : UFL vector
+        Reference coordinates, mm.
+    normal : UFL vector
+        Outward unit normal of the reference boundary.
+    ds : Measure
+        Of a named boundary: ``ds("outer")``; None where the mesh has no such boundary.
+    weight : UFL scalar
+        Area per length (or area) of the boundary's mesh.
+    kinematics : str
+        Of the setting (`cases.mode.Setting`).
+    shear_modulus : UFL scalar
+        The law's initial one, MPa.
+    """
+
+    u: Scalar
+    motion: Scalar
+    x: Scalar
+    normal: Scalar
+    ds: Callable[[str], Any]
+    weight: Scalar
+    kinematics: str
+    shear_modulus: Scalar
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A change of the model.
+
+    Attributes
+    ----------
+    branches : callable, optional
+        Parameters -> branches of the rubber's energy.
+    compliance : callable, optional
+        Parameters -> what is added to 1 / bulk modulus, 1/MPa.
+    swelling : callable, optional
+        Parameters -> volume ratio of the stress-free rubber to the mesh.
+    stress_free : callable, optional
+        Parameters and reference coordinates (UFL vector, 3-D) -> displacement of the stress-free body from the mesh, mm.
+    reduction : callable, optional
+        Coordinates (d, n) in mm and kinematics -> displacement of the boundary `reduced` per unit of the first
+        parameter, shape (c, n), one row per component of the unknown displacement.
+    reduced : str
+        Boundary that `reduction` moves.
+    surface : callable, optional
+        Parameters and `Place` -> surface energies, UFL forms of rank 0.
+    released : tuple of str
+        Boundaries whose bond is the surface energy's affair, not a prescribed displacement.
+    assembled : bool
+        The parameters act before the test: they are brought to their values in steps, at rest, and time-dependent
+        branches relax.
+    """
+
+    branches: Callable[[Values], Sequence[Attached]] | None = None
+    compliance: Callable[[Values], Scalar] | None = None
+    swelling: Callable[[Values], Scalar] | None = None
+    stress_free: Callable[[Values, Scalar], Scalar] | None = None
+    reduction: Callable[[Array, str], Array] | None = None
+    reduced: str = "outer"
+    surface: Callable[[Values, Place], Sequence[Scalar]] | None = None
+    released: tuple[str, ...] = ()
+    assembled: bool = False
+
+
+@dataclass(frozen=True)
+class Installed:
+    """A feature with values of its parameters; `name` makes "name.parameter" of theirs."""
+
+    name: str
+    feature: Feature
+    values: Mapping[str, float]
