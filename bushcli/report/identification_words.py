@@ -12,7 +12,7 @@ from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import POOR, UNDETERMINED
 from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
-from bushcli.report.quantity import listed, number, parameter_unit, percent
+from bushcli.report.quantity import listed, number, parameter_unit, percent, with_std
 from forms.law import law
 
 # A curve is met to its noise when the misfit is at most this many times as large: the noise is an estimate too.
@@ -90,16 +90,7 @@ def with_error(fit: Fit, name: str) -> str:
     estimate = fit.parameters[name]
     unit = parameter_unit(law(fit.material.law), name)
     tail = "" if unit == "1" else f" {unit}"
-    return f"{_rounded(estimate.value, estimate.std)}{tail}"
-
-
-def _rounded(value: float, std: float) -> str:
-    if not math.isfinite(std) or std <= 0:
-        return number(value, 4)
-    if std >= abs(value) or abs(value) < 1e-4:
-        return f"{number(value, 2)} ± {number(std, 2)}"
-    decimals = max(1 - math.floor(math.log10(float(f"{std:.1e}"))), 0)
-    return f"{value:.{decimals}f} ± {std:.{decimals}f}"
+    return f"{with_std(estimate.value, estimate.std)}{tail}"
 
 
 def _lines(fit: Fit) -> list[str]:
