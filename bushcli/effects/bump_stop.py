@@ -1,0 +1,45 @@
+"""Bump stop: a one-sided stop beside the rubber, which engages after a gap.
+
+With q the bushing's displacement the force stiffness max(0, q - gap) is added where gap >= 0, and the force
+stiffness min(0, q - gap) where gap < 0, a stop on the negative side. The curve has a knee at the gap. Amplitude the
+stiffness; the force has no derivative by the gap at the knee itself, where the one of free travel is taken.
+
+References
+----------
+Shaw and Holmes (1983), A periodically forced piecewise linear oscillator, J. Sound Vib. 90:129-155,
+doi:10.1016/0022-460X(83)90407-8.
+"""
+
+from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
+
+
+def parallel(q: Signal, force: Signal, given: Given) -> Signal:
+    """Return the force with that of the stop."""
+    over = q - given["gap"]
+    engaged = over.value > 0.0 if given["gap"].value >= 0.0 else over.value < 0.0
+    return force + given["stiffness"] * over.where(engaged)
+
+
+EFFECT = Effect(
+    name="bump_stop",
+    summary="A one-sided stop engages after a gap: a knee in the curve.",
+    acts="rig",
+    parameters=(
+        EffectParameter("stiffness", "N/mm", "of the stop", 100.0, 0.0, 1e10, off=0.0, of_channel=True),
+        EffectParameter(
+            "gap",
+            "mm",
+            "travel to the stop; negative = on the negative side",
+            1.0,
+            -1000.0,
+            1000.0,
+            scan=(-0.9, -0.7, -0.5, 0.5, 0.7, 0.9),
+            scale="amplitude",
+            of_channel=True,
+        ),
+    ),
+    needs="travel to both sides of the knee",
+    rivals=("misalignment",),
+    source="Shaw and Holmes (1983), Periodically forced piecewise linear oscillator, doi:10.1016/0022-460X(83)90407-8",
+    rig=RigChange(parallel=parallel, order=1),
+)

@@ -1,0 +1,35 @@
+"""Compressibility: rubber gives in volume, which shows where it is confined.
+
+The volumetric energy is kappa/2 (J - 1)^2 with 1/kappa = 1/kappa_case + compliance. Filled rubber has a bulk modulus of
+50 to 200 times its shear modulus, unfilled rubber of 1000 to 10000 times. A long bushing loaded radially is confined
+and loses stiffness; axial shear and torsion hardly change. Amplitude 1/kappa.
+
+References
+----------
+Gent and Lindley (1959), The compression of bonded rubber blocks, Proc. Inst. Mech. Eng. 173:111-122,
+doi:10.1243/PIME_PROC_1959_173_022_02.
+"""
+
+from bushcli.effect import Effect, EffectParameter
+
+EFFECT = Effect(
+    name="compressibility",
+    summary="The rubber's volume gives: confined directions are softer than those of pure shear.",
+    acts="rubber",
+    parameters=(
+        EffectParameter(
+            "compliance",
+            "1/MPa",
+            "1 / bulk modulus, added to the case's",
+            5e-4,
+            0.0,
+            0.1,
+            off=0.0,
+            reciprocal=("bulk_modulus", "MPa"),
+        ),
+    ),
+    needs="a radial channel beside an axial or a torsional one",
+    rivals=("rig_compliance", "sleeve_compliance"),
+    source="Gent and Lindley (1959), Compression of bonded rubber blocks, doi:10.1243/PIME_PROC_1959_173_022_02",
+    specimens=frozenset({"bushing", "coupon"}),
+)

@@ -1,0 +1,27 @@
+"""Cure shrinkage: the rubber cooled between sleeves that hold it, and is left in tension.
+
+The deformation gradient is F = (1 - shrinkage) F_e, and the energy that of F_e: what has no stress is a rubber smaller
+by ``shrinkage`` in all directions. For natural rubber cured at 150 degrees C some 0.02 is typical. Amplitude the
+linear shrinkage.
+
+References
+----------
+Vujosevic and Lubarda (2002), Finite-strain thermoelasticity based on multiplicative decomposition of deformation
+gradient, Theor. Appl. Mech. 28-29:379-399, doi:10.2298/TAM0229379V.
+"""
+
+from bushcli.effect import Effect, EffectParameter
+
+EFFECT = Effect(
+    name="cure_shrinkage",
+    summary="The rubber shrank between bonded sleeves when it cooled and is left in tension.",
+    acts="assembly",
+    parameters=(
+        EffectParameter(
+            "shrinkage", "1", "linear strain by which free rubber would have shrunk", 0.01, 0.0, 0.1, off=0.0
+        ),
+    ),
+    needs="a radial channel beside an axial or a torsional one",
+    rivals=("swaging",),
+    source="Vujosevic and Lubarda (2002), Finite-strain thermoelasticity, doi:10.2298/TAM0229379V",
+)

@@ -1,0 +1,46 @@
+"""Mullins effect: rubber that was stretched before is softer up to where it was stretched to.
+
+The stress of the law is multiplied by eta = 1 - (1/r) erf((W_max - W) / (m + beta W_max)), W the isochoric energy
+and W_max the largest it has been at that point. On the virgin path W = W_max and eta = 1; the unloaded rubber is left
+with the factor 1 - (1/r) erf(W_max / (m + beta W_max)). Amplitude 1/r, for which r = inf is no Mullins effect. The
+term beta W_max, which makes eta depend on the level, came to the model of Ogden and Roxburgh in finite-element codes.
+
+References
+----------
+Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect in filled rubber, Proc. R. Soc. Lond. A
+455:2861-2877, doi:10.1098/rspa.1999.0431.
+"""
+
+from bushcli.effect import Effect, EffectParameter
+
+EFFECT = Effect(
+    name="mullins",
+    summary="Reloading below the largest earlier deformation is softer than the first loading.",
+    acts="rubber",
+    parameters=(
+        EffectParameter(
+            "inverse_r",
+            "1",
+            "largest share of the stress that is lost",
+            0.3,
+            0.0,
+            0.95,
+            off=0.0,
+            reciprocal=("r", "1"),
+        ),
+        EffectParameter(
+            "m",
+            "MPa",
+            "energy below W_max at which softening sets in",
+            0.1,
+            1e-4,
+            100.0,
+            scan=(0.01, 0.03, 0.1, 0.3),
+        ),
+        EffectParameter("beta", "1", "growth of that energy with W_max", 0.1, 0.0, 1.0, scan=(0.0, 0.1)),
+    ),
+    needs="a reload below an earlier peak; first loadings to growing amplitudes tell m and beta",
+    rivals=("friction", "viscoelasticity"),
+    source="Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect, doi:10.1098/rspa.1999.0431",
+    specimens=frozenset({"bushing", "coupon"}),
+)

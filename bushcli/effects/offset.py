@@ -1,0 +1,39 @@
+"""Offset: transducers that do not read zero at rest.
+
+The bushing's displacement is q - displacement and the logged force Q + force, with q the recorded displacement and Q
+the force. Both are amplitudes. They do not grow with the excursion as permanent set does.
+
+References
+----------
+ASTM D638-22, Standard test method for tensile properties of plastics, annex A1 (toe compensation),
+doi:10.1520/D0638-22.
+"""
+
+from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
+
+
+def drive(q: Signal, given: Given) -> Signal:
+    """Return the displacement from the true rest position."""
+    return q - given["displacement"]
+
+
+def read(force: Signal, given: Given) -> Signal:
+    """Return the force as it is logged."""
+    return force + given["force"]
+
+
+EFFECT = Effect(
+    name="offset",
+    summary="Force and displacement do not read zero at rest.",
+    acts="rig",
+    parameters=(
+        EffectParameter("force", "N", "logged without load", 1.0, -1e7, 1e7, off=0.0, of_channel=True),
+        EffectParameter(
+            "displacement", "mm", "logged at rest", 0.01, -100.0, 100.0, off=0.0, of_channel=True
+        ),
+    ),
+    needs="curvature that differs between + and - tells the two apart; two amplitudes tell them from permanent set",
+    rivals=("free_play", "misalignment", "permanent_set"),
+    source="ASTM D638-22, annex A1 (toe compensation), doi:10.1520/D0638-22",
+    rig=RigChange(drive=drive, read=read, order=0),
+)

@@ -1,0 +1,27 @@
+"""Time lag: the force is logged late against the displacement.
+
+The force logged at time t is that of t - lag. Loading and unloading then part by lag times the rate of the force, a
+false loop whose width goes with the rate; in a hold it vanishes after the lag. Amplitude the lag; negative where the
+displacement is the late one.
+
+References
+----------
+Lakes (2004), Viscoelastic measurement techniques, Rev. Sci. Instrum. 75:797-810, doi:10.1063/1.1651639.
+"""
+
+from bushcli.effect import Effect, EffectParameter, RigChange
+
+EFFECT = Effect(
+    name="time_lag",
+    summary="Force is logged late against displacement: a false loop whose width goes with the rate.",
+    acts="rig",
+    parameters=(
+        EffectParameter("lag", "s", "of the force behind the displacement", 0.05, -100.0, 100.0, off=0.0),
+    ),
+    needs="time, and two rates or a hold",
+    rivals=("viscoelasticity",),
+    source="Lakes (2004), Viscoelastic measurement techniques, doi:10.1063/1.1651639",
+    specimens=frozenset({"bushing", "coupon"}),
+    needs_time=True,
+    rig=RigChange(clock="lag"),
+)
