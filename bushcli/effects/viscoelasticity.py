@@ -39,7 +39,7 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
 
 EFFECT = Effect(
     name="viscoelasticity",
-    summary="Force lags behind fast motion and relaxes in a hold; the loop grows with the rate.",
+    summary="Fast motion meets more force, which relaxes in a hold; the loop grows with the rate.",
     acts="rubber",
     parameters=(*_branch(1, 0.2, 10.0), *_branch(2, 0.1, 1.0), *_branch(3, 0.1, 100.0)),
     needs="time, and two rates or a hold; a time per branch needs rates or holds that far apart",

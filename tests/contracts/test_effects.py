@@ -1,0 +1,191 @@
+"""What every effect must do; a new file in bushcli/effects is tested without a line here.
+
+Effects of the rig are tested on a curve with a known formula; what acts on the finite-element model is tested where
+that is solved.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from bushcli.effect import ActiveEffect, Effect, UnknownName, effect, effects, full_name
+from bushcli.rig import Travel, elastic_response
+from cases.mode import modes
+
+ALL = list(effects().values())
+RIG = [one for one in ALL if one.rig is not None]
+LAW = ("k", "c")
+K, C = 290.0, 1.5  # N/mm, N/mm^3: the axial stiffness of a bushing of 10, 20, 40 mm and some stiffening
+
+# Values away from the off value that fit the travel below, mm and N; what is not here has its start value.
+TYPICAL = {
+    "bump_stop.gap": 2.43,
+    "bump_stop.stiffness": 400.0,
+    "free_play.half_width": 0.313,
+    "offset.force": 35.0,
+    "offset.displacement": 0.1234,
+    "rig_compliance.compliance": 5e-4,
+    "time_lag.lag": 0.137,
+    "permanent_set.set": 0.06,
+}
+
+
+def travel() -> Travel:
+    """Cycles of growing amplitude to 5 mm, 4 mm to the other side, sampled densely."""
+    time = np.linspace(0.0, 40.0, 801)
+    growth = np.interp(time, [0.0, 40.0], [2.0, 5.0])
+    q = growth * np.sin(2 * np.pi * time / 8.0)
+    return Travel(np.where(q < 0, 0.8 * q, q) + 1e-3, time)
+
+
+def cubic(q: np.ndarray, k: float = K, c: float = C) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return k * q + c * q**3, k + 3 * c * q**2, np.column_stack([q, q**3])
+
+
+def typical(one: Effect) -> ActiveEffect:
+    started = ActiveEffect(one).started()
+    known = {p.name: TYPICAL[full_name(one, p)] for p in one.required if full_name(one, p) in TYPICAL}
+    return ActiveEffect(one, dict(started.values) | known)
+
+
+def response(
+    active: list[ActiveEffect], k: float = K, c: float = C
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    names = [f"{one.name}.{name}" for one in active for name in one.values]
+    columns = [*LAW, *names]
+
+    def plain(q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        force, stiffness, slope = cubic(q, k, c)
+        return force, stiffness, np.column_stack([slope, np.zeros((len(q), len(names)))])
+
+    signal = elastic_response(active, travel(), plain, columns)
+    return signal.value, signal.slope, columns
+
+
+def moved(active: list[ActiveEffect], column: str, step: float) -> np.ndarray:
+    """Force with one parameter changed by a step."""
+    if column in LAW:
+        return response(active, **{"k": K, "c": C} | {column: {"k": K, "c": C}[column] + step})[0]
+    name, parameter = column.split(".")
+    changed = [
+        ActiveEffect(one.effect, one.values | {parameter: one.values[parameter] + step})
+        if one.name == name
+        else one
+        for one in active
+    ]
+    return response(changed)[0]
+
+
+def check_derivatives(active: list[ActiveEffect]) -> None:
+    force, slope, columns = response(active)
+    for number, column in enumerate(columns):
+        # Small against every scale of the curve, large against the rounding of the force.
+        step = 1e-5 * {"k": K, "c": C, "bump_stop.stiffness": 400.0, "offset.force": 35.0}.get(column, 1.0)
+        # A spring of 1e-9 mm/N is 3e-7 of the bushing; the rate of a curve bends within a sample, 0.05 s.
+        step = {"rig_compliance.compliance": 1e-9, "time_lag.lag": 1e-7}.get(column, step)
+        up, down = moved(active, column, step), moved(active, column, -step)
+        exact, difference = slope[:, number], (up - down) / (2 * step)
+        # Six digits of the largest, and of the rounding of the force in the difference.
+        noise = 1e-15 * np.abs(force).max() / step
+        # Samples within a step of a knee have no derivative; there are at most a few of them.
+        wrong = np.abs(exact - difference) > 1e-6 * np.abs(exact).max() + 20 * noise
+        assert wrong.sum() <= 3, (
+            column,
+            np.flatnonzero(wrong)[:10],
+            exact[wrong][:10],
+            difference[wrong][:10],
+        )
+
+
+@pytest.mark.parametrize("one", RIG, ids=lambda one: one.name)
+def test_an_effect_that_is_off_leaves_the_curve_exactly(one: Effect) -> None:
+    off = ActiveEffect(one).off()
+    np.testing.assert_array_equal(response([off])[0], cubic(travel().displacement)[0])
+
+
+@pytest.mark.parametrize("one", RIG, ids=lambda one: one.name)
+def test_derivatives_where_it_is_off(one: Effect) -> None:
+    check_derivatives([typical(one).off()])
+
+
+@pytest.mark.parametrize("one", RIG, ids=lambda one: one.name)
+def test_derivatives_where_it_acts(one: Effect) -> None:
+    active = [typical(one)]
+    # It does act: otherwise the derivatives are those of nothing.
+    assert np.abs(response(active)[0] - cubic(travel().displacement)[0]).max() > 1.0
+    check_derivatives(active)
+
+
+def test_derivatives_of_all_together_and_of_the_law_through_them() -> None:
+    check_derivatives([typical(one) for one in RIG])
+    check_derivatives([typical(one).off() for one in RIG])
+
+
+def test_the_order_in_which_effects_are_named_plays_no_part() -> None:
+    active = [typical(one) for one in RIG]
+    forwards, backwards = response(active)[0], response(active[::-1])[0]
+    np.testing.assert_array_equal(forwards, backwards)
+
+
+@pytest.mark.parametrize("one", ALL, ids=lambda one: one.name)
+def test_an_effect_says_what_it_is(one: Effect) -> None:
+    assert one.summary.endswith(".")
+    assert "doi:10." in one.source
+    assert one.needs
+    assert one.amplitudes
+    assert len({p.name for p in one.parameters}) == len(one.parameters)
+    assert any(one.acts_on(mode) for mode in modes())
+    for rival in one.rivals:
+        assert rival != one.name
+        assert one.name in effect(rival).rivals
+    if one.acts == "rig":
+        assert one.rig is not None
+
+
+@pytest.mark.parametrize("one", ALL, ids=lambda one: one.name)
+def test_parameters_are_within_their_bounds(one: Effect) -> None:
+    for parameter in one.parameters:
+        assert parameter.admits(parameter.start)
+        assert not parameter.admits(float("nan"))
+        assert all(a < b for a, b in pairwise(parameter.scan))
+        if parameter.off is None:
+            continue
+        assert parameter.admits(parameter.off)
+        assert parameter.start != parameter.off
+        assert not parameter.scan
+    for parameter in one.parameters:
+        if parameter.reciprocal is not None:
+            assert parameter.lower == parameter.off == 0.0  # 1/0 is "absent", and nothing is beyond it
+            assert parameter.reciprocal[0] not in {p.name for p in one.parameters}
+
+
+@pytest.mark.parametrize("one", ALL, ids=lambda one: one.name)
+def test_values_go_through_json(one: Effect) -> None:
+    active = ActiveEffect(one).started()
+    again = ActiveEffect(effect(one.name), json.loads(json.dumps(dict(active.values))))
+    assert again == active
+    assert active.lacking == ()
+    assert set(ActiveEffect(one).lacking) == {full_name(one, p) for p in one.required}
+    off = active.off().values
+    assert all(off[p.name] == p.off for p in one.amplitudes if not p.optional)
+
+
+def test_an_unknown_effect_names_the_nearest() -> None:
+    with pytest.raises(UnknownName, match='did you mean "mullins"'):
+        effect("mulins")
+    with pytest.raises(UnknownName, match='did you mean "inverse_r"'):
+        effect("mullins").parameter("inverser")
+
+
+def test_the_registry_needs_none_of_the_finite_element_stack() -> None:
+    code = (
+        "import sys\nfrom bushcli.effect import effects\nassert len(effects()) > 3\n"
+        "heavy = {'dolfinx', 'petsc4py', 'gmsh', 'ufl', 'matplotlib'} & set(sys.modules)\nassert not heavy, heavy\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

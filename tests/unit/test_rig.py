@@ -1,0 +1,180 @@
+"""The changes of the rig against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bushcli.effect import ActiveEffect, Signal, effect
+from bushcli.rig import NoEquilibrium, Travel, bushing_path, elastic_response, parallel, reading, spring
+
+SWEEP = np.linspace(-5.0, 5.0, 2001)
+
+
+def active(name: str, **values: float) -> ActiveEffect:
+    return ActiveEffect(effect(name), values)
+
+
+def linear(stiffness: float = 300.0):
+    return lambda q: (stiffness * q, np.full(len(q), stiffness), np.zeros((len(q), 0)))
+
+
+def force(
+    *acting: ActiveEffect, q: np.ndarray = SWEEP, time: np.ndarray | None = None, response=None
+) -> np.ndarray:
+    return elastic_response(acting, Travel(q, time), response or linear(), ()).value
+
+
+def test_springs_in_series_add_their_compliances():
+    expected = SWEEP / (1 / 300.0 + 2e-3)
+    np.testing.assert_allclose(force(active("rig_compliance", compliance=2e-3)), expected, rtol=1e-14)
+
+
+def test_the_derivative_by_the_compliance_is_that_of_springs_in_series():
+    columns = ["rig_compliance.compliance"]
+    plain = lambda q: (300.0 * q, np.full(len(q), 300.0), np.zeros((len(q), 1)))  # noqa: E731
+    got = elastic_response([active("rig_compliance", compliance=2e-3)], Travel(SWEEP), plain, columns)
+    np.testing.assert_allclose(got.slope[:, 0], -SWEEP / (1 / 300.0 + 2e-3) ** 2, rtol=1e-12)
+
+
+def test_a_stiff_bushing_behind_a_soft_spring_and_with_a_stop_is_solved():
+    # Stiffness from 300 to 1.5e5 N/mm and a knee behind a spring of 20 N/mm: Newton alone would jump to and fro.
+    def hard(q):
+        return 300.0 * np.sinh(q), 300.0 * np.cosh(q), np.zeros((len(q), 0))
+
+    acting = [active("rig_compliance", compliance=0.05), active("bump_stop", stiffness=1e5, gap=0.3)]
+    got = elastic_response(acting, Travel(SWEEP), hard, ()).value
+    q = SWEEP - 0.05 * got
+    np.testing.assert_allclose(300.0 * np.sinh(q) + 1e5 * np.maximum(q - 0.3, 0), got, rtol=1e-9, atol=1e-9)
+
+
+def test_a_bushing_with_a_force_at_rest_shares_it_with_the_spring():
+    shifted = lambda q: (300.0 * (q + 0.2), np.full(len(q), 300.0), np.zeros((len(q), 0)))  # noqa: E731
+    got = force(active("rig_compliance", compliance=2e-3), response=shifted)
+    np.testing.assert_allclose(got, (SWEEP + 0.2) / (1 / 300.0 + 2e-3), rtol=1e-13, atol=1e-10)
+
+
+def test_a_response_that_is_not_finite_is_no_equilibrium():
+    broken = lambda q: (np.full(len(q), np.nan), np.ones(len(q)), np.zeros((len(q), 0)))  # noqa: E731
+    with pytest.raises(NoEquilibrium):
+        force(active("rig_compliance", compliance=2e-3), response=broken)
+
+
+def test_a_dead_band_takes_its_half_width_from_the_travel():
+    got = force(active("free_play", half_width=0.5))
+    expected = np.where(np.abs(SWEEP) <= 0.5, 0.0, 300.0 * (SWEEP - np.sign(SWEEP) * 0.5))
+    np.testing.assert_allclose(got, expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("gap", [2.0, -2.0, 0.0])
+def test_a_stop_makes_a_knee_on_its_side(gap):
+    got = force(active("bump_stop", stiffness=500.0, gap=gap)) - 300.0 * SWEEP
+    over = SWEEP - gap
+    expected = 500.0 * (np.maximum(over, 0) if gap >= 0 else np.minimum(over, 0))
+    np.testing.assert_allclose(got, expected, atol=1e-9)
+    assert np.all(got * SWEEP >= 0)  # a stop pushes back
+
+
+def test_a_stop_carried_by_a_spring_is_behind_it():
+    acting = [active("bump_stop", stiffness=500.0, gap=1.0), active("rig_compliance", compliance=2e-3)]
+    got = force(*acting, q=np.array([4.0]))
+    # (q - 4) + 0.002 (300 q + 500 (q - 1)) = 0
+    q = 5.0 / 2.6
+    np.testing.assert_allclose(got, 300 * q + 500 * (q - 1), rtol=1e-13)
+
+
+def test_the_batch_scales_the_bushing_but_not_the_stop():
+    got = force(
+        active("batch_stiffness", log_factor=np.log(0.56)), active("bump_stop", stiffness=500.0, gap=1.0)
+    )
+    np.testing.assert_allclose(got, 0.56 * 300 * SWEEP + 500 * np.maximum(SWEEP - 1, 0), atol=1e-9)
+
+
+def test_set_grows_with_the_largest_excursion_and_returns_to_zero_force_there():
+    q = np.array([0.0, 2.0, 1.0, 0.2, 4.0, 0.4, 0.0, -1.0, 0.0])
+    path = bushing_path([active("permanent_set", set=0.1)], Travel(q), ["permanent_set.set"])
+    high, low = np.maximum.accumulate(np.maximum(q, 0)), np.minimum.accumulate(np.minimum(q, 0))
+    np.testing.assert_allclose(path.value, q - 0.1 * (high + low), atol=1e-15)
+    np.testing.assert_allclose(path.slope[:, 0], -(high + low), atol=1e-15)
+    assert path.value[3] == pytest.approx(0.0, abs=1e-15)
+    assert path.value[5] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_offsets_shift_the_curve():
+    np.testing.assert_allclose(
+        force(active("offset", force=7.0, displacement=0.1)), 300 * (SWEEP - 0.1) + 7, atol=1e-10
+    )
+
+
+def test_an_offset_is_taken_off_before_the_dead_band():
+    got = force(active("free_play", half_width=0.5), active("offset", force=0.0, displacement=0.5))
+    assert np.all(got[(SWEEP >= 0.0) & (SWEEP <= 1.0)] == 0.0)
+
+
+def test_a_lag_delays_a_sine():
+    time = np.linspace(0.0, 10.0, 2001)
+    got = force(active("time_lag", lag=0.1234), q=np.sin(time), time=time)
+    later = time > 0.13
+    # Parabolic slopes: the error of the cubic is of third order, h^3/(9 sqrt 3) 0.005^3 300 = 2.4e-6.
+    np.testing.assert_allclose(got[later], 300 * np.sin(time - 0.1234)[later], atol=3e-6)
+    assert np.all(got[time < 0.1234] == 0.0)  # nothing moved before the start
+
+
+def test_the_false_loop_of_a_lag_goes_with_the_rate():
+    # Area of the ellipse q = a sin wt, F = k a sin w(t - lag): -pi k a^2 sin(w lag).
+    for period in (4.0, 8.0):
+        time = np.linspace(0.0, 2 * period, 4001)
+        w = 2 * np.pi / period
+        q = 3.0 * np.sin(w * time)
+        got = force(active("time_lag", lag=0.2), q=q, time=time)
+        last = time >= period
+        # Negative: a force that comes late seems to give energy; one that comes early (lag < 0), to lose it.
+        area = np.trapezoid(got[last], q[last])
+        assert area == pytest.approx(-np.pi * 300 * 9 * np.sin(w * 0.2), rel=1e-4)
+
+
+def test_a_force_is_read_between_its_times_and_corners_are_kept():
+    time = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+    tent = Signal(np.array([0.0, 1.0, 2.0, 1.0, 0.0]), np.zeros((5, 0)))
+    at = np.linspace(0.0, 4.0, 41)
+    got = reading([], time, tent, (), at=at, corners=[2])
+    np.testing.assert_allclose(got.value, 2 - np.abs(at - 2), atol=1e-14)
+    # Without the corner the cubic rounds it off: as much as a quarter of a step at most.
+    rounded = reading([], time, tent, (), at=at).value
+    assert 0.01 < np.abs(rounded - got.value).max() < 0.25
+
+
+def test_at_a_corner_the_derivative_by_the_lag_is_the_mean_of_both_sides():
+    time = np.array([0.0, 1.0, 2.0, 3.0])
+    bent = Signal(np.array([0.0, 2.0, 4.0, 3.0]), np.zeros((4, 1)))
+    got = reading([active("time_lag", lag=0.0)], time, bent, ["time_lag.lag"], corners=[2])
+    np.testing.assert_allclose(got.slope[:, 0], [-1.0, -2.0, -0.5, 0.5], atol=1e-14)
+    np.testing.assert_array_equal(got.value, bent.value)
+
+
+def test_a_lag_without_time_is_refused():
+    with pytest.raises(ValueError, match="without time"):
+        force(active("time_lag", lag=0.1))
+
+
+def test_a_value_that_is_not_given_is_refused():
+    with pytest.raises(ValueError, match=r"bump_stop\.gap"):
+        force(active("bump_stop", stiffness=1.0))
+
+
+def test_the_pieces_for_a_march_make_the_same_force():
+    """What a march with history is given, driven here by a spring without."""
+    acting = [
+        active("free_play", half_width=0.2),
+        active("rig_compliance", compliance=1e-3),
+        active("bump_stop", stiffness=400.0, gap=1.5),
+        active("offset", force=5.0, displacement=0.1),
+    ]
+    columns = ["rig_compliance.compliance", "offset.force"]
+    path, compliance = bushing_path(acting, Travel(SWEEP), columns), spring(acting, columns)
+    got = force(*acting)
+    q = path.value - compliance.value * (got - 5.0)
+    zero = np.zeros((len(q), 2))
+    carried = parallel(acting, Signal(q, zero), Signal(300.0 * q, zero), columns)
+    np.testing.assert_allclose(reading(acting, None, carried, columns).value, got, atol=1e-9)
+    assert list(compliance.slope) == [1.0, 0.0]
