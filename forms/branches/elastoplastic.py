@@ -8,6 +8,8 @@ from forms.branch import Branch, Contribution, Internal, Step
 from forms.law import Scalar
 from forms.symmetric import Symmetric, cube_root
 
+# The knee at the slip strain is rounded over this share of it on both sides: on a corner Newton's method goes to and fro.
+ROUNDING = 0.05
 # Elastic strain (squared) below which its root is not taken: the root's slope is infinite at zero.
 TINY = 1e-12
 
@@ -22,7 +24,7 @@ def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
         3 g mu / 2 (D - 1) / a + g mu / 2 slip^2 a
 
     is stationary at the a that meets the yield condition. To leading order in the strain that is
-    a = sqrt(tr(C' Ci^-1) - 3) / slip - 1; taking this closed form, in the energy itself, keeps the step explicit
+    a = sqrt(tr(C' Ci^-1) - 3) / slip - 1, zero below (a parabola rounds the knee); taking this closed form, in the energy itself, keeps the step explicit
     and its tangent symmetric, and errs by a share of the step squared (backward Euler: first order).
 
     References
@@ -60,8 +62,9 @@ def _isochoric(step: Step) -> Symmetric:
 
 
 def _multiplier(first: Scalar, slip: Scalar) -> Scalar:
-    elastic = ufl.sqrt(ufl.max_value(first - 3, TINY))
-    return ufl.max_value(elastic / slip - 1, 0)
+    x = ufl.sqrt(ufl.max_value(first - 3, TINY)) / slip - 1
+    rounded = (x + ROUNDING) ** 2 / (4 * ROUNDING)
+    return ufl.conditional(ufl.gt(x, ROUNDING), x, ufl.conditional(ufl.gt(x, -ROUNDING), rounded, 0 * x))
 
 
 BRANCH = Branch(
