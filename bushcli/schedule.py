@@ -1,0 +1,216 @@
+"""From a recorded path to the steps of a march, and from the march back to the samples.
+
+Where the rubber remembers, the whole path has to be followed, but neither every sample nor the sensor's noise: a march
+through noisy displacements would turn round at every sample. The path is a chain of straight lines in time, as few as
+stay within the noise and fitted to all samples; it is cut at its turning points into legs, and each leg into steps that
+are finest after the turn, where memory acts. A leg that goes further than the path has been before is cut there. Samples are interpolated within their leg.
+
+References
+----------
+Douglas and Peucker (1973), Cartographica 10:112-122, doi:10.3138/FM57-6770-U75U-7727 (fewest points of a line).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+Array = NDArray[np.float64]
+
+# The chain stays within so many standard deviations of the displacement's noise: 400 samples reach 3.
+WITHIN = 5.0
+# And, where there is no noise, within this share of the range.
+RESOLUTION = 2e-4
+# Steps of a leg that goes over the whole range; a shorter one gets its share, but no fewer than FEWEST.
+STEPS, FEWEST = 12, 4
+# Exponent of the grading: the first of 12 steps of a leg is 1/24 of it.
+GRADING = 1.3
+# Steps of a hold, evenly in the logarithm of time from the first one's length.
+HOLD_STEPS, FIRST_HOLD = 10, 1e-3
+
+
+@dataclass(frozen=True)
+class Leg:
+    """Nodes `first` to `last` (both included) of a stretch without a turn; a hold stands still."""
+
+    first: int
+    last: int
+    hold: bool
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Steps through a recorded path.
+
+    Attributes
+    ----------
+    time, displacement : shape (n,)
+        Nodes, s and mm or rad; without recorded times the sample numbers stand for them.
+    legs : tuple of Leg
+    timed : bool
+        Whether `time` is in seconds.
+    """
+
+    time: Array
+    displacement: Array
+    legs: tuple[Leg, ...]
+    timed: bool
+
+    @cached_property
+    def _clock(self) -> Array:
+        """Position of each node within its leg: along the path, or in the logarithm of a hold's time."""
+        clock = np.zeros(len(self.time))
+        for leg in self.legs:
+            inside = slice(leg.first + 1, leg.last + 1)
+            clock[inside] = self._position(leg, self.time[inside])
+        return clock
+
+    def _position(self, leg: Leg, time: Array) -> Array:
+        if leg.hold:
+            since = np.maximum(time - self.time[leg.first], 0.0)
+            return np.log1p(since / (self.time[leg.first + 1] - self.time[leg.first]))
+        nodes = slice(leg.first, leg.last + 1)
+        path = np.interp(time, self.time[nodes], self.displacement[nodes])
+        return np.abs(path - self.displacement[leg.first])
+
+    def interpolation(self, time: Array) -> Array:
+        """Matrix, shape (samples, nodes), that takes values at the nodes to those at other times."""
+        matrix = np.zeros((len(time), len(self.time)))
+        starts = np.array([self.time[leg.first] for leg in self.legs])
+        place = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(self.legs) - 1)
+        for number, leg in enumerate(self.legs):
+            here = np.flatnonzero(place == number)
+            if not len(here):
+                continue
+            size = leg.last - leg.first + 1
+            at = np.clip(time[here], self.time[leg.first], self.time[leg.last])
+            own = np.concatenate([[0.0], self._clock[leg.first + 1 : leg.last + 1]])
+            spline = CubicSpline(own, np.eye(size), bc_type="not-a-knot" if size > 3 else "natural")
+            matrix[np.ix_(here, np.arange(leg.first, leg.last + 1))] = spline(self._position(leg, at))
+        return matrix
+
+    def path(self, time: Array) -> Array:
+        """Displacement at other times: the path without the sensor's noise."""
+        return np.interp(time, self.time, self.displacement)
+
+
+def schedule(time: Array | None, displacement: Array, noise: float, fineness: float = 1.0) -> Schedule:
+    """Steps that follow a recorded path.
+
+    Parameters
+    ----------
+    time : shape (n,) or None
+        Seconds, increasing; None where rate does not matter.
+    displacement : shape (n,)
+        mm or rad, as recorded.
+    noise
+        Standard deviation of the displacement's noise.
+    fineness
+        2 for twice the steps.
+    """
+    clock = np.arange(len(displacement), dtype=float) if time is None else np.asarray(time, dtype=float)
+    span = float(np.ptp(displacement))
+    tolerance = max(WITHIN * noise, RESOLUTION * span)
+    corners = _corners(clock, displacement, tolerance)
+    values = _fitted(clock, displacement, corners)
+    if abs(values[0]) <= tolerance:
+        values[0] = 0.0
+    return _stepped(clock[corners], values, span, tolerance, fineness, time is not None)
+
+
+def _corners(time: Array, q: Array, tolerance: float) -> NDArray[np.intp]:
+    """Fewest samples through which straight lines stay within the tolerance of all samples (Douglas-Peucker)."""
+    kept = {0, len(q) - 1}
+    todo = [(0, len(q) - 1)]
+    while todo:
+        first, last = todo.pop()
+        if last - first < 2:
+            continue
+        inside = np.arange(first + 1, last)
+        line = q[first] + (q[last] - q[first]) * (time[inside] - time[first]) / (time[last] - time[first])
+        away = np.abs(q[inside] - line)
+        worst = int(np.argmax(away))
+        if away[worst] > tolerance:
+            middle = int(inside[worst])
+            kept.add(middle)
+            todo += [(first, middle), (middle, last)]
+    return np.array(sorted(kept))
+
+
+def _fitted(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:
+    """Displacement at the corners of the chain that is nearest to all samples."""
+    hats = np.array([np.interp(time, time[corners], row) for row in np.eye(len(corners))]).T
+    return np.asarray(np.linalg.lstsq(hats, q, rcond=None)[0])
+
+
+def _stepped(
+    times: Array, values: Array, span: float, tolerance: float, fineness: float, timed: bool
+) -> Schedule:
+    moves = np.diff(values)
+    # A line that goes nowhere within the noise is a hold; it lasts, or it is a corner's rounding.
+    kinds = np.where(np.abs(moves) <= 2 * tolerance, 0.0, np.sign(moves))
+    nodes, stops, legs = [float(times[0])], [float(values[0])], []
+    first, reached = 0, 0.0
+    while first < len(kinds):
+        last = first
+        while last + 1 < len(kinds) and kinds[last + 1] == kinds[first]:
+            last += 1
+        t, q = times[first : last + 2], values[first : last + 2]
+        hold = bool(kinds[first] == 0.0)
+        for begin, end in [(t[0], t[-1])] if hold else _cut(t, q, reached, 2 * tolerance):
+            inside = (t > begin) & (t < end)
+            part = np.concatenate([[begin], t[inside], [end]])
+            path = np.interp(part, t, q)
+            added = _hold_times(part, fineness) if hold else _leg_times(part, path, span, fineness)
+            start = len(nodes) - 1
+            nodes += [float(value) for value in added]
+            stops += [float(value) for value in np.interp(added, t, q)]
+            legs.append(Leg(start, len(nodes) - 1, hold))
+        reached = max(reached, float(np.abs(q).max()))
+        first = last + 1
+    return Schedule(np.array(nodes), np.array(stops), tuple(legs), timed)
+
+
+def _cut(t: Array, q: Array, reached: float, apart: float) -> list[tuple[float, float]]:
+    """A leg's pieces: where it goes beyond what was reached before, softened rubber is virgin again, with a knee."""
+    end = float(q[-1])
+    before = np.copysign(reached, end)
+    if reached <= apart or abs(end) - reached <= apart or abs(before - q[0]) <= apart or q[0] * end > before * end:
+        return [(float(t[0]), float(t[-1]))]
+    order = np.argsort(q)
+    knee = float(np.interp(before, q[order], t[order]))
+    return [(float(t[0]), knee), (knee, float(t[-1]))]
+
+
+def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
+    """Times of a leg's nodes after its first: evenly graded along the path, and its corners."""
+    length = abs(q[-1] - q[0])
+    count = max(int(np.ceil(FEWEST * fineness)), int(np.ceil(STEPS * fineness * length / span)))
+    graded = np.linspace(0.0, 1.0, count + 1)[1:] ** GRADING
+    along = np.abs(q - q[0]) / length
+    times = np.interp(graded, along, t)
+    # A corner near a node takes its place.
+    for corner in t[1:-1]:
+        nearest = int(np.argmin(np.abs(times - corner)))
+        gap = np.diff(np.concatenate([t[:1], times]))[nearest]
+        if nearest < len(times) - 1 and abs(times[nearest] - corner) < 0.3 * gap:
+            times[nearest] = corner
+        else:
+            times = np.sort(np.append(times, corner))
+    return np.asarray(times)
+
+
+def _hold_times(t: Array, fineness: float) -> Array:
+    count = max(FEWEST, int(np.ceil(HOLD_STEPS * fineness)))
+    duration = t[-1] - t[0]
+    grown = np.geomspace(FIRST_HOLD, 1.0 + FIRST_HOLD, count + 1) - FIRST_HOLD
+    return np.asarray(t[0] + duration * grown[1:])
+
+
+def finer(steps: Schedule, displacement: Array) -> Schedule:
+    """The same steps through other displacements of the nodes, such as those of the bushing behind a spring."""
+    return replace(steps, displacement=np.asarray(displacement, dtype=float))
