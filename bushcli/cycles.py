@@ -2,8 +2,8 @@
 
 - *Path* of a cycle: its samples (`bushcli.segment` cuts) and the one before them, from which it starts.
 - *Closed*: the displacement comes back to where the cycle began, within 8 standard deviations of its noise or
-  1 % of the cycle's range. Where samples are coarse the path ends at the point, interpolated between two
-  samples, that has the displacement of its first.
+  1 % of the cycle's range. Where samples are coarse the path begins and ends at points interpolated between two
+  samples: at zero where the motion goes through it, else at the displacement of its first sample.
 - *Hysteresis energy*: the net work over the path, the integral of force by displacement, by the trapezoidal
   rule; positive is dissipated. Of a closed cycle it is the area of the loop. Of an *open* one it stands as it
   is, with what the rubber still stores.
@@ -165,18 +165,37 @@ def _cycle(part: Sequence[Branch], path: Curve, force: Array, noise: Noise, slac
 
 
 def _loop(q: Array, force: Array, begin: int, end: int, slack: float) -> tuple[bool, Array, Array]:
-    """Return whether a path closes, and its points; the last is interpolated where samples are coarse."""
+    """Return whether a path closes, and its points; ends are interpolated where samples are coarse."""
     q_path, force_path = q[begin:end], force[begin:end]
-    gap = q_path[-1] - q_path[0]
-    if abs(gap) <= slack:
+    # A motion through zero is cut at the sample next to zero: the loops of both sides shall end at zero itself.
+    through = 0 < begin < end - 1 and (q[begin] - q[begin - 1]) * (q[begin + 1] - q[begin]) > 0
+    if through and abs(q[begin]) > slack:
+        for i in (begin, begin + 1):
+            there = _force_at(0.0, q, force, i)
+            if there is not None:
+                q_path, force_path = np.append(0.0, q[i:end]), np.append(there, force[i:end])
+                break
+    start = float(q_path[0])
+    if abs(q_path[-1] - start) <= slack:
         return True, q_path, force_path
-    # The point is between the last two samples, or between the last and the next cycle's first.
-    for last in (end - 1, end):
-        if last < len(q) and (q[last - 1] - q[begin]) * (q[last] - q[begin]) < 0 and np.isfinite(force[last]):
-            share = (q[begin] - q[last - 1]) / (q[last] - q[last - 1])
-            there = (1 - share) * force[last - 1] + share * force[last]
-            return True, np.append(q[begin:last], q[begin]), np.append(force[begin:last], there)
+    # The end is between the last two samples, or between the last and the next cycle's first.
+    for i, kept in ((end - 1, -1), (end, None)):
+        there = _force_at(start, q, force, i)
+        if there is not None:
+            return True, np.append(q_path[:kept], start), np.append(force_path[:kept], there)
     return False, q_path, force_path
+
+
+def _force_at(target: float, q: Array, force: Array, i: int) -> float | None:
+    """Return the force where the displacement passes a target between samples i - 1 and i; None where it does not."""
+    if (
+        not (0 < i < len(q))
+        or (q[i - 1] - target) * (q[i] - target) >= 0
+        or not np.isfinite(force[i - 1 : i + 1]).all()
+    ):
+        return None
+    share = (target - q[i - 1]) / (q[i] - q[i - 1])
+    return float((1 - share) * force[i - 1] + share * force[i])
 
 
 def _net_work(q: Array, force: Array, closed: bool, noise: Noise) -> Uncertain:

@@ -1,0 +1,270 @@
+"""Energy, stiffness and relaxation of curves whose answer is known on paper, and of recordings with a known truth."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bushcli.curve import Curve
+from bushcli.cycles import Noise, cycles, cycles_along, noise_of
+from bushcli.holds import holds, holds_along
+from bushcli.recording import read_recording
+from bushcli.source import Source
+
+
+def sine(samples, turns=2, amplitude=4.0, stiffness=100.0, loss=30.0, mode="axial"):
+    """A linear element with viscous loss: an ellipse of half axes `amplitude` and `loss`."""
+    phase = np.linspace(0.0, 2 * np.pi * turns, samples)
+    q = amplitude * np.sin(phase)
+    return Curve(mode, q, stiffness * q + loss * np.cos(phase), phase)
+
+
+def ramps(*corners, rate=0.1, step=0.05):
+    """Displacement through corners at a constant rate: time, displacement; every corner is a sample."""
+    pieces = [np.array([corners[0]], dtype=float)]
+    for a, b in pairwise(corners):
+        pieces.append(np.linspace(a, b, round(abs(b - a) / step) + 1)[1:])
+    q = np.concatenate(pieces)
+    return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)) / rate)]), q
+
+
+# -- loops -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("samples", [81, 83, 87, 91, 4001])
+def test_an_ellipse_takes_pi_a_b_a_turn(samples):
+    """In two excursions, whether or not there are samples at zero and at the turning points."""
+    found = cycles(sine(samples))
+    assert [cycle.number for cycle in found] == [1, 2, 3, 4]
+    assert all(cycle.closed for cycle in found)
+    # The trapezoidal rule takes the polygon inscribed in the ellipse, m points a turn: sin(x) / x of its area.
+    x = 2 * np.pi / ((samples - 1) / 2)
+    polygon = np.pi * 4.0 * 30.0 * np.sin(x) / x
+    assert found[0].energy.value + found[1].energy.value == pytest.approx(polygon)
+    assert found[2].energy.value + found[3].energy.value == pytest.approx(polygon)
+
+
+def test_the_other_way_round_energy_is_negative():
+    assert sum(c.energy.value for c in cycles(sine(4001, loss=-30.0))) == pytest.approx(
+        -2 * np.pi * 120.0, rel=1e-3
+    )
+
+
+def test_secant_rate_and_peak_of_an_ellipse():
+    first, second = cycles(sine(4001, turns=1))
+    assert (first.lowest, first.highest) == pytest.approx((0.0, 4.0), abs=0.01)
+    assert (second.lowest, second.highest) == pytest.approx((-4.0, 0.0), abs=0.01)
+    # Near the peak the ellipse's force is the spring's, near zero the two branches are averaged.
+    assert first.secant.value == pytest.approx(100.0, rel=0.005)
+    # 4 mm there and back in half a period of 2 pi s.
+    assert first.rate == pytest.approx(8.0 / np.pi, rel=0.01)
+    assert first.peak_force.value == pytest.approx(np.hypot(400.0, 30.0), rel=1e-3)
+    assert second.peak_force.value == pytest.approx(-np.hypot(400.0, 30.0), rel=1e-3)
+
+
+def test_loss_is_the_share_of_the_work_done_while_loading():
+    """Loading at 110 N/mm q, unloading at 90 N/mm q over 4 mm: (880 - 720) / 880."""
+    _, q = ramps(0.0, 4.0, 0.0)
+    up = np.arange(len(q)) <= np.argmax(q)
+    (found,) = cycles(Curve("axial", q, np.where(up, 110.0, 90.0) * q))
+    # The jump by 80 N at the tip is spread over a step of 0.05 mm: 2 N mm less.
+    assert found.loss.value == pytest.approx((160.0 - 2.0) / 880.0)
+    assert found.rate is None
+
+
+def test_cycles_of_growing_amplitude_each_have_their_own():
+    """Friction of 5 N on a spring: the parallelogram of an excursion to a takes 2 x 5 a."""
+    time, q = ramps(0.0, 1.0, 0.0, 2.0, 0.0, 4.0, 0.0)
+    friction = 5.0 * np.sign(np.diff(q, prepend=-0.05))
+    found = cycles(Curve("axial", q, 50.0 * q + friction, time))
+    assert [cycle.highest for cycle in found] == pytest.approx([1.0, 2.0, 4.0])
+    # Jumps by 10 N, at the tip and at the start of all cycles but the first, are spread over a step of 0.05 mm:
+    # 0.25 N mm less each.
+    assert [cycle.energy.value for cycle in found] == pytest.approx([10.0 - 0.25, 20.0 - 0.5, 40.0 - 0.5])
+    assert [cycle.rate for cycle in found] == pytest.approx([0.1, 0.1, 0.1])
+
+
+def test_an_open_cycle_says_so_and_has_the_net_work():
+    """A spring taken to 4 mm and back to 3 mm keeps 100 * 9 / 2 N mm."""
+    _, q = ramps(0.0, 4.0, 3.0)
+    (found,) = cycles(Curve("axial", q, 100.0 * q))
+    assert not found.closed
+    assert found.energy.value == pytest.approx(450.0)
+
+
+def test_cycles_about_a_preload_close_where_they_began():
+    time, q = ramps(0.0, 4.0, 2.0, 4.0, 2.0)
+    first, second = cycles(Curve("axial", q, 100.0 * q, time))
+    assert not first.closed
+    assert second.closed
+    assert (second.lowest, second.highest) == (2.0, 4.0)
+    assert second.energy.value == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_relaxes_in_a_hold_is_no_secant_stiffness():
+    """A spring of 100 N/mm whose force falls to half while it is held at 4 mm."""
+    rise = np.linspace(0.0, 4.0, 21)
+    q = np.concatenate([rise, np.full(40, 4.0), rise[-2::-1]])
+    force = 100.0 * q * np.concatenate([np.ones(21), np.linspace(1.0, 0.5, 40), np.full(20, 0.5)])
+    (found,) = cycles(Curve("axial", q, force, np.arange(len(q), dtype=float)))
+    assert found.secant.value == pytest.approx(100.0)
+    # 800 N mm up, 400 back: a hold does no work.
+    assert found.energy.value == pytest.approx(400.0)
+
+
+def test_where_the_force_is_unknown_there_is_no_cycle():
+    curve = sine(401)
+    force = np.where(np.arange(401) < 150, curve.force, np.nan)
+    assert [found is None for found in cycles_along(curve, force)] == [False, True, True, True]
+
+
+# -- noise -----------------------------------------------------------------------------------------------------------
+
+
+def noisy(seed, curve, force=4.0, displacement=0.003):
+    random = np.random.default_rng(seed)
+    q = curve.displacement + displacement * random.standard_normal(len(curve.displacement))
+    return Curve(curve.mode, q, curve.force + force * random.standard_normal(len(q)), curve.time)
+
+
+def test_standard_errors_are_the_scatter_of_repeated_recordings():
+    """200 recordings: the scatter is known to 5 %, four standard errors of it are allowed."""
+    curve = Curve("axial", *_spring())
+    noise = Noise(4.0, 0.003)
+    drawn = [cycles(noisy(seed, curve), noise) for seed in range(200)]
+    for name in ("energy", "secant", "loss"):
+        for k in range(3):
+            values = [getattr(found[k], name) for found in drawn]
+            scatter, said = np.std([v.value for v in values], ddof=1), np.mean([v.std for v in values])
+            assert said == pytest.approx(scatter, rel=0.2), (name, k)
+
+
+def _spring():
+    time, q = ramps(0.0, 2.0, 0.0, 4.0, 0.0, -3.0, 0.0, step=0.2)
+    return q, 200.0 * q + 2.0 * q**3, time
+
+
+def test_a_linear_spring_takes_nothing_beyond_its_noise():
+    off = []
+    for seed in range(30):
+        measured = noisy(seed, Curve("axial", *_spring()))
+        off += [found.energy.value / found.energy.std for found in cycles(measured, noise_of(measured))]
+    # 90 values of a standard normal: none beyond 4 (1 in 16,000), and their rms 1 within four of its errors.
+    assert np.abs(off).max() < 4.0
+    assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=4 / np.sqrt(2 * 90))
+
+
+# -- holds -----------------------------------------------------------------------------------------------------------
+
+
+def maxwell(tau=8.0, share=0.4, seconds=400.0, samples=4000, sigma=0.0):
+    """A step to 4 mm and a hold: Q = 800 (1 - share + share exp(-t / tau)) N, samples closer at first."""
+    held = np.geomspace(1.0, 1.0 + seconds, samples) - 1.0
+    time = np.concatenate([[0.0, 0.001, 0.002, 0.003, 0.004], 0.005 + held])
+    q = np.concatenate([np.linspace(0.0, 3.2, 5), np.full(samples, 4.0)])
+    force = np.concatenate([200.0 * q[:5], 800.0 * (1 - share + share * np.exp(-held / tau))])
+    return Curve("axial", q, force + sigma * np.random.default_rng(1).standard_normal(len(q)), time)
+
+
+def test_a_maxwell_element_relaxes_as_on_paper():
+    (found,) = holds(maxwell())
+    assert (found.displacement, found.cycle) == (pytest.approx(4.0), 1)
+    assert found.duration == pytest.approx(400.0)
+    assert found.force_start.value == pytest.approx(800.0)
+    assert found.force_end.value == pytest.approx(480.0, abs=0.1)
+    assert list(found.after) == [1.0, 10.0, 100.0]
+    for at, relaxation in found.after.items():
+        # 0.2 % of the amplitude, as the module says.
+        assert relaxation.value == pytest.approx(0.4 * (1 - np.exp(-at / 8.0)), abs=0.002 * 0.4)
+    assert found.relaxation.value == pytest.approx(0.4, abs=0.001)
+
+
+def test_few_samples_are_interpolated():
+    (found,) = holds(maxwell(samples=40))
+    assert found.after[10.0].value == pytest.approx(0.4 * (1 - np.exp(-10.0 / 8.0)), abs=0.01)
+
+
+def test_noise_of_a_relaxation_is_that_of_its_forces():
+    noise = Noise(4.0)
+    drawn = []
+    for seed in range(200):
+        curve = maxwell(samples=60)
+        force = curve.force + 4.0 * np.random.default_rng(seed).standard_normal(len(curve.force))
+        drawn += [found for found in holds_along(curve, force, noise) if found is not None]
+    assert len(drawn) == 200
+    for pick in (lambda h: h.relaxation, lambda h: h.after[10.0], lambda h: h.force_end):
+        values = [pick(found) for found in drawn]
+        scatter = np.std([v.value for v in values], ddof=1)
+        assert np.mean([v.std for v in values]) == pytest.approx(scatter, rel=0.2)
+
+
+def test_without_force_there_is_nothing_to_relax():
+    curve = maxwell(samples=60)
+    (found,) = holds_along(curve, 0.01 * curve.force, Noise(4.0))
+    assert np.isnan(found.relaxation.value)
+
+
+def test_without_time_a_hold_has_no_duration():
+    curve = maxwell(samples=60)
+    (found,) = holds(Curve("axial", curve.displacement, curve.force))
+    assert found.duration is None
+    assert found.after == {}
+    assert found.force_end.value < found.force_start.value
+
+
+# -- computed recordings with a known effect --------------------------------------------------------------------------
+
+
+DATA = Path(__file__).parent / "data"
+FILES = {
+    # The example's bushing is elastic: another batch of rubber.
+    "elastic": Path(__file__).parents[2] / "examples" / "batch" / "axial.csv",
+    "mullins": DATA / "mullins.csv",
+    "viscoelastic": DATA / "viscoelastic.csv",
+    "both": DATA / "mullins-viscoelastic.csv",
+}
+
+
+@pytest.fixture(scope="module")
+def practice():
+    return {name: read_recording(Source("axial", file)) for name, file in FILES.items()}
+
+
+def sure(found):
+    return found.value > 5 * found.std
+
+
+def test_an_elastic_recording_has_no_loops(practice):
+    found = cycles(practice["elastic"], noise_of(practice["elastic"]))
+    assert len(found) == 9
+    assert not any(sure(cycle.energy) for cycle in found)
+    held, _ = holds(practice["elastic"], noise_of(practice["elastic"]))
+    assert not sure(held.relaxation)
+
+
+def test_mullins_takes_energy_only_where_the_amplitude_is_new(practice):
+    """0-2 mm three times, 0-4 mm three times, 0-6 mm, -5 mm and 4 mm."""
+    found = cycles(practice["mullins"], noise_of(practice["mullins"]))
+    assert [cycle.number for cycle in found if sure(cycle.energy)] == [1, 4, 7]
+    # What the truth gives as softening at 2 and 4 mm of the 6 mm loading: the fourth amplitude is 4 mm after 6 mm.
+    assert found[8].secant.value < 0.75 * found[5].secant.value
+    held, _ = holds(practice["mullins"], noise_of(practice["mullins"]))
+    assert not sure(held.relaxation)
+
+
+@pytest.mark.parametrize("name", ["viscoelastic", "both"])
+def test_viscoelasticity_takes_energy_in_every_cycle_and_relaxes(practice, name):
+    found = cycles(practice[name], noise_of(practice[name]))
+    assert all(cycle.closed and sure(cycle.energy) for cycle in found)
+    held, released = holds(practice[name], noise_of(practice[name]))
+    assert (held.displacement, released.displacement) == pytest.approx((4.0, 0.0), abs=0.01)
+    assert sure(held.relaxation)
+    assert 0 < held.after[1.0].value < held.after[10.0].value < held.relaxation.value
+    # After unloading the bushing pushes back, and that relaxes too.
+    assert released.force_start.value < 0
+
+
+def test_without_noise_there_are_no_errors():
+    for cycle in cycles(sine(401)):
+        assert {cycle.energy.std, cycle.loss.std, cycle.secant.std, cycle.peak_force.std} == {0.0}
