@@ -22,6 +22,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.errors import InputError, Problem
 from cases.mode import modes
 from forms.law import UnknownName
 
@@ -208,11 +209,6 @@ class Effect:
         """The parameters that switch the effect off."""
         return tuple(p for p in self.parameters if p.off is not None)
 
-    @property
-    def required(self) -> tuple[EffectParameter, ...]:
-        """The parameters that are not optional."""
-        return tuple(p for p in self.parameters if not p.optional)
-
     def acts_on(self, mode: str) -> bool:
         """Whether the effect acts on a mode."""
         known = modes()[mode]
@@ -242,9 +238,15 @@ class ActiveEffect:
         return self.effect.name
 
     @property
+    def parameters(self) -> tuple[EffectParameter, ...]:
+        """The parameters in play: those that are not optional, and all of a branch of which one is given."""
+        begun = {_branch(name) for name in self.values}
+        return tuple(p for p in self.effect.parameters if not p.optional or _branch(p.name) in begun)
+
+    @property
     def lacking(self) -> tuple[str, ...]:
-        """Full names of the required parameters that have no value."""
-        return tuple(full_name(self.effect, p) for p in self.effect.required if p.name not in self.values)
+        """Full names of the parameters in play that have no value."""
+        return tuple(full_name(self.effect, p) for p in self.parameters if p.name not in self.values)
 
     def acts_on(self, channel: str, mode: str) -> bool:
         """Whether the effect changes a channel, given its name and its mode."""
@@ -252,14 +254,12 @@ class ActiveEffect:
 
     def started(self) -> ActiveEffect:
         """Return the same with the start values of what is not given."""
-        start = {p.name: p.start for p in self.effect.required}
-        return replace(self, values=start | dict(self.values))
+        return replace(self, values={p.name: self.values.get(p.name, p.start) for p in self.parameters})
 
     def off(self) -> ActiveEffect:
         """Return the same with its amplitudes off; shape parameters stay, or get their start values."""
-        values = dict(self.started().values)
-        off = {p.name: p.off for p in self.effect.amplitudes if p.name in values and p.off is not None}
-        return replace(self, values=values | off)
+        off = {p.name: p.off for p in self.parameters if p.off is not None}
+        return replace(self, values=dict(self.started().values) | off)
 
 
 def full_name(effect: Effect, parameter: EffectParameter) -> str:
@@ -267,9 +267,53 @@ def full_name(effect: Effect, parameter: EffectParameter) -> str:
     return f"{effect.name}.{parameter.name}"
 
 
+def _branch(name: str) -> str:
+    """Return the number at the end of a parameter's name, which those of one branch share: "2" of "tau2"."""
+    return name[len(name.rstrip("0123456789")) :]
+
+
 def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[ActiveEffect, ...]:
     """Return those of the effects that change a channel, given its name and its mode."""
     return tuple(one for one in active if one.acts_on(channel, mode))
+
+
+def require_values(active: Sequence[ActiveEffect], where: str) -> None:
+    """Refuse effects with parameters that have no value, as for a prediction.
+
+    Raises
+    ------
+    InputError
+    """
+    problems = [
+        Problem(
+            where, f"effects.{name} is not given", "", "all parameters of an effect, for anything but a fit"
+        )
+        for one in active
+        for name in one.lacking
+    ]
+    if problems:
+        raise InputError(*problems)
+
+
+def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where: str) -> None:
+    """Refuse a channel without time to the effects that need one.
+
+    Raises
+    ------
+    InputError
+    """
+    problems = [
+        Problem(
+            where,
+            f"has no time, which the effect {one.name} needs",
+            "",
+            "a column with the time in s; or channels = [...] of the effect without this one",
+        )
+        for one in acting(active, channel, mode)
+        if one.effect.needs_time
+    ]
+    if problems:
+        raise InputError(*problems)
 
 
 @cache

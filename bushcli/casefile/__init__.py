@@ -4,7 +4,7 @@
 Everything that is wrong is reported at once, with file, key, what was expected and the nearest valid name.
 """
 
-from bushcli.casefile.case import Case, LoadCase, Material, MeshOptions, resolved
+from bushcli.casefile.case import Case, LoadCase, Material, MeshOptions, load_case_names, resolved
 from bushcli.casefile.load import load_case
 
-__all__ = ["Case", "LoadCase", "Material", "MeshOptions", "load_case", "resolved"]
+__all__ = ["Case", "LoadCase", "Material", "MeshOptions", "load_case", "load_case_names", "resolved"]

@@ -10,17 +10,19 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from bushcli.casefile import checks
-from bushcli.casefile.case import Case, LoadCase, Material, MeshOptions
+from bushcli.casefile import checks, effects
+from bushcli.casefile.case import Case, LoadCase, Material, MeshOptions, load_case_names
 from bushcli.casefile.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.casefile.schema import (
     CouponTable,
+    EffectTable,
     LoadCaseTable,
     MaterialTable,
     MeshTable,
     RecordingTable,
     Table,
 )
+from bushcli.effect import ActiveEffect
 from bushcli.errors import nearest
 from bushcli.source import UNITS, Quantity, Source, dimension
 from cases.mode import modes
@@ -60,7 +62,7 @@ class Builder:
         ]
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
-        self._effects(data)
+        active = self._effects(data, load_cases, recordings)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
                 f"material.parameters are not given, and there are no coupons to identify {material.law} from"
@@ -80,6 +82,7 @@ class Builder:
             load_cases=tuple(item for item in load_cases if item),
             recordings=recordings,
             coupons=coupons,
+            effects=active,
         )
 
     def _table(self, data: dict[str, Any], name: str, model: type[T]) -> T | None:
@@ -240,11 +243,25 @@ class Builder:
             units[quantity] = unit
         return units
 
-    def _effects(self, data: dict[str, Any]) -> None:
-        for raw, keys in self._entries(data, "effects"):
-            name = raw.get("name") if isinstance(raw, dict) else raw
-            what = f"{dotted((*keys, 'name'))}: no effect named {shown(name)} is available in this version"
-            self.findings.append(Finding(keys, what))
+    def _effects(
+        self, data: dict[str, Any], load_cases: Sequence[LoadCase | None], recordings: Sequence[Source]
+    ) -> tuple[ActiveEffect, ...]:
+        tables = list(self._list(data, "effects", EffectTable))
+        # Effects are checked against channels; those that are wrong themselves would be told of twice.
+        if any(finding.keys[0] in ("geometry", "load_cases", "recordings") for finding in self.findings):
+            return ()
+        loads = [load for load in load_cases if load is not None]
+        named = zip(load_case_names(loads, recordings), loads, strict=True)
+        channels = [
+            effects.Channel(
+                name, load.mode, ("load_cases", i) if load.source is None and load.rate is None else ()
+            )
+            for i, (name, load) in enumerate(named)
+        ]
+        channels += [effects.Channel(source.label, source.mode) for source in recordings]
+        active, findings = effects.build(tables, channels)
+        self.findings += findings
+        return tuple(active)
 
     def _file(self, keys: Keys, name: str) -> Path | None:
         """Return the file that a case names relative to itself, when there is one."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bushcli.casefile.unit import outside
+from bushcli.effect import ActiveEffect
 from bushcli.source import Source
 from cases.mode import modes
 from forms.law import laws
@@ -107,6 +109,8 @@ class Case:
     load_cases : tuple of LoadCase
     recordings, coupons : tuple of Source
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
+    effects : tuple of ActiveEffect
+        What is added to the plain model, each effect once; parameters that are not given have no value.
     """
 
     title: str
@@ -117,11 +121,29 @@ class Case:
     load_cases: tuple[LoadCase, ...] = ()
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
+    effects: tuple[ActiveEffect, ...] = ()
+
+    @property
+    def channels(self) -> tuple[tuple[str, str], ...]:
+        """Name and mode of every channel, load cases first."""
+        named = load_case_names(self.load_cases, self.recordings)
+        prescribed = zip(named, (load.mode for load in self.load_cases), strict=True)
+        return (*prescribed, *((source.label, source.mode) for source in self.recordings))
 
     @property
     def needs_fit(self) -> bool:
         """Whether the law has no parameters yet and must first be identified."""
         return not self.material.parameters
+
+
+def load_case_names(load_cases: Sequence[LoadCase], recordings: Sequence[Source]) -> tuple[str, ...]:
+    """Return the channel names of load cases: the mode, with the number of the load case where another has it."""
+    names = []
+    for number, load in enumerate(load_cases):
+        taken = [other.mode for i, other in enumerate(load_cases) if i != number]
+        taken += [source.label for source in recordings]
+        names.append(load.mode if load.mode not in taken else f"{load.mode}-{number + 1}")
+    return tuple(names)
 
 
 def parameter_terms(law: str) -> list[tuple[str, ...]]:
@@ -166,6 +188,7 @@ def resolved(case: Case) -> dict[str, Any]:
         "load_cases": [_load_case(load_case, folder) for load_case in case.load_cases],
         "recordings": [_source(source, folder) for source in case.recordings],
         "coupons": [_source(source, folder) for source in case.coupons],
+        "effects": [_effect(active, case) for active in case.effects],
     }
 
 
@@ -175,11 +198,23 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
         return shown | {"file": _relative(load_case.source.file, folder)}
     turned = modes()[load_case.mode].rotational
     # Twelve digits: 30 degrees must not come back as 29.999999999999996.
-    outside = [float(f"{math.degrees(q) if turned else q:.12g}") for q in load_case.path]
+    path = [float(f"{math.degrees(q) if turned else q:.12g}") for q in load_case.path]
     rate = load_case.rate
     if rate is not None and turned:
         rate = float(f"{math.degrees(rate):.12g}")
-    return shown | {"path": outside, "rate": rate}
+    return shown | {"path": path, "rate": rate}
+
+
+def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
+    turned = any(modes()[mode].rotational for name, mode in case.channels if active.acts_on(name, mode))
+    return {
+        "name": active.name,
+        "parameters": {
+            name: outside(active.effect.parameter(name), value, turned)
+            for name, value in active.values.items()
+        },
+        "channels": None if active.channels is None else list(active.channels),
+    }
 
 
 def _source(source: Source, folder: Path) -> dict[str, Any]:

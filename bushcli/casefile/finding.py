@@ -65,7 +65,7 @@ def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> F
     known = tuple(known)
     return Finding(
         keys,
-        f"{dotted(keys)} = {shown(name)} is not a {kind}",
+        f"{dotted(keys)} = {shown(name)} is not {'an' if kind[0] in 'aeio' else 'a'} {kind}",
         nearest(name, known, cutoff=0.5) if isinstance(name, str) else "",
         ", ".join(known),
     )

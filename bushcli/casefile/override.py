@@ -46,9 +46,9 @@ class Override:
 def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], list[Override]]:
     """Return a changed copy of a case's tables, and what was changed.
 
-    Lists are addressed by a number from 0, ``load_cases.0.amplitude=5`` or ``load_cases[0].amplitude=5``. A
-    value is read as TOML, and as a text where it is not TOML. Absent tables are created; unknown keys are
-    left to validation.
+    Lists are addressed by a number from 0, ``load_cases.0.amplitude=5`` or ``load_cases[0].amplitude=5``,
+    effects also by their name, ``effects.mullins.r=3``. A value is read as TOML, and as a text where it is not
+    TOML. Absent tables are created; unknown keys are left to validation.
 
     Raises
     ------
@@ -61,9 +61,31 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
         keys = _keys(name.strip())
         if not equals or not keys:
             raise CaseError(Problem(f"--set {text}", "is not KEY=VALUE", expected="e.g. geometry.length=38"))
+        keys, added = _by_name(data, keys)
         created = _put(data, keys, _value(value.strip()), f"--set {text}")
-        done.append(Override(text, keys, created))
+        done.append(Override(text, keys, added or created))
     return data, done
+
+
+def _by_name(data: dict[str, Any], keys: Keys) -> tuple[Keys, Keys]:
+    """Return the place of an effect that is addressed by its name, and what was added to make one.
+
+    ``effects.mullins.r`` is ``effects[0].parameters.r`` where the first effect is mullins.
+    """
+    entries = data.get("effects", [])
+    if keys[0] != "effects" or len(keys) < 2 or not isinstance(entries, list):
+        return keys, ()
+    name, rest = keys[1], keys[2:]
+    if isinstance(name, int) or name.isdigit():
+        return keys, ()
+    if not rest or rest[0] not in ("name", "parameters", "channels"):
+        rest = ("parameters", *rest)
+    for index, entry in enumerate(entries):
+        if isinstance(entry, dict) and entry.get("name") == name:
+            return ("effects", index, *rest), ()
+    added: Keys = ("effects", len(entries)) if "effects" in data else ("effects",)
+    data["effects"] = [*entries, {"name": name}]
+    return ("effects", len(entries), *rest), added
 
 
 def _keys(name: str) -> Keys:

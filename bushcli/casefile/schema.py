@@ -105,3 +105,15 @@ class CouponTable(RecordingTable):
     largest_stretch: float | None = Field(
         default=None, gt=0, description="points beyond this stretch are left out of the fit"
     )
+
+
+class EffectTable(Table):
+    """``[[effects]]``."""
+
+    name: str = Field(description="an effect, see bushcli list effects")
+    parameters: dict[str, float] = Field(
+        default_factory=dict, description="by name, or by the name of 1/value"
+    )
+    channels: list[Name] | None = Field(
+        default=None, min_length=1, description="channels that have it; all that it acts on when absent"
+    )

@@ -14,7 +14,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bushcli.effect import ActiveEffect, Effect, UnknownName, effect, effects, full_name
+from bushcli.effect import (
+    ActiveEffect,
+    Effect,
+    UnknownName,
+    effect,
+    effects,
+    full_name,
+    require_time,
+    require_values,
+)
+from bushcli.errors import InputError
 from bushcli.rig import Travel, elastic_response
 from cases.mode import modes
 
@@ -50,7 +60,7 @@ def cubic(q: np.ndarray, k: float = K, c: float = C) -> tuple[np.ndarray, np.nda
 
 def typical(one: Effect) -> ActiveEffect:
     started = ActiveEffect(one).started()
-    known = {p.name: TYPICAL[full_name(one, p)] for p in one.required if full_name(one, p) in TYPICAL}
+    known = {p.name: TYPICAL[full_name(one, p)] for p in started.parameters if full_name(one, p) in TYPICAL}
     return ActiveEffect(one, dict(started.values) | known)
 
 
@@ -171,9 +181,9 @@ def test_values_go_through_json(one: Effect) -> None:
     again = ActiveEffect(effect(one.name), json.loads(json.dumps(dict(active.values))))
     assert again == active
     assert active.lacking == ()
-    assert set(ActiveEffect(one).lacking) == {full_name(one, p) for p in one.required}
+    assert set(ActiveEffect(one).lacking) == {full_name(one, p) for p in active.parameters}
     off = active.off().values
-    assert all(off[p.name] == p.off for p in one.amplitudes if not p.optional)
+    assert all(off[p.name] == p.off for p in active.parameters if p.off is not None)
 
 
 def test_an_unknown_effect_names_the_nearest() -> None:
@@ -189,3 +199,20 @@ def test_the_registry_needs_none_of_the_finite_element_stack() -> None:
         "heavy = {'dolfinx', 'petsc4py', 'gmsh', 'ufl', 'matplotlib'} & set(sys.modules)\nassert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_a_branch_is_complete_or_absent() -> None:
+    one = ActiveEffect(effect("viscoelasticity"), {"g1": 0.3, "tau2": 4.0})
+    assert one.lacking == ("viscoelasticity.tau1", "viscoelasticity.g2")
+    assert one.started().values == {"g1": 0.3, "tau1": 10.0, "g2": 0.1, "tau2": 4.0}
+    assert one.off().values == {"g1": 0.0, "tau1": 10.0, "g2": 0.0, "tau2": 4.0}
+
+
+def test_values_and_time_are_asked_for_where_they_are_needed() -> None:
+    one = ActiveEffect(effect("viscoelasticity"), {"g1": 0.3}, channels=("axial",))
+    with pytest.raises(InputError, match=r"case\.toml: effects\.viscoelasticity\.tau1 is not given"):
+        require_values([one], "case.toml")
+    require_values([one.started()], "case.toml")
+    with pytest.raises(InputError, match=r"axial\.csv: has no time, which the effect viscoelasticity needs"):
+        require_time([one], "axial", "axial", "axial.csv")
+    require_time([one], "torsional", "torsional", "torsional.csv")  # it has no such effect

@@ -269,7 +269,52 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ("recordings.0.columns.weg=1", "recordings[0].columns.weg is not a key of"),
         ("coupons.0.columns.strain=1", "is given twice, under two of its names"),
         ("coupons.0.mode=axial", "is a mode of a bushing, but [[coupons]] is a coupon (equibiaxial, planar"),
-        ("effects=[{name='mullins'}]", 'no effect named "mullins" is available in this version'),
+        (
+            "effects=[{name='mulins'}]",
+            'effects[0].name = "mulins" is not an effect; did you mean "mullins"? (batch',
+        ),
+        ("effects.mulins.r=3", 'effects[0].name = "mulins" is not an effect; did you mean "mullins"?'),
+        ("effects=[{parameters={r=3}}]", "effects[0].name is missing (an effect, see bushcli list effects)"),
+        ("effects={name='mullins'}", "effects is not a list of tables (write [[effects]])"),
+        ("effects=[{name='mullins', r=3}]", "effects[0].r is not a key of [[effects]]"),
+        (
+            "effects.mullins.R=3",
+            'effects[0].parameters.R is not a parameter of mullins; did you mean "r"? (r, inv',
+        ),
+        (
+            "effects.mullins={r=3, inverse_r=0.3}",
+            "effects[0].parameters.inverse_r is given twice: inverse_r is 1/r",
+        ),
+        ("effects.mullins.r=1", "effects[0].parameters.r = 1.0 is out of bounds (at least 1.05263)"),
+        ("effects.mullins.r=0", "effects[0].parameters.r = 0.0 is out of bounds (at least 1.05263)"),
+        ("effects.mullins.inverse_r=2", "effects[0].parameters.inverse_r = 2.0 is out of bounds (0 to 0.95)"),
+        ("effects.mullins.r=strong", 'effects[0].parameters.r = "strong" is not a number'),
+        ("effects.rig_compliance.stiffness=1", "stiffness = 1.0 is out of bounds (at least 10 N/mm)"),
+        (
+            "effects=[{name='mullins'}, {name='mullins'}]",
+            'effects[1].name = "mullins" is given twice (each effect once; channels = [...] says',
+        ),
+        (
+            "effects=[{name='mullins', channels=['axail']}]",
+            'effects[0].channels[0] = "axail" is not a channel; did you mean "axial"? (axial-1, torsional, axial)',
+        ),
+        ("effects=[{name='mullins', channels=[]}]", "effects[0].channels = [] needs at least 1 entries"),
+        (
+            "effects=[{name='rig_compliance', channels=['torsional']}]",
+            'effects[0].channels[0] = "torsional": rig_compliance does not act on mode torsional (axial, radial)',
+        ),
+        (
+            "effects=[{name='free_play'}]",
+            "effects[0]: free_play acts on axial-1 in mm and on torsional in degrees (channels = [...] of one kind)",
+        ),
+        (
+            "effects=[{name='free_play', channels=['torsional'], parameters={half_width=-1}}]",
+            "half_width = -1.0 is out of bounds (0 to 5729.58 degrees)",
+        ),
+        (
+            "effects=[{name='time_lag'}]",
+            'effects[0].name = "time_lag" needs time, but load_cases[0] has none (a rate; or channels',
+        ),
         ("title=5", "title = 5 is not a text in quotes"),
     ],
 )
@@ -496,3 +541,91 @@ def test_damaged_case_files_are_refused_but_never_crash(folder, seed):
                 )
         case, error = outcome(write(folder, bytes(content)))
         assert case is not None or "case.toml" in error
+
+
+EFFECTS = (
+    CASE
+    + """
+[[effects]]
+name = "mullins"
+parameters = { r = 3.2, m = 0.025, beta = 0.22 }
+
+[[effects]]
+name = "bump_stop"
+parameters = { stiffness = 300, gap = -20 }
+channels = ["torsional"]
+
+[[effects]]
+name = "viscoelasticity"
+parameters = { g1 = 0.2, g2 = 0.1 }
+channels = ["axial", "torsional"]
+"""
+)
+
+
+def test_effects_are_read_by_their_own_names_in_internal_units(folder):
+    mullins, stop, branches = load(folder, EFFECTS).effects
+    assert mullins.values == {"inverse_r": 1 / 3.2, "m": 0.025, "beta": 0.22}
+    assert mullins.channels is None
+    assert mullins.acts_on("axial-1", "axial")
+    # N mm per degree in the case file, as everywhere outside.
+    assert stop.values == pytest.approx({"stiffness": 300 * 180 / math.pi, "gap": -math.pi / 9})
+    assert stop.acts_on("torsional", "torsional")
+    assert not stop.acts_on("axial", "axial")
+    assert branches.lacking == ("viscoelasticity.tau1", "viscoelasticity.tau2")
+
+
+def test_resolved_effects_are_a_case_again(folder):
+    shown = resolved(load(folder, EFFECTS))["effects"]
+    assert shown[1] == {
+        "name": "bump_stop",
+        "parameters": {"stiffness": 300.0, "gap": -20.0},
+        "channels": ["torsional"],
+    }
+    assert json.loads(json.dumps(shown, allow_nan=False)) == shown
+    again = [{key: value for key, value in entry.items() if value is not None} for entry in shown]
+    data = "effects=[" + ", ".join(toml(entry) for entry in again) + "]"
+    assert resolved(load(folder, CASE, data))["effects"] == shown
+
+
+def toml(value) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {toml(item)}" for key, item in value.items()) + "}"
+    return "[" + ", ".join(map(toml, value)) + "]" if isinstance(value, list) else json.dumps(value)
+
+
+def test_effects_are_set_by_name_or_by_number(folder):
+    set_ = ("effects.mullins.r=2", "effects.2.parameters.tau1=5", "effects.bump_stop.channels=['torsional']")
+    mullins, _, branches = load(folder, EFFECTS, *set_).effects
+    assert mullins.values["inverse_r"] == 0.5
+    assert branches.values == {"g1": 0.2, "g2": 0.1, "tau1": 5.0}
+    (added,) = load(folder, CASE, "effects.swaging.reduction=0.3").effects
+    assert (added.name, added.values) == ("swaging", {"reduction": 0.3})
+    *_, added = load(folder, EFFECTS, "effects.swaging={reduction=0.3}").effects
+    assert added.values == {"reduction": 0.3}
+    found = problems(folder, EFFECTS, "effects.bump_stop.gap=1e9")
+    assert found == [
+        "--set effects.bump_stop.gap=1e9: effects[1].parameters.gap = 1000000000.0 is out of bounds "
+        "(-57295.8 to 57295.8 degrees)"
+    ]
+
+
+def test_channels_are_those_that_a_prediction_names(folder):
+    case = load(folder)
+    assert case.channels == (("axial-1", "axial"), ("torsional", "torsional"), ("axial", "axial"))
+    assert case.effects == ()
+
+
+def test_an_effect_without_anything_to_act_on_is_refused(folder):
+    found = problems(folder, EFFECTS, "recordings=[]", "load_cases=[]")
+    assert any('effects[0].name = "mullins" acts on nothing in this case' in problem for problem in found)
+    torsion = problems(
+        folder,
+        CASE,
+        "recordings=[]",
+        "load_cases=[{mode='torsional', amplitude=3}]",
+        "effects.rig_compliance.stiffness=1e5",
+    )
+    assert (
+        'effects[0].name = "rig_compliance" acts on nothing in this case, which has torsional' in torsion[0]
+    )

@@ -1,0 +1,130 @@
+"""Validate ``[[effects]]`` against the registry and the channels of the case."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from bushcli.casefile.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.casefile.schema import EffectTable
+from bushcli.casefile.unit import inside, outside, unit
+from bushcli.effect import ActiveEffect, Effect, EffectParameter, effects
+from bushcli.errors import nearest
+from cases.mode import modes
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What an effect may act on.
+
+    Attributes
+    ----------
+    name, mode : str
+    untimed : Keys
+        The load case, where it is certain to have no time; empty where it has one or a file will tell.
+    """
+
+    name: str
+    mode: str
+    untimed: Keys = ()
+
+
+def build(
+    tables: Sequence[tuple[EffectTable, Keys]], channels: Sequence[Channel]
+) -> tuple[list[ActiveEffect], list[Finding]]:
+    """Return the effects of a case and what is wrong with them."""
+    active: list[ActiveEffect] = []
+    findings: list[Finding] = []
+    for table, keys in tables:
+        effect = effects().get(table.name)
+        if effect is None:
+            findings.append(unknown_name((*keys, "name"), table.name, effects(), "effect"))
+            continue
+        if any(other.name == effect.name for other in active):
+            what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
+            wanted = "each effect once; channels = [...] says which channels have it"
+            findings.append(Finding((*keys, "name"), what, expected=wanted))
+            continue
+        findings += _channels(effect, table, keys, channels)
+        names = None if table.channels is None else tuple(dict.fromkeys(table.channels))
+        plain = ActiveEffect(effect, channels=names)
+        on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
+        values, wrong = _values(effect, table, keys, any(modes()[channel.mode].rotational for channel in on))
+        findings += wrong
+        active.append(ActiveEffect(effect, values, names))
+    return active, findings
+
+
+def _channels(
+    effect: Effect, table: EffectTable, keys: Keys, channels: Sequence[Channel]
+) -> Iterator[Finding]:
+    """Check that the effect acts, on channels of one kind of unit, with time where it needs time."""
+    acts = [mode for mode in modes() if effect.acts_on(mode)]
+    known = {channel.name: channel for channel in channels}
+    for index, name in enumerate(table.channels or []):
+        at = (*keys, "channels", index)
+        if name not in known:
+            yield unknown_name(at, name, known, "channel")
+        elif known[name].mode not in acts:
+            what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on mode {known[name].mode}"
+            yield Finding(at, what, expected=", ".join(acts))
+    wanted = known if table.channels is None else [name for name in table.channels if name in known]
+    on = [known[name] for name in wanted if known[name].mode in acts]
+    if table.channels is None and not on:
+        there = (
+            ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
+        )
+        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {there}"
+        yield Finding((*keys, "name"), what, expected=", ".join(acts))
+    turned = [channel for channel in on if modes()[channel.mode].rotational]
+    if turned and len(turned) < len(on) and any(p.of_channel for p in effect.parameters):
+        straight = next(channel for channel in on if channel not in turned)
+        what = (
+            f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {turned[0].name} in degrees"
+        )
+        yield Finding((*keys, "channels"), what, expected="channels = [...] of one kind")
+    for channel in on if effect.needs_time else []:
+        if channel.untimed:
+            at = (*keys, "name")
+            what = f"{dotted(at)} = {shown(effect.name)} needs time, but {dotted(channel.untimed)} has none"
+            yield Finding(at, what, expected="a rate; or channels = [...] without it")
+
+
+def _values(
+    effect: Effect, table: EffectTable, keys: Keys, rotational: bool
+) -> tuple[dict[str, float], list[Finding]]:
+    """Return the values that are given, by the parameters' own names, in internal units."""
+    values: dict[str, float] = {}
+    findings: list[Finding] = []
+    own = {p.name: p for p in effect.parameters}
+    reciprocal = {p.reciprocal[0]: p for p in effect.parameters if p.reciprocal}
+    known = [
+        name for p in effect.parameters for name in ([p.reciprocal[0]] if p.reciprocal else []) + [p.name]
+    ]
+    for name, given in table.parameters.items():
+        at = (*keys, "parameters", name)
+        parameter = own.get(name) or reciprocal.get(name)
+        if parameter is None:
+            what = f"{dotted(at)} is not a parameter of {effect.name}"
+            findings.append(Finding(at, what, nearest(name, known), ", ".join(known)))
+        elif parameter.name in values:
+            what = f"{dotted(at)} is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
+            findings.append(Finding(at, what, expected="give one of them"))
+        else:
+            inverted = name not in own
+            value = (1.0 / given if given else math.inf) if inverted else inside(parameter, given, rotational)
+            values[parameter.name] = value
+            if not parameter.admits(value):
+                what = f"{dotted(at)} = {shown(given)} is out of bounds"
+                findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational)))
+    return values, findings
+
+
+def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool) -> str:
+    if inverted and parameter.reciprocal is not None:
+        units = "" if parameter.reciprocal[1] == "1" else f" {parameter.reciprocal[1]}"
+        return f"at least {1.0 / parameter.upper:g}{units}"
+    units = "" if parameter.unit == "1" else f" {unit(parameter, rotational)}"
+    low, high = (outside(parameter, bound, rotational) for bound in (parameter.lower, parameter.upper))
+    return f"{low:g} to {high:g}{units}"

@@ -1,0 +1,34 @@
+"""Units of an effect's parameters at the door: those of the channel's displacement and force, in degrees for angles."""
+
+from __future__ import annotations
+
+import math
+
+from bushcli.effect import EffectParameter
+
+# Unit in a translational mode -> unit of the case file in a rotational one, and its factor to N, mm, rad.
+_ROTATIONAL = {
+    "mm": ("degrees", math.radians(1.0)),
+    "N": ("N mm", 1.0),
+    "N/mm": ("N mm/degree", math.degrees(1.0)),
+}
+
+
+def unit(parameter: EffectParameter, rotational: bool) -> str:
+    """Return the unit in which the case file has a parameter, on channels of rotational or other modes."""
+    return _ROTATIONAL[parameter.unit][0] if parameter.of_channel and rotational else parameter.unit
+
+
+def inside(parameter: EffectParameter, value: float, rotational: bool) -> float:
+    """Return the case file's value in N, mm, MPa, s, rad."""
+    return value * _factor(parameter, rotational)
+
+
+def outside(parameter: EffectParameter, value: float, rotational: bool) -> float:
+    """Return an internal value as the case file has it; angles to twelve digits, which bring 30 degrees back."""
+    factor = _factor(parameter, rotational)
+    return value if factor == 1.0 else float(f"{value / factor:.12g}")
+
+
+def _factor(parameter: EffectParameter, rotational: bool) -> float:
+    return _ROTATIONAL[parameter.unit][1] if parameter.of_channel and rotational else 1.0
