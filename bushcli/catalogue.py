@@ -1,17 +1,19 @@
-"""What there is to choose from, as text and as data: laws, shapes, modes."""
+"""What there is to choose from, as text and as data: laws, shapes, modes, effects."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from bushcli.casefile.unit import unit
+from bushcli.effect import effects
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import shapes
 
 
 def as_json(kind: str) -> list[dict[str, Any]]:
-    """Entries of a kind ("laws", "shapes", "modes") as JSON-ready data."""
-    return {"laws": _laws, "shapes": _shapes, "modes": _modes}[kind]()
+    """Entries of a kind ("laws", "shapes", "modes", "effects") as JSON-ready data."""
+    return {"laws": _laws, "shapes": _shapes, "modes": _modes, "effects": _effects}[kind]()
 
 
 def as_text(kind: str) -> str:
@@ -19,14 +21,32 @@ def as_text(kind: str) -> str:
     blocks = []
     for entry in as_json(kind):
         lines = [f"{entry['name']}  {entry['summary']}"]
+        if "acts" in entry:
+            lines[0] += f"  ({entry['acts']}: {', '.join(entry['modes'])})"
         if "displacement" in entry:
             lines[0] += f"  ({entry['specimen']}: {entry['displacement']}, {entry['force']})"
         for item in entry.get("parameters", entry.get("dimensions", [])):
-            lines.append("    " + "  ".join(str(value) for value in item.values() if value not in ("", None)))
+            lines.append("    " + "  ".join(_words(item)))
+        if "needs" in entry:
+            lines.append(f"    needs: {entry['needs']}")
+            lines.append(f"    rivals: {', '.join(entry['rivals'])}")
         if "source" in entry:
             lines.append(f"    source: {entry['source']}")
         blocks.append("\n".join(lines))
     return "\n".join(blocks)
+
+
+def _words(item: dict[str, Any]) -> list[str]:
+    """What is said of a parameter or a dimension, in order."""
+    words = [str(item[key]) for key in ("name", "unit", "default", "meaning", "bounds") if item.get(key)]
+    if item.get("off") is not None:
+        words.append(f"off = {item['off']:g}")
+    if item.get("reciprocal"):
+        other = item["reciprocal"]
+        words.append(
+            f"or {other['name']} = 1/{item['name']}" + ("" if other["unit"] == "1" else f", {other['unit']}")
+        )
+    return words
 
 
 def _laws() -> list[dict[str, Any]]:
@@ -83,4 +103,34 @@ def _modes() -> list[dict[str, Any]]:
             "needs_compressibility": mode.needs_compressibility,
         }
         for mode in modes().values()
+    ]
+
+
+def _effects() -> list[dict[str, Any]]:
+    return [
+        {
+            "name": effect.name,
+            "summary": effect.summary,
+            "acts": effect.acts,
+            "modes": [mode for mode in modes() if effect.acts_on(mode)],
+            "parameters": [
+                {
+                    "name": p.name,
+                    "unit": p.unit,
+                    "meaning": p.meaning + (" (optional)" if p.optional else ""),
+                    "bounds": f"[{p.lower:g}, {p.upper:g}]",
+                    "off": p.off,
+                    "reciprocal": dict(zip(("name", "unit"), p.reciprocal, strict=True))
+                    if p.reciprocal
+                    else None,
+                    "unit_rotational": unit(p, rotational=True),
+                }
+                for p in effect.parameters
+            ],
+            "needs": effect.needs,
+            "rivals": list(effect.rivals),
+            "needs_time": effect.needs_time,
+            "source": effect.source,
+        }
+        for effect in effects().values()
     ]

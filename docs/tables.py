@@ -1,7 +1,7 @@
-"""The tables of docs/case-file.md that list shapes, laws and modes, written from the code.
+"""The tables of docs/case-file.md and docs/effects.md that list what there is, written from the code.
 
-``setup/enter python docs/tables.py`` brings the page up to date after a shape, a law or a mode was added or changed;
-tests/unit/test_docs.py says when that has been forgotten.
+``setup/enter python docs/tables.py`` brings the pages up to date after a shape, a law, a mode or an effect was added
+or changed; tests/unit/test_docs.py says when that has been forgotten.
 """
 
 from __future__ import annotations
@@ -13,11 +13,14 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
+from bushcli.casefile.unit import unit
+from bushcli.effect import Effect, EffectParameter, effects
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import Sleeve, shapes
 
-PAGE = Path(__file__).with_name("case-file.md")
+PAGES = [Path(__file__).with_name(name) for name in ("case-file.md", "effects.md")]
+_ACTS = {"rubber": "In the rubber", "assembly": "In the assembly", "rig": "In the rig"}
 _UNIT = re.compile(r", (mm|MPa|degrees)\b")
 
 
@@ -84,6 +87,47 @@ def modes_text() -> str:
     return table(("mode", "specimen", "displacement", "force", "what is done"), rows)
 
 
+def effects_text() -> str:
+    """Return the effects by where they act, each with what it means."""
+    rows = []
+    for acts, where in _ACTS.items():
+        for effect in (one for one in effects().values() if one.acts == acts):
+            amplitudes = ", ".join(f"`{p.name}`" for p in effect.amplitudes if not p.optional)
+            rows.append((f"[`{effect.name}`](#{effect.name})", where.lower(), effect.summary, amplitudes))
+    return table(("effect", "where", "what it means", "amplitudes"), rows)
+
+
+def effect_text(effect: Effect) -> str:
+    """Return the parameters of an effect, and what is to be known of it."""
+    rows = [
+        (
+            f"`{p.name}`" + (f", or `{p.reciprocal[0]}` = 1/`{p.name}`" if p.reciprocal else ""),
+            _units(p),
+            f"{p.lower:g} to {p.upper:g}",
+            "" if p.off is None else f"{p.off:g}",
+            p.meaning + (" (optional)" if p.optional else ""),
+        )
+        for p in effect.parameters
+    ]
+    acts = [mode for mode in modes() if effect.acts_on(mode)]
+    facts = [
+        f"- acts on: {'all modes' if len(acts) == len(modes()) else ', '.join(acts)}",
+        f"- a recording must contain: {effect.needs}",
+        f"- looks like: {', '.join(f'[{name}](#{name})' for name in effect.rivals)}",
+        f"- source: {effect.source}",
+    ]
+    return table(("parameter", "unit", "bounds", "off", "meaning"), rows) + "\n\n" + "\n".join(facts)
+
+
+def _units(parameter: EffectParameter) -> str:
+    own = "" if parameter.unit == "1" else parameter.unit
+    turned = unit(parameter, rotational=True)
+    other = parameter.reciprocal[1] if parameter.reciprocal else "1"
+    return (
+        own + (f" ({turned})" if turned != parameter.unit else "") + (f", or {other}" if other != "1" else "")
+    )
+
+
 def brought_up_to_date(page: str) -> str:
     """Return the page with what stands between its ``<!-- name -->`` and ``<!-- end -->`` marks written anew."""
     content = {
@@ -91,9 +135,12 @@ def brought_up_to_date(page: str) -> str:
         "sleeve": fields(Sleeve.model_fields),
         "laws": laws_text(),
         "modes": modes_text(),
-    }
+        "effects": effects_text(),
+    } | {f"effect {effect.name}": effect_text(effect) for effect in effects().values()}
     for name, text in content.items():
         start, end = f"<!-- {name} -->", f"<!-- end {name} -->"
+        if start not in page:
+            continue
         before, _, rest = page.partition(start)
         after = rest.partition(end)[2]
         page = f"{before}{start}\n\n{text}\n\n{end}{after}"
@@ -101,4 +148,5 @@ def brought_up_to_date(page: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(brought_up_to_date(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for file in PAGES:
+        file.write_text(brought_up_to_date(file.read_text(encoding="utf-8")), encoding="utf-8")

@@ -27,10 +27,10 @@ def init(directory: Path) -> None:
 
 
 @click.command("list")
-@click.argument("kind", type=click.Choice(["laws", "shapes", "modes"]))
+@click.argument("kind", type=click.Choice(["laws", "shapes", "modes", "effects"]))
 @click.option("--json", is_flag=True, help="As JSON on stdout.")
 def list_(kind: str, json: bool) -> None:
-    """Print what there is: laws with their parameters, shapes with their dimensions, modes."""
+    """Print what there is: laws with their parameters, shapes with their dimensions, modes, effects."""
 
     def work() -> int:
         from bushcli import catalogue

@@ -2,13 +2,13 @@
 
 The stress of the law is multiplied by eta = 1 - (1/r) erf((W_max - W) / (m + beta W_max)), W the isochoric energy
 and W_max the largest it has been at that point. On the virgin path W = W_max and eta = 1; the unloaded rubber is left
-with the factor 1 - (1/r) erf(W_max / (m + beta W_max)). Amplitude 1/r, for which r = inf is no Mullins effect. The
-term beta W_max, which makes eta depend on the level, came to the model of Ogden and Roxburgh in finite-element codes.
+with the factor 1 - (1/r) erf(W_max / (m + beta W_max)). Amplitude 1/r; no Mullins effect is r = inf.
 
 References
 ----------
 Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect in filled rubber, Proc. R. Soc. Lond. A
-455:2861-2877, doi:10.1098/rspa.1999.0431.
+455:2861-2877, doi:10.1098/rspa.1999.0431. The scale m + beta W_max: Mars (2004), Evaluation of a pseudo-elastic model
+for the Mullins effect, Tire Sci. Technol. 32:120-145, doi:10.2346/1.2186778.
 """
 
 from bushcli.effect import Effect, EffectParameter

@@ -6,7 +6,7 @@ the force. Both are amplitudes. They do not grow with the excursion as permanent
 References
 ----------
 ASTM D638-14, Standard test method for tensile properties of plastics, annex A1 (toe compensation),
-doi:10.1520/D0638-22.
+doi:10.1520/D0638-14.
 """
 
 from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
@@ -34,6 +34,6 @@ EFFECT = Effect(
     ),
     needs="curvature that differs between + and - tells the two apart; two amplitudes tell them from permanent set",
     rivals=("free_play", "misalignment", "permanent_set"),
-    source="ASTM D638-14, annex A1 (toe compensation), doi:10.1520/D0638-22",
+    source="ASTM D638-14, annex A1 (toe compensation), doi:10.1520/D0638-14",
     rig=RigChange(drive=drive, read=read, order=0),
 )

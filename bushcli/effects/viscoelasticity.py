@@ -1,15 +1,16 @@
-"""Viscoelasticity: one to three Maxwell branches beside the law, on the isochoric stress.
+"""Viscoelasticity: one to three Maxwell branches beside the law.
 
-Each branch carries an overstress Q_i with Q_i' + Q_i / tau_i = g_i S_iso', S_iso the isochoric second Piola-Kirchhoff
-stress. The law is what remains after long rest; g_i is the modulus of the branch over the law's initial shear modulus,
-so that the stiffness of a sudden step is 1 + sum g_i times the relaxed one. Amplitudes g_i.
+Each branch is a neo-Hookean spring of modulus g_i times the law's initial shear modulus behind a dashpot of relaxation
+time tau_i, at finite strain with a multiplicative split of the deformation. At small strain its stress obeys
+s_i' + s_i / tau_i = g_i mu e', with e the shear. The law is what remains after a long rest; a sudden step is met by
+1 + sum g_i times its initial stiffness. Amplitudes g_i.
 
 References
 ----------
 Simo (1987), On a fully three-dimensional finite-strain viscoelastic damage model, Comput. Methods Appl. Mech. Eng.
 60:153-173, doi:10.1016/0045-7825(87)90107-1.
-Holzapfel (1996), On large strain viscoelasticity, Int. J. Numer. Methods Eng. 39:3903-3926,
-doi:10.1002/(SICI)1097-0207(19961130)39:22<3903::AID-NME34>3.0.CO;2-C.
+Lion (1997), A physically based method to represent the thermo-mechanical behaviour of elastomers, Acta Mech. 123:1-25,
+doi:10.1007/BF01178397: the multiplicative branch.
 """
 
 from bushcli.effect import Effect, EffectParameter
@@ -44,7 +45,7 @@ EFFECT = Effect(
     parameters=(*_branch(1, 0.2, 10.0), *_branch(2, 0.1, 1.0), *_branch(3, 0.1, 100.0)),
     needs="time, and two rates or a hold; a time per branch needs rates or holds that far apart",
     rivals=("friction", "mullins", "time_lag"),
-    source="Simo (1987), Finite-strain viscoelastic damage model, doi:10.1016/0045-7825(87)90107-1",
+    source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
     specimens=frozenset({"bushing", "coupon"}),
     needs_time=True,
 )

@@ -124,7 +124,7 @@ def test_mesh_writes_pictures_and_files(cli: Cli, small: Path, tmp_path: Path) -
     assert {".png", ".xdmf"} <= endings
 
 
-@pytest.mark.parametrize("kind", ["laws", "shapes", "modes"])
+@pytest.mark.parametrize("kind", ["laws", "shapes", "modes", "effects"])
 def test_list_prints_every_entry(cli: Cli, kind: str) -> None:
     entries = json.loads(cli("list", kind, "--json").stdout)
     text = cli("list", kind).stdout

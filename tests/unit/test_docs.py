@@ -18,6 +18,7 @@ from click.testing import CliRunner
 
 from bushcli.casefile import load_case, schema
 from bushcli.cli import main
+from bushcli.effect import effects
 from bushcli.recording import read_recording
 from bushcli.recording.header import match_quality
 from bushcli.source import UNITS, Source
@@ -62,6 +63,7 @@ TABLES = {
     "## `[material]`": schema.MaterialTable,
     "## `[[load_cases]]`": schema.LoadCaseTable,
     "## `[[recordings]]`": schema.RecordingTable,
+    "## `[[effects]]`": schema.EffectTable,
 }
 
 
@@ -115,6 +117,23 @@ def test_shapes_laws_and_modes_are_those_of_the_code():
         assert f"`{name}`" in text or f'"{name}"`' in text
 
 
+def test_effects_are_those_of_the_code():
+    text = page("effects.md")
+    assert generator().brought_up_to_date(text) == text, "run: setup/enter python docs/tables.py"
+    for name in effects():
+        words, mark, _ = section(text, f"### `{name}`").partition(f"<!-- effect {name} -->")
+        assert mark, name
+        assert len(words.split()) > 12, f"{name} is not explained"
+
+
+def test_the_effects_shown_are_valid(tmp_path):
+    case = tmp_path / "case.toml"
+    shown = blocks(DOCS / "effects.md", "toml")[0], blocks(DOCS / "case-file.md", "toml")[-1]
+    for text in shown:
+        case.write_text(blocks(DOCS / "case-file.md", "toml")[0] + text, encoding="utf-8")
+        assert all(effect.lacking == () for effect in load_case(case).effects)
+
+
 # -- recordings ------------------------------------------------------------------------------------------------------
 
 
@@ -146,6 +165,7 @@ NAMED = {
     "versions": "NAME", "timings_s": "NAME", "parameters": "NAME", "correlation": "NAME", "weights": "NAME",
     "misfit": "MODE", "stability": "MODE", "boundaries": "NAME", "regions": "NAME", "channels": "CHANNEL",
     "by_channel": "CHANNEL", "rms_percent_before": "CHANNEL", "rms_percent_after": "CHANNEL",
+    "relaxation_percent_after": "SECONDS", "relaxation_percent_after_std": "SECONDS",
 }  # fmt: skip
 # What a result holds only where there is something to say.
 SOMETIMES = {
