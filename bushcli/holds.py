@@ -78,24 +78,47 @@ def holds(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Hold, ...]:
 
 
 def holds_along(
-    path: Curve, force: Array, noise: Noise = NO_NOISE, found: Sequence[Branch] | None = None
+    path: Curve,
+    force: Array,
+    noise: Noise = NO_NOISE,
+    found: Sequence[Branch] | None = None,
+    least_force: float = 0.0,
 ) -> tuple[Hold | None, ...]:
-    """Return every hold of a path with another force (n,), such as a simulation at the recorded samples.
+    """Return every hold of a path with another force, such as a simulation at the recorded samples.
 
-    None stands for a hold in which the force is not known (nan). The path's branches may be given in `found`.
+    Parameters
+    ----------
+    path : Curve
+        n samples; its force does not matter.
+    force : (n,) array
+        nan where it is not known.
+    noise : Noise
+        Of the force.
+    found : sequence of Branch, optional
+        Of the path, where it has been cut already.
+    least_force : float
+        No relaxation is given where less is held: beside a recording, what its noise hides.
+
+    Returns
+    -------
+    tuple
+        As long as the path has holds; None where the force is not known throughout a hold.
     """
     found = segment(path.displacement, path.time) if found is None else found
     held = [branch for branch in found if branch.kind == "hold"]
     return tuple(
-        _hold(i, branch.cycle, slice(branch.start, branch.stop), path, force, noise.force)
+        _hold(i, branch.cycle, slice(branch.start, branch.stop), path, force, noise.force, least_force)
         if np.isfinite(force[branch.start : branch.stop]).all()
         else None
         for i, branch in enumerate(held, start=1)
     )
 
 
-def _hold(number: int, cycle: int, cut: slice, path: Curve, force: Array, sigma: float) -> Hold:
+def _hold(
+    number: int, cycle: int, cut: slice, path: Curve, force: Array, sigma: float, least_force: float
+) -> Hold:
     held = force[cut]
+    least = max(least_force, _HELD * sigma)
     # Without time the order of the samples says what is late, but not how late.
     since = np.arange(len(held), dtype=float) if path.time is None else path.time[cut] - path.time[cut.start]
     end = float(since[-1])
@@ -112,8 +135,8 @@ def _hold(number: int, cycle: int, cut: slice, path: Curve, force: Array, sigma:
         duration=None if path.time is None else end,
         force_start=Uncertain(float(held[0]), sigma),
         force_end=Uncertain(float(last @ held), sigma * float(np.linalg.norm(last))),
-        relaxation=_relaxation(first, last, held, sigma),
-        after={at: _relaxation(first, _weights(since, at), held, sigma) for at in reached},
+        relaxation=_relaxation(first, last, held, sigma, least),
+        after={at: _relaxation(first, _weights(since, at), held, sigma, least) for at in reached},
     )
 
 
@@ -132,9 +155,9 @@ def _weights(since: Array, at: float) -> Array:
     return weights
 
 
-def _relaxation(first: Array, then: Array, held: Array, sigma: float) -> Uncertain:
+def _relaxation(first: Array, then: Array, held: Array, sigma: float, least: float) -> Uncertain:
     start, end = float(first @ held), float(then @ held)
-    if abs(start) <= _HELD * sigma or start == 0.0:
+    if abs(start) <= least:
         return Uncertain(float("nan"), float("nan"))
     # Relative to the start, both as weights of the same samples: their errors are not independent.
     by_sample = first * end / start**2 - then / start

@@ -16,6 +16,13 @@ from bushcli.inverse import Fit, FittedCurve
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches, force_noise
+from bushcli.report.cycles import (
+    by_name,
+    energy_unit,
+    history_json,
+    response_histories,
+    unexplained_hysteresis,
+)
 from bushcli.report.quantity import parameter_unit, quantities
 from bushcli.report.verdict import Verdict, judge
 from bushcli.report.versions import versions
@@ -36,6 +43,10 @@ def direct_json(
     }
     document["verdict"] = _verdict(judge(response, misfits), misfits)
     document["load_cases"] = [_channel(c, misfits.get(c.name)) for c in response.channels]
+    histories = by_name(response_histories(response, misfits))
+    for entry in document["load_cases"]:
+        if entry["name"] in histories:
+            entry |= history_json(histories[entry["name"]])
     if fit is not None:
         document["fit"] = fit_part(fit)
     return cleaned(document)
@@ -75,7 +86,7 @@ def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]
 
 
 def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
-    """What is doubtful about a direct prediction: of the fit, of the marches, and recordings left uncompared."""
+    """What is doubtful about a direct prediction: fit, marches, recordings left uncompared, loops not simulated."""
     left = tuple(
         Condition(
             "not_compared",
@@ -85,7 +96,8 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
         for channel in response.channels
         if channel.recording is not None and channel.name not in misfits
     )
-    return (*(fit.conditions if fit else ()), *response.conditions, *left)
+    loops = unexplained_hysteresis(response_histories(response, misfits))
+    return (*(fit.conditions if fit else ()), *response.conditions, *left, *loops)
 
 
 def head(
@@ -130,6 +142,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
             "displacement": "stretch - 1" if coupon else shown.displacement_unit,
             "force": shown.force_unit,
             "stiffness": shown.stiffness_unit,
+            "energy": energy_unit(channel.mode),
         },
         "time": channel.curve.time,
         # Without the offset of a stretch: zero is at rest, as in the case file's path.

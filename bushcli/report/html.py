@@ -18,6 +18,8 @@ from bushcli.casefile import Case, Material
 from bushcli.direct import Response
 from bushcli.inverse import Fit
 from bushcli.misfit import Misfit
+from bushcli.report.cycles import History, response_histories
+from bushcli.report.cycles_tables import history_tables
 from bushcli.report.figures.picture import Picture
 from bushcli.report.tables import (
     Table,
@@ -60,6 +62,7 @@ def direct_html(
     sections = [Section("Channels", tables=[channel_table(response, misfits)])]
     heading = "Simulated and recorded curves" if misfits else "Simulated curves"
     sections.append(Section(heading, kinds.get("curve", [])))
+    sections += history_sections(response_histories(response, misfits), kinds)
     if fit is not None:
         sections.append(_fitted(fit, kinds))
     sections.append(Section("Deformed shape at the largest displacement", kinds.get("deformed", [])))
@@ -94,6 +97,18 @@ def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
         [parameter_table(fit), fitted_table(fit)],
         note,
     )
+
+
+def history_sections(histories: Sequence[History], kinds: Mapping[str, Sequence[Picture]]) -> list[Section]:
+    """Cycles and holds of every channel; no section where no path comes back or holds."""
+    note = (
+        "Energy is the net work of a cycle, the area of its loop where it closes; loss is that energy over the work "
+        "done while loading. ± is one standard error from the noise of the recording. A law without memory has "
+        "neither loops nor relaxation."
+    )
+    pictures = [*kinds.get("cycles", []), *kinds.get("holds", [])]
+    tables = history_tables(histories, brief=False)
+    return [Section("Cycles and holds", pictures, tables, note)] if tables else []
 
 
 def page(

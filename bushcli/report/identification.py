@@ -11,6 +11,7 @@ from rich.text import Text
 
 from bushcli.casefile import Case
 from bushcli.inverse import Fit
+from bushcli.report.cycles import fit_histories, history_json, unexplained_hysteresis
 from bushcli.report.document import cleaned, curves_by_mode, fit_part, head
 from bushcli.report.identification_tables import (
     correlation_table,
@@ -20,7 +21,7 @@ from bushcli.report.identification_tables import (
 )
 from bushcli.report.identification_words import answer, determined, search
 from bushcli.report.ranking import effective_samples, information_criterion
-from bushcli.report.text import Shown, problem_parts
+from bushcli.report.text import Shown, history_parts, problem_parts
 
 
 def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) -> dict[str, Any]:
@@ -32,11 +33,14 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
         Best first.
     """
     best = fits[0]
-    document = head("inverse", case, best.conditions, timings) | fit_part(best)
+    histories = fit_histories(best)
+    problems = (*best.conditions, *unexplained_hysteresis(histories))
+    document = head("inverse", case, problems, timings) | fit_part(best)
     del document["weighting"]
     found = answer(best)
     document["verdict"] = {"headline": found.headline, "text": " ".join([f"{found.headline}.", *found.lines])}
     document["misfit"] = _misfit(best)
+    document["channels"] = {history.name: history_json(history) for history in histories}
     document |= {
         "method": best.method,
         "message": best.message,
@@ -110,6 +114,8 @@ def inverse_text(fits: Sequence[Fit]) -> Group:
     if len(fits) > 1:
         parts += [Shown(model_table(fits)), Text()]
     parts += [Shown(estimate_table(best)), Text(), Shown(curve_table(best))]
+    histories = fit_histories(best)
+    parts += history_parts(histories)
     if len(best.parameters) > 1:
         parts += [Text(), Shown(correlation_table(best))]
     parts += [Text(), *(Text(line) for line in determined(best))]
@@ -118,5 +124,5 @@ def inverse_text(fits: Sequence[Fit]) -> Group:
     style = {"good": "bold green", "bad": "bold red", "plain": "bold"}[found.tone]
     parts += [Text(), Text(f"{found.headline}.", style)]
     parts += [Padding(Text(line), (0, 0, 0, 2)) for line in found.lines]
-    parts += problem_parts(best.conditions)
+    parts += problem_parts((*best.conditions, *unexplained_hysteresis(histories)))
     return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable

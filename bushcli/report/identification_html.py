@@ -7,8 +7,9 @@ from typing import Any
 
 from bushcli.casefile import Case
 from bushcli.inverse import Fit
+from bushcli.report.cycles import fit_histories
 from bushcli.report.figures.picture import Picture
-from bushcli.report.html import Section, by_kind, page
+from bushcli.report.html import Section, by_kind, history_sections, page
 from bushcli.report.identification_tables import curve_table, estimate_table, leverage_table, model_table
 from bushcli.report.identification_words import answer, determined, search
 from bushcli.report.tables import curves_of
@@ -34,6 +35,7 @@ def inverse_html(
             "given where a parameter is poorly determined, from its profile.",
         ),
         Section("Curves before and after", kinds.get("curve", []), [curve_table(best)]),
+        *history_sections(fit_histories(best), kinds),
     ]
     if len(fits) > 1:
         note = (

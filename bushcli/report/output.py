@@ -114,6 +114,8 @@ def write_inverse(
     InputError
         As `write_direct`.
     """
+    from bushcli.report.cycles import fit_histories
+    from bushcli.report.figures.cycles import history_figures
     from bushcli.report.figures.identification import inverse_figures
     from bushcli.report.identification_html import inverse_html
 
@@ -129,7 +131,7 @@ def write_inverse(
             heads.append(f"started_{force}")
             columns.append(curve.started.force)
         files[f"{names[curve.name]}-identified.csv"] = _table(heads, columns)
-    pictures = inverse_figures(fits, names)
+    pictures = (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
     for picture in pictures:
         files[f"{picture.name}.png"] = _bytes(picture.png)
         files[f"{picture.name}.svg"] = _bytes(picture.svg)

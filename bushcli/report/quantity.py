@@ -104,7 +104,7 @@ def with_std(value: float, std: float) -> str:
     """Show a value and its standard error with the digits that the error leaves: "0.1175 ± 0.0002"."""
     if not math.isfinite(std) or std <= 0:
         return number(value, 4)
-    if std >= abs(value) or abs(value) < 1e-4:
+    if max(abs(value), std) < 1e-4:
         return f"{number(value, 2)} ± {number(std, 2)}"
     decimals = max(1 - math.floor(math.log10(float(f"{std:.1e}"))), 0)
     return f"{value:.{decimals}f} ± {std:.{decimals}f}"

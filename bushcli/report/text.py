@@ -23,6 +23,8 @@ from bushcli.inverse import Fit
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording
+from bushcli.report.cycles import History, response_histories
+from bushcli.report.cycles_tables import history_tables
 from bushcli.report.document import problems_of
 from bushcli.report.quantity import percent
 from bushcli.report.tables import (
@@ -73,6 +75,7 @@ def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
     if checked:
         errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)
         parts.append(Text(f"estimated error of the mesh, of the force range: {errors}", "dim"))
+    parts += history_parts(response_histories(response, misfits))
     verdict = judge(response, misfits)
     style = {True: "bold green", False: "bold red", None: "bold"}[verdict.within_10_percent]
     parts += [Text(), Text(f"{verdict.headline}.", style)]
@@ -111,6 +114,11 @@ def _fit_parts(fit: Fit) -> list[object]:
         Shown(fitted_table(fit)),
         Text(solved, "dim"),
     ]
+
+
+def history_parts(histories: Sequence[History]) -> list[object]:
+    """Cycles and holds of every channel, long tables without their middle."""
+    return [part for table in history_tables(histories, brief=True) for part in (Text(), Shown(table))]
 
 
 def problem_parts(found: Iterable[Condition]) -> list[object]:

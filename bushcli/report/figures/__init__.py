@@ -10,9 +10,11 @@ from bushcli.direct import Response, Simulated
 from bushcli.inverse import Fit
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
+from bushcli.report.cycles import response_histories
 from bushcli.report.figures.body import deformed_figure, mesh_figure
 from bushcli.report.figures.coupons import coupon_figure, coupon_title
 from bushcli.report.figures.curves import curve_figure, curve_title
+from bushcli.report.figures.cycles import history_figures
 from bushcli.report.figures.picture import Picture, picture
 from bushcli.report.figures.projection import is_twisted
 from bushcli.report.quantity import listed, quantities
@@ -37,6 +39,7 @@ def direct_figures(
         title = curve_title(channel, compared)
         figure = curve_figure(channel, compared)
         found.append(picture(f"{names[channel.name]}-curve", "curve", title, figure, channel.name))
+    found += history_figures(response_histories(response, misfits), names)
     if fit is not None:
         found += fit_figures(fit)
     drawn: list[Surface] = []

@@ -20,7 +20,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 Kind = Literal[
-    "curve", "coupons", "mesh", "deformed", "ranking", "certainty", "profiles", "convergence", "starts"
+    "curve",
+    "coupons",
+    "mesh",
+    "deformed",
+    "ranking",
+    "certainty",
+    "profiles",
+    "convergence",
+    "starts",
+    "cycles",
+    "holds",
 ]
 
 # Okabe and Ito's palette, told apart with any colour vision: https://jfly.uni-koeln.de/color/

@@ -226,7 +226,7 @@ def test_verdict_names_what_was_held_out():
     [
         (0.117906, 0.000193, "0.11791 ± 0.00019 MPa"),
         (1234.5, 12.0, "1234 ± 12 MPa"),
-        (0.02, 0.3, "0.020 ± 0.30 MPa"),
+        (0.02, 0.3, "0.02 ± 0.30 MPa"),
         (0.25, float("nan"), "0.2500 MPa"),
         (0.25, 0.00999, "0.250 ± 0.010 MPa"),
     ],
@@ -283,4 +283,5 @@ def test_files_of_an_identification(case, tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     assert "met to their noise" in page
     assert "identified from the recordings" in page
-    assert page.count("<figure") == 6
+    # Both channels go there and back: each has a picture of its loops.
+    assert page.count("<figure") == 8

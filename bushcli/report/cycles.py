@@ -1,0 +1,246 @@
+"""Cycles and holds of every channel, recorded and simulated on the same path -> values, JSON, conditions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.condition import Condition
+from bushcli.curve import Curve
+from bushcli.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
+from bushcli.direct import Response, Simulated
+from bushcli.holds import Hold, holds_along
+from bushcli.inverse import Fit
+from bushcli.misfit import Misfit
+from bushcli.recording import Branch, branches
+from bushcli.report.quantity import Quantities, number, percent, quantities
+
+Array = NDArray[np.float64]
+
+# Recorded loops are told from nothing at five standard errors, over all closed cycles of a channel...
+SURE = 5.0
+# ... and where they take this share of the work done while loading. Arbitrary: less is within what a rig's own
+# friction, or a force logged a sample late, adds.
+SMALLEST_LOSS = 0.02
+# A simulation that dissipates less than this share of what is recorded has no loops to speak of.
+NONE_SIMULATED = 0.1
+
+
+@dataclass(frozen=True)
+class History:
+    """One channel along its path.
+
+    Attributes
+    ----------
+    name, mode : str
+    path : Curve
+        The recording; the simulated curve where there is none.
+    simulated_force : (n,) array
+        At the samples of the path; nan where the simulation did not get there.
+    found : tuple of Branch
+        Of the path.
+    recorded, simulated : tuple of Cycle or None
+        Equally long; None where there is no recording, or the simulation did not get through the cycle.
+    recorded_holds, simulated_holds : tuple of Hold or None
+        Likewise.
+    held_out : bool
+        The simulation is a prediction, in an identification.
+    """
+
+    name: str
+    mode: str
+    path: Curve
+    simulated_force: Array = field(repr=False)
+    found: tuple[Branch, ...] = field(repr=False)
+    recorded: tuple[Cycle | None, ...]
+    simulated: tuple[Cycle | None, ...]
+    recorded_holds: tuple[Hold | None, ...]
+    simulated_holds: tuple[Hold | None, ...]
+    held_out: bool = False
+
+    @property
+    def has_recording(self) -> bool:
+        """Whether the path is a recording's."""
+        return any(cycle is not None for cycle in self.recorded)
+
+    @property
+    def tells(self) -> bool:
+        """Whether the path comes back or holds: one way only has neither loop nor relaxation."""
+        comes_back = {branch.direction for branch in self.found} >= {1, -1}
+        return (comes_back and bool(self.cycles)) or bool(self.holds)
+
+    @property
+    def cycles(self) -> list[tuple[Cycle, Cycle | None, Cycle | None]]:
+        """Of each cycle: whichever is known, for what the path says; recorded; simulated."""
+        pairs = zip(self.recorded, self.simulated, strict=True)
+        return [(known, r, s) for r, s in pairs if (known := r or s) is not None]
+
+    @property
+    def holds(self) -> list[tuple[Hold, Hold | None, Hold | None]]:
+        """Of each hold, likewise."""
+        pairs = zip(self.recorded_holds, self.simulated_holds, strict=True)
+        return [(known, r, s) for r, s in pairs if (known := r or s) is not None]
+
+
+def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[History, ...]:
+    """Channels of a direct prediction whose path comes back or holds."""
+    found = (_of_channel(channel, misfits.get(channel.name)) for channel in response.channels)
+    return tuple(history for history in found if history.tells)
+
+
+def fit_histories(fit: Fit) -> tuple[History, ...]:
+    """Channels of an identification whose path comes back or holds."""
+    found = (
+        _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in fit.curves
+    )
+    return tuple(history for history in found if history.tells)
+
+
+def _of_channel(channel: Simulated, compared: Misfit | None) -> History:
+    if channel.recording is None:
+        return _history(channel.name, channel.curve, channel.curve.force, recorded=False)
+    force = np.full(len(channel.recording.displacement), np.nan)
+    if compared is not None:
+        force[_where(compared.displacement, channel.recording.displacement)] = compared.simulated
+    return _history(channel.name, channel.recording, force, recorded=True)
+
+
+def _where(part: Array, whole: Array) -> list[int]:
+    """Return the samples of the whole that a part of it, in the same order, was taken from."""
+    places, at = [], 0
+    for value in part:
+        while whole[at] != value:
+            at += 1
+        places.append(at)
+        at += 1
+    return places
+
+
+def _history(name: str, path: Curve, simulated: Array, *, recorded: bool, held_out: bool = False) -> History:
+    found = branches(path)
+    noise = noise_of(path) if recorded else NO_NOISE
+    measured = path.force if recorded else np.full(len(path.force), np.nan)
+    return History(
+        name=name,
+        mode=path.mode,
+        path=path,
+        simulated_force=simulated,
+        found=found,
+        recorded=cycles_along(path, measured, noise, found),
+        simulated=cycles_along(path, simulated, NO_NOISE, found),
+        recorded_holds=holds_along(path, measured, noise, found),
+        simulated_holds=holds_along(path, simulated, NO_NOISE, found, SURE * noise.force),
+        held_out=held_out,
+    )
+
+
+def history_json(history: History) -> dict[str, Any]:
+    """`cycles` and `holds` of a channel, in the units of the case file."""
+    shown = quantities(history.mode)
+    return {
+        "cycles": [
+            {
+                "number": known.number,
+                "closed": known.closed,
+                "displacement": [shown.at(q) - shown.rest for q in (known.lowest, known.highest)],
+                "rate": None if known.rate is None else shown.per_internal * known.rate,
+                "recorded": None if recorded is None else _cycle_json(recorded, shown, errors=True),
+                "simulated": None if simulated is None else _cycle_json(simulated, shown),
+            }
+            for known, recorded, simulated in history.cycles
+        ],
+        "holds": [
+            {
+                "number": known.number,
+                "cycle": known.cycle,
+                "displacement": shown.at(known.displacement) - shown.rest,
+                "duration": known.duration,
+                "recorded": None if recorded is None else _hold_json(recorded, errors=True),
+                "simulated": None if simulated is None else _hold_json(simulated),
+            }
+            for known, recorded, simulated in history.holds
+        ],
+    }
+
+
+def _cycle_json(cycle: Cycle, shown: Quantities, errors: bool = False) -> dict[str, Any]:
+    per = 1.0 / shown.per_internal
+    values = {
+        "energy": (cycle.energy, 1.0),
+        "loss_percent": (cycle.loss, 100.0),
+        "secant_stiffness": (cycle.secant, per),
+        "peak_force": (cycle.peak_force, 1.0),
+    }
+    return _values(values, errors)
+
+
+def _hold_json(hold: Hold, errors: bool = False) -> dict[str, Any]:
+    values = {
+        "force_start": (hold.force_start, 1.0),
+        "force_end": (hold.force_end, 1.0),
+        "relaxation_percent": (hold.relaxation, 100.0),
+    }
+    after = {
+        f"relaxation_percent_after{ending}": {
+            f"{at:g}": 100 * getattr(found, what) for at, found in hold.after.items()
+        }
+        for ending, what in (("", "value"), ("_std", "std"))[: 2 if errors else 1]
+    }
+    return _values(values, errors) | after
+
+
+def _values(values: Mapping[str, tuple[Uncertain, float]], errors: bool) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for key, (one, factor) in values.items():
+        found[key] = factor * one.value
+        if errors:
+            found[f"{key}_std"] = factor * one.std
+    return found
+
+
+def unexplained_hysteresis(histories: Iterable[History]) -> tuple[Condition, ...]:
+    """Name the channels whose recordings dissipate, well above their noise, what the simulation does not."""
+    return tuple(condition for history in histories if (condition := _unexplained(history)) is not None)
+
+
+def _unexplained(history: History) -> Condition | None:
+    pairs = [(r, s) for _, r, s in history.cycles if r is not None and s is not None and r.closed]
+    energy = sum(recorded.energy.value for recorded, _ in pairs)
+    std = math.sqrt(sum(recorded.energy.std**2 for recorded, _ in pairs))
+    simulated = sum(found.energy.value for _, found in pairs)
+    work = sum(r.energy.value / r.loss.value for r, _ in pairs if r.loss.value)
+    real = bool(pairs) and energy > SURE * std and energy > SMALLEST_LOSS * work
+    if not real or simulated > NONE_SIMULATED * energy:
+        return None
+    unit, relaxed = energy_unit(history.mode), _relaxed(history)
+    share = f"{percent(100 * energy / work)} of the work done while loading"
+    held = f"; in a hold the recorded force relaxes by {percent(100 * relaxed)}" if relaxed else ""
+    return Condition(
+        "unexplained_hysteresis",
+        f"{history.name}: the recorded loops take {number(energy)} ± {number(std, 2)} {unit} ({share}), the simulated "
+        f"ones {number(simulated, 2) if simulated > std else '0'} {unit}{held}",
+        "add an effect that dissipates: viscoelasticity, friction or mullins (bushcli diagnose tells them apart)",
+    )
+
+
+def _relaxed(history: History) -> float:
+    """Recorded relaxation of the hold at the largest force, where it is more than noise; else 0."""
+    held = [hold for _, hold, _ in history.holds if hold is not None]
+    found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation if held else Uncertain(0.0)
+    return found.value if found.value > SURE * found.std else 0.0
+
+
+def energy_unit(mode: str) -> str:
+    """Unit of the hysteresis energy: per volume for a coupon."""
+    # N mm x rad of a rotation is N mm.
+    return "MPa" if quantities(mode).force_unit == "MPa" else "N mm"
+
+
+def by_name(histories: Sequence[History]) -> dict[str, History]:
+    """Histories by channel."""
+    return {history.name: history for history in histories}

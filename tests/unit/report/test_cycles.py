@@ -1,0 +1,192 @@
+"""Cycles and holds in JSON, tables, pictures and pages; loops that no simulation explains."""
+
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from bushcli import report
+from bushcli.curve import Curve
+from bushcli.recording import Recording, read_recording
+from bushcli.report.cycles import response_histories, unexplained_hysteresis
+from bushcli.report.cycles_tables import cycle_table, history_tables, hold_table
+from bushcli.report.figures.cycles import history_figures
+from bushcli.source import Source
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+def elastic(q):
+    """About the axial law of the viscoelastic recording, N of mm; it has no memory."""
+    return 260.0 * q
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return replace(read_recording(Source("axial", DATA / "viscoelastic.csv")), name="axial")
+
+
+@pytest.fixture
+def simulated(channel, answer):
+    """Make a response whose one channel is a line beside a recording."""
+
+    def make(recording, reach=(-6.5, 6.5), mode="axial", **changes):
+        q = np.linspace(*reach, 41)
+        found = channel(mode, curve=Curve(mode, q, elastic(q)), recording=recording, surface=None, **changes)
+        return answer(found)
+
+    return make
+
+
+def histories(found):
+    return response_histories(found.response, found.misfits)
+
+
+def cyclic(loss, sigma=2.0, mode="axial", factor=1.0):
+    """Two turns of 4 mm, a loop of so many N on either side of the line, and noise."""
+    phase = np.linspace(0.0, 4 * np.pi, 401)
+    noise = sigma * np.random.default_rng(0).standard_normal(401)
+    q = 4.0 * np.sin(phase)
+    return Recording(mode, factor * q, elastic(q) + loss * np.cos(phase) + noise, phase, name=mode)
+
+
+def test_json_has_recorded_and_simulated_values_side_by_side(simulated, measured):
+    found = simulated(measured)
+    result = json.loads(
+        json.dumps(report.direct_json(found.response, found.misfits, None, {}), allow_nan=False)
+    )
+    (entry,) = result["load_cases"]
+    assert entry["units"]["energy"] == "N mm"
+    assert [cycle["number"] for cycle in entry["cycles"]] == list(range(1, 10))
+    seventh = entry["cycles"][6]
+    assert seventh["closed"]
+    assert seventh["displacement"] == pytest.approx([0.0, 6.0], abs=0.02)
+    assert seventh["rate"] == pytest.approx(0.15, rel=0.01)
+    assert seventh["recorded"]["energy"] > 50 * seventh["recorded"]["energy_std"] > 0
+    assert seventh["simulated"]["energy"] == pytest.approx(0.0, abs=1e-6)
+    assert seventh["simulated"]["secant_stiffness"] == pytest.approx(260.0)
+    held, released = entry["holds"]
+    assert held["recorded"].keys() >= {"force_start", "force_end", "relaxation_percent"}
+    assert held["recorded"]["relaxation_percent_after"].keys() == {"1", "10"}
+    assert held["simulated"]["relaxation_percent"] == pytest.approx(0.0, abs=0.1)
+    # No force is held at zero displacement that could relax.
+    assert released["simulated"]["relaxation_percent"] is None
+
+
+def test_one_way_has_neither_cycles_nor_holds(answer, channel):
+    found = answer(channel("axial", 130.0, 100.0))
+    (entry,) = report.direct_json(found.response, found.misfits, None, {})["load_cases"]
+    assert "cycles" not in entry
+
+
+def test_cycles_that_the_simulation_did_not_reach_are_null(simulated, measured):
+    found = simulated(measured, reach=(-2.5, 2.5), stopped="DIVERGED_MAX_IT")
+    (history,) = histories(found)
+    assert [s is not None for s in history.simulated] == [True] * 3 + [False] * 6
+    assert [s is not None for s in history.simulated_holds] == [False, True]
+    assert all(recorded is not None for recorded in history.recorded)
+
+
+def test_a_program_alone_has_simulated_cycles(answer, channel):
+    q = np.concatenate([np.linspace(0, 4, 9), np.linspace(3.5, 0, 8)])
+    found = answer(channel("axial", curve=Curve("axial", q, elastic(q)), surface=None))
+    (history,) = histories(found)
+    assert not history.has_recording
+    assert cycle_table(history).heads == ("cycle", "mm", "energy, N mm", "loss, %", "secant, N/mm", "peak, N")
+    assert cycle_table(history).rows[0][:2] == ("1", "0 to 4")
+
+
+def test_rotations_are_in_degrees(answer, channel):
+    """1 N mm/rad and a loop of b N mm at a rad: pi a b N mm a turn, however the angle is shown."""
+    recording = cyclic(30.0, 0.0, "torsional", factor=0.1)
+    q = np.linspace(-0.5, 0.5, 21)
+    found = answer(channel("torsional", curve=Curve("torsional", q, 2600.0 * q), recording=recording))
+    (entry,) = report.direct_json(found.response, found.misfits, None, {})["load_cases"]
+    first, second = (entry["cycles"][i] for i in (0, 1))
+    assert first["displacement"][1] == pytest.approx(np.degrees(0.4), rel=1e-3)
+    assert first["simulated"]["secant_stiffness"] == pytest.approx(np.radians(2600.0))
+    assert first["recorded"]["energy"] + second["recorded"]["energy"] == pytest.approx(
+        np.pi * 0.4 * 30.0, rel=1e-3
+    )
+    assert entry["units"]["energy"] == "N mm"
+
+
+@pytest.mark.parametrize("loss", [0.0, 30.0])
+def test_loops_without_an_explanation_are_a_problem(simulated, loss):
+    found = simulated(cyclic(loss))
+    conditions = unexplained_hysteresis(histories(found))
+    assert [condition.name for condition in conditions] == ["unexplained_hysteresis"] * (loss > 0)
+    names = [
+        problem["name"] for problem in report.direct_json(found.response, found.misfits, None, {})["problems"]
+    ]
+    assert names == [condition.name for condition in conditions]
+
+
+def test_loops_that_are_simulated_are_explained(simulated):
+    (history,) = histories(simulated(cyclic(30.0)))
+    assert unexplained_hysteresis([history])
+    assert not unexplained_hysteresis([replace(history, simulated=history.recorded)])
+
+
+@pytest.mark.parametrize("name", ["mullins", "viscoelastic", "mullins-viscoelastic"])
+def test_recordings_with_an_effect_are_not_explained_by_a_law(simulated, name):
+    found = simulated(replace(read_recording(Source("axial", DATA / f"{name}.csv")), name="axial"))
+    (condition,) = unexplained_hysteresis(histories(found))
+    assert ("relaxes" in condition.message) == (name != "mullins")
+
+
+def test_tables_have_as_many_cells_as_heads_and_mark_open_cycles(simulated, measured):
+    (history,) = histories(simulated(measured))
+    for table in (cycle_table(history), cycle_table(history, peaks=False), hold_table(history)):
+        assert {len(row) for row in table.rows} == {len(table.heads)}
+    cut = replace(
+        measured, displacement=measured.displacement[:12], force=measured.force[:12], time=measured.time[:12]
+    )
+    (history,) = histories(simulated(cut))
+    assert [row[0] for row in cycle_table(history).rows] == ["1 open"]
+
+
+def test_a_long_recording_keeps_its_ends_at_the_terminal(simulated):
+    phase = np.linspace(0.0, 40 * np.pi, 2001)
+    recording = Recording("axial", 4 * np.sin(phase), elastic(4 * np.sin(phase)), phase, name="axial")
+    (history,) = histories(simulated(recording))
+    (brief,), (whole,) = (history_tables([history], brief=brief) for brief in (True, False))
+    assert len(whole.rows) == 40
+    assert "40 in all" in brief.title
+    numbers = [row[0] for row in brief.rows]
+    assert numbers == ["1", "2", "3", "4", "5", "6", "7", "8", "...", "38", "39", "40"]
+
+
+def test_the_terminal_shows_cycles_and_holds(simulated, measured):
+    found, stream = simulated(measured), io.StringIO()
+    Console(width=120, no_color=True, file=stream).print(
+        report.direct_text(found.response, found.misfits, None)
+    )
+    text = stream.getvalue()
+    assert "axial: cycles, recorded" in text
+    assert "axial: force lost in holds" in text
+    assert "problem unexplained_hysteresis" in text
+
+
+def test_pictures_say_in_their_title_what_is_seen(simulated, measured):
+    loops, held = history_figures(histories(simulated(measured)), {"axial": "axial"})
+    assert (loops.name, held.name) == ("axial-cycles", "axial-holds")
+    assert loops.title.startswith("Axial: loops take 24")
+    assert loops.title.endswith(", 0 N mm simulated")
+    assert held.title == "Axial: the force held relaxes by 16 % recorded, 0 % simulated"
+    for found in (loops, held):
+        assert found.png.startswith(b"\x89PNG\r\n\x1a\n")
+
+
+def test_files_and_page_hold_the_section(simulated, measured, tmp_path):
+    found = simulated(measured)
+    result = report.direct_json(found.response, found.misfits, None, {"total": 1.0})
+    written = report.write_direct(tmp_path / "out", result, found.response, found.misfits, None)
+    assert {"axial-cycles.png", "axial-cycles.svg", "axial-holds.png"} <= {path.name for path in written}
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<h2>Cycles and holds</h2>" in page
+    assert "unexplained_hysteresis" in page
