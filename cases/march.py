@@ -29,6 +29,8 @@ SMALLEST_CUT = 1.0 / 256
 LEAPS = 1
 # Few iterations of Newton, by SNES, mean that a step was easy, and the next may grow.
 EASY_NEWTON = 4
+# Two points nearer to each other than this share of the step ahead are one.
+CLOSEST = 0.2
 # Parabola through the last three: a cubic overshoots where the free surface folds.
 PREDICTOR_STATES = 3
 
@@ -124,10 +126,18 @@ class _Path:
         self.q, self.x = self.q[-1:], self.x[-1:]
 
     def extrapolate(self, q: float) -> Array:
-        """Lagrange polynomial through the points, at q."""
-        nodes = np.array(self.q)
+        """Lagrange polynomial through the points, at q.
+
+        Points that nearly coincide, as where a path returns, would make wild polynomials: of such the newer one counts.
+        """
+        apart = CLOSEST * abs(q - self.q[-1])
+        chosen: list[int] = []
+        for i in reversed(range(len(self.q))):
+            if all(abs(self.q[i] - self.q[j]) > apart for j in chosen):
+                chosen.append(i)
+        nodes = [self.q[i] for i in chosen]
         weights = [np.prod([(q - m) / (n - m) for m in nodes if m != n]) for n in nodes]
-        return np.asarray(sum(w * x for w, x in zip(weights, self.x, strict=True)))
+        return np.asarray(sum(w * self.x[i] for w, i in zip(weights, chosen, strict=True)))
 
 
 def march(
