@@ -112,6 +112,8 @@ def _of_channel(channel: Simulated, compared: Misfit | None) -> History:
 
 def _where(part: Array, whole: Array) -> list[int]:
     """Return the samples of the whole that a part of it, in the same order, was taken from."""
+    if len(part) == len(whole):
+        return list(range(len(whole)))
     places, at = [], 0
     for value in part:
         while whole[at] != value:

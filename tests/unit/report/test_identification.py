@@ -128,6 +128,21 @@ def test_json_is_what_scripts_rely_on(case):
     assert "models" not in document
 
 
+def test_loops_that_the_best_law_leaves_are_a_problem(case):
+    looping = curve("axial", wave=0.05)
+    found = report.inverse_json(case(), [identified(curves=(looping, curve("radial")))], {})
+    assert [problem["name"] for problem in found["problems"]] == ["undetermined", "unexplained_hysteresis"]
+    assert found["channels"].keys() == {"axial", "radial"}
+    first, second = found["channels"]["axial"]["cycles"]
+    # 60 N up on loading, 60 N down on unloading, over 6 mm.
+    assert first["recorded"]["energy"] == pytest.approx(2 * 60.0 * 6.0, rel=0.02)
+    assert first["simulated"]["energy"] == pytest.approx(0.0, abs=1.0)
+    assert second["displacement"] == pytest.approx([-6.0, 0.0], abs=0.05)
+    text = shown([identified(curves=(looping,))])
+    assert "axial: cycles, recorded" in text
+    assert "problem unexplained_hysteresis" in text
+
+
 def test_json_of_several_laws_ranks_them(case):
     other = identified("neo_hookean", (curve("axial", 2.0), curve("radial", 3.0)), ("C10",), profiles=())
     document = report.inverse_json(case(), sorted([other, identified()], key=report.rank), {})
