@@ -102,7 +102,7 @@ def _energy(axes: Axes, history: History) -> None:
         ("simulated", BLUE, {s.number: s.energy for _, _, s in history.cycles if s is not None and s.closed}),
     ]
     _by_cycle(axes, series, history, bars=True)
-    axes.axhline(0, color=GREY, lw=0.8)
+    axes.axhline(0, color=GREY, lw=0.8, zorder=1)
     axes.set(ylabel=f"energy [{energy_unit(history.mode)}]")
     legend(axes, loc="upper left")
     axes.margins(y=0.12)
