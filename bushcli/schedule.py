@@ -29,6 +29,8 @@ RESOLUTION = 2e-4
 STEPS, FEWEST = 12, 4
 # Exponent of the grading: the first of 12 steps of a leg is 1/24 of it.
 GRADING = 1.3
+# Rates that differ by this factor make two legs of a path without a turn.
+ABRUPT = 2.5
 # Steps of a hold, evenly in the logarithm of time from the first one's length.
 HOLD_STEPS, FIRST_HOLD = 10, 1e-3
 
@@ -153,11 +155,14 @@ def _stepped(
     moves = np.diff(values)
     # A line that goes nowhere within the noise is a hold; it lasts, or it is a corner's rounding.
     kinds = np.where(np.abs(moves) <= 2 * tolerance, 0.0, np.sign(moves))
+    # A much faster or slower line is a leg of its own: viscous stress has a knee there.
+    pace = np.abs(moves) / np.diff(times)
+    abrupt = np.maximum(pace[1:], pace[:-1]) > ABRUPT * np.minimum(pace[1:], pace[:-1])
     nodes, stops, legs = [float(times[0])], [float(values[0])], []
     first, reached = 0, 0.0
     while first < len(kinds):
         last = first
-        while last + 1 < len(kinds) and kinds[last + 1] == kinds[first]:
+        while last + 1 < len(kinds) and kinds[last + 1] == kinds[first] and not abrupt[last]:
             last += 1
         t, q = times[first : last + 2], values[first : last + 2]
         hold = bool(kinds[first] == 0.0)
