@@ -1,0 +1,213 @@
+"""Where in a recording each sample lies: rate, branch, side, cycle and displacement band; misfit and noise per bin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import f, t
+
+from bushcli.diagnosis.noise_model import Compared
+from bushcli.recording import Recording, branches
+from bushcli.segment import Branch
+from cases.mode import modes
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Side = Literal["positive", "negative", "both"]
+
+KINDS = ("loading", "unloading", "hold")
+SIDES: tuple[Side, Side] = ("positive", "negative")
+# Enough to name a place; more would cost power, since every one of them is tested.
+_BANDS = 8
+_CYCLES = 8
+# Branches whose rates differ by less are recorded at one rate.
+_RATE_GAP = 1.6
+_RATES = 3
+
+
+@dataclass(frozen=True)
+class Bins:
+    """The grid that a channel's samples are sorted into.
+
+    Attributes
+    ----------
+    edges : (d + 1,) array
+        Of the bands of the size of the displacement, from 0, mm or rad.
+    cycles : tuple of (int, int)
+        First and last cycle of each group; single ones unless there are many.
+    rates : tuple of (float, float)
+        Slowest and fastest branch of each class of rates, mm/s or rad/s, the slowest first; (nan, nan) without time.
+    two_sided : bool
+        Whether the displacement goes to both sides of zero.
+    place : (5, n) array of int
+        Rate, branch (`KINDS`), side (`SIDES`), cycle group and band of each sample.
+    """
+
+    edges: Array
+    cycles: tuple[tuple[int, int], ...]
+    rates: tuple[tuple[float, float], ...]
+    two_sided: bool
+    place: Index
+
+    @property
+    def shape(self) -> tuple[int, int, int, int, int]:
+        """Numbers of rates, branches, sides, cycle groups and bands."""
+        return len(self.rates), len(KINDS), len(SIDES), len(self.cycles), len(self.edges) - 1
+
+    def total(self, values: Array) -> Array:
+        """Sum of values (n,) in every bin, of the grid's shape."""
+        flat = np.ravel_multi_index(tuple(self.place), self.shape)
+        return np.asarray(
+            np.bincount(flat, values, minlength=int(np.prod(self.shape))).reshape(self.shape), dtype=float
+        )
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Misfit in one bin, tested against the noise.
+
+    Attributes
+    ----------
+    channel : str
+    branch : {"loading", "unloading", "hold"}
+    side : {"positive", "negative"}
+        Of the displacement.
+    cycle : (int, int)
+        First and last.
+    rate : (float, float)
+        Slowest and fastest branch, mm/s or rad/s.
+    displacement_from, displacement_to : float
+        Size of the displacement, mm or rad.
+    samples : int
+    mean : float
+        Simulated minus recorded force, N, N mm or MPa.
+    rms : float
+        Root mean square misfit over the noise; 1 is noise.
+    excess : float
+        Sum of squares beyond the noise, in units of the noise's variance.
+    p : float
+        Probability of such a mean or such an rms by noise alone, in this one bin.
+    significant : bool
+        At 5 % for all bins of all channels together (Holm).
+    """
+
+    channel: str
+    branch: str
+    side: Side
+    cycle: tuple[int, int]
+    rate: tuple[float, float]
+    displacement_from: float
+    displacement_to: float
+    samples: int
+    mean: float
+    rms: float
+    excess: float
+    p: float
+    significant: bool = False
+
+
+def bins(recording: Recording) -> Bins:
+    """Return the grid of a recording (n samples), and the place of each sample in it."""
+    found = branches(recording)
+    q, n = recording.displacement, len(recording.displacement)
+    edges = _edges(float(np.abs(q).max()), modes()[recording.mode].rotational)
+    cycle = np.empty(n, dtype=int)
+    kind = np.empty(n, dtype=int)
+    rate = np.empty(n, dtype=int)
+    classes, rates = _rates(found, recording)
+    for branch, its_class in zip(found, classes, strict=True):
+        cut = slice(branch.start, branch.stop)
+        cycle[cut], kind[cut], rate[cut] = branch.cycle, KINDS.index(branch.kind), its_class
+    groups = _groups(int(cycle.max()))
+    starts = np.array([first for first, _ in groups])
+    # A side that is only noise about zero is none.
+    two_sided = bool(min(-q.min(), q.max()) > 0.05 * np.abs(q).max())
+    side = (q < 0).astype(int) if two_sided else np.full(n, int(-q.min() > q.max()))
+    band = np.clip(np.searchsorted(edges, np.abs(q), side="right") - 1, 0, len(edges) - 2)
+    place = np.stack([rate, kind, side, np.searchsorted(starts, cycle, side="right") - 1, band])
+    return Bins(edges, groups, rates, two_sided, place)
+
+
+def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
+    """Test every bin that holds samples: the mean and the mean square of its misfit, against the noise.
+
+    A mean of n samples has the standard error sigma sqrt(T / n), with T the correlation time, and a sum of squares the
+    degrees of freedom n / T; that the noise itself is estimated is in the degrees of freedom of t and F. The smaller
+    probability of the two tests counts twice.
+    """
+    known, noise = compared.known, compared.noise
+    misfit = np.where(known, compared.misfit, 0.0)
+    count, total = grid.total(known.astype(float)), grid.total(misfit)
+    square = grid.total(misfit**2) / noise.sigma**2
+    found = []
+    for place in map(tuple, np.argwhere(count > 0)):
+        rate, kind, side, cycle, band = (int(i) for i in place)
+        n, mean = count[place], total[place] / count[place]
+        size = abs(mean) / (noise.sigma * np.sqrt(noise.correlation_time / n))
+        by_mean = 2.0 * t.sf(size, noise.freedom)
+        by_size = f.sf(square[place] / n, max(n / noise.correlation_time, 1.0), min(noise.freedom, 1e9))
+        found.append(
+            Bin(
+                channel=compared.name,
+                branch=KINDS[kind],
+                side=SIDES[side],
+                cycle=grid.cycles[cycle],
+                rate=grid.rates[rate],
+                displacement_from=float(grid.edges[band]),
+                displacement_to=float(grid.edges[band + 1]),
+                samples=int(n),
+                mean=float(mean),
+                rms=float(np.sqrt(square[place] / n)),
+                excess=float(square[place] - n),
+                p=float(min(1.0, 2.0 * min(by_mean, by_size))),
+            )
+        )
+    return found
+
+
+def _edges(largest: float, rotational: bool) -> Array:
+    """Edges of about 8 bands from 0 to the largest displacement, at round numbers of mm or degrees."""
+    unit = np.pi / 180 if rotational else 1.0
+    step = largest / unit / _BANDS
+    decade = 10.0 ** np.floor(np.log10(step))
+    choices = decade * np.array([1.0, 2.0, 2.5, 5.0, 10.0])
+    step = float(choices[np.argmin(np.abs(np.log(choices / step)))])
+    # What overshoots the last full band a little belongs to it.
+    inner = np.arange(0.0, largest / unit - 0.3 * step, step)
+    return np.append(inner * unit, largest)
+
+
+def _groups(last: int) -> tuple[tuple[int, int], ...]:
+    """Cycles 1 to last, in at most 8 groups of neighbours."""
+    cuts = np.unique(np.linspace(1, last + 1, min(last, _CYCLES) + 1).round().astype(int))
+    return tuple((int(a), int(b) - 1) for a, b in pairwise(cuts))
+
+
+def _rates(
+    found: tuple[Branch, ...], recording: Recording
+) -> tuple[list[int], tuple[tuple[float, float], ...]]:
+    """Class of each branch, and the classes; a hold belongs to the rate at which it was reached."""
+    time, q = recording.time, recording.displacement
+    if time is None:
+        return [0] * len(found), ((float("nan"), float("nan")),)
+    speeds, last = [], float("nan")
+    for branch in found:
+        first = max(branch.start - 1, 0)
+        seconds = float(time[branch.stop - 1] - time[first])
+        if branch.kind != "hold" and seconds > 0:
+            last = abs(float(q[branch.stop - 1] - q[first])) / seconds
+        speeds.append(last)
+    moving = [v for v in speeds if v > 0]
+    speeds = [v if v > 0 else (moving[0] if moving else 1.0) for v in speeds]
+    ordered = np.unique(speeds)
+    gaps = np.diff(np.log(ordered))
+    widest = np.sort(np.argsort(gaps)[::-1][: _RATES - 1])
+    cuts = [i for i in widest if gaps[i] > np.log(_RATE_GAP)]
+    parts = np.split(ordered, [i + 1 for i in cuts])
+    limits = np.array([part[-1] for part in parts])
+    classes = [int(np.searchsorted(limits, v)) for v in speeds]
+    return classes, tuple((float(part[0]), float(part[-1])) for part in parts)

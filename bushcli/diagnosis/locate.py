@@ -1,0 +1,322 @@
+"""Locate, in the record: which parts of which recordings hold the misfit that is more than noise, and in which sense.
+
+The record is divided into bins (`bins`), each is tested, and neighbours are joined to the few boxes that stand out
+most (`scan`). The first box is the one with the most significant misfit of one sign; its bins are then left out, and
+the next is sought, as long as noise alone makes the like of it in less than 5 % of all recordings and it holds a share
+worth a word. Excess is the sum of squares beyond that of noise, in units of the noise's variance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.diagnosis.bins import KINDS, SIDES, Bin, Bins, Side, bin_tests, bins
+from bushcli.diagnosis.noise_model import Compared
+from bushcli.diagnosis.scan import Box, false_alarm, strongest
+
+Array = NDArray[np.float64]
+Sign = Literal["too_stiff", "too_soft", "too_high", "too_low"]
+
+LEVEL = 0.05
+# Of the excess: what holds less is not worth a sentence.
+_SMALLEST_SHARE = 0.03
+_MOST = 5
+_DIMENSIONS = ("channel", "cycle", "branch", "side", "displacement", "rate")
+# Standard deviations by which what is left between a box and zero displacement may contradict it.
+_UNSURE = 2.0
+# A force that points one way by this share of its size, and is this share of the largest, can be a reference.
+_ONE_WAY, _LARGE_ENOUGH = 0.8, 0.05
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """A part of a recording that the simulation misses by more than noise.
+
+    Attributes
+    ----------
+    channel, mode : str
+    cycle : (int, int)
+        First and last.
+    branch : str
+        "loading", "unloading", "hold", "loading and unloading", or "all".
+    side : {"positive", "negative", "both"}
+        Of the displacement.
+    displacement_from, displacement_to : float
+        Size of the displacement, mm or rad; strain of a coupon.
+    rate : (float, float) or None
+        Slowest and fastest branch, mm/s or rad/s, where other rates are recorded that do not belong to it.
+    share : float
+        Of the excess misfit of all channels.
+    sign : {"too_stiff", "too_soft", "too_high", "too_low"}
+        Of the simulation; high and low are towards positive and negative forces, on both sides of zero.
+    relative : float or None
+        Simulated over recorded force, less 1; None where the recorded force goes through zero.
+    difference : float
+        Mean of simulated less recorded force in the sense of ``sign``, N, N mm or MPa; positive when too stiff or high.
+    rms : float
+        Root mean square misfit over the noise.
+    p : float
+        Probability that noise alone makes one like it anywhere in the recordings.
+    whole : frozenset of str
+        Which of "cycle", "branch", "side", "displacement" are the recording's all; "largest" where the displacement
+        goes up to the largest recorded.
+    samples : (n,) array of bool
+        Which samples of the channel belong to it.
+    """
+
+    channel: str
+    mode: str
+    cycle: tuple[int, int]
+    branch: str
+    side: Side
+    displacement_from: float
+    displacement_to: float
+    rate: tuple[float, float] | None
+    share: float
+    sign: Sign
+    relative: float | None
+    difference: float
+    rms: float
+    p: float
+    whole: frozenset[str]
+    samples: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Slice:
+    """The excess in one part of one dimension.
+
+    Attributes
+    ----------
+    dimension : {"channel", "cycle", "branch", "side", "displacement", "rate"}
+    channel : str
+    part : str or (float, float)
+        A name, or from where to where: cycles, size of the displacement (mm or rad), or rate (mm/s or rad/s).
+    share : float
+        Of the excess misfit of all channels; negative where the misfit is below the noise expected.
+    """
+
+    dimension: str
+    channel: str
+    part: str | tuple[float, float]
+    share: float
+
+
+@dataclass(frozen=True)
+class Location:
+    """Where the misfit is.
+
+    Attributes
+    ----------
+    mismatch : tuple of Mismatch
+        The one that stands out most first; empty when the misfit is noise.
+    excess : float
+        Sum of squares of the misfit beyond that of noise, over all channels, in units of the noise's variance.
+    held : float
+        Share of it in the mismatches; above 1 where the misfit elsewhere is below the noise expected.
+    bins : tuple of Bin
+        All bins of all channels, each tested alone.
+    slices : tuple of Slice
+        The excess of each channel by each dimension alone.
+    """
+
+    mismatch: tuple[Mismatch, ...]
+    excess: float
+    held: float
+    bins: tuple[Bin, ...]
+    slices: tuple[Slice, ...]
+
+
+def locate(channels: Sequence[Compared], level: float = LEVEL) -> Location:
+    """Say where the misfit of all channels is.
+
+    Parameters
+    ----------
+    channels : sequence of Compared
+    level : float
+        Probability of a mismatch of all channels together when there is none.
+
+    Returns
+    -------
+    Location
+    """
+    grids = [bins(channel.recording) for channel in channels]
+    tested = [one for channel, grid in zip(channels, grids, strict=True) for one in bin_tests(channel, grid)]
+    excess = sum(_excess(channel, channel.known) for channel in channels)
+    found: list[Mismatch] = []
+    for channel, grid in zip(channels, grids, strict=True):
+        found += _mismatches(channel, grid, excess, level, len(channels))
+    found.sort(key=lambda one: -one.share)
+    kept = tuple(found[:_MOST])
+    return Location(
+        mismatch=kept,
+        excess=excess,
+        held=sum(one.share for one in kept),
+        bins=tuple(_holm(tested, level)),
+        slices=tuple(_shares(tested, excess)),
+    )
+
+
+def _excess(channel: Compared, samples: NDArray[np.bool_]) -> float:
+    """Sum of squares beyond that of noise."""
+    misfit = channel.misfit[samples & channel.known]
+    return float(misfit @ misfit) / channel.noise.sigma**2 - len(misfit)
+
+
+def _mismatches(channel: Compared, grid: Bins, excess: float, level: float, channels: int) -> list[Mismatch]:
+    known = channel.known
+    count = grid.total(known.astype(float))
+    total = grid.total(np.where(known, channel.misfit, 0.0) * channel.weights)
+    left = np.ones(grid.shape, dtype=bool)
+    boxes: list[tuple[Box, float]] = []
+    for _ in range(_MOST):
+        box = strongest(total * left, count * left)
+        # Sidak: none of the channels alone may raise more than its part of the false alarms.
+        p = 1.0 if box is None else 1.0 - (1.0 - false_alarm(box.z, count, channel.noise.freedom)) ** channels
+        if box is None or p > level:
+            break
+        mask = box.mask(grid.shape) & left
+        # Significant, but not what the misfit is about; what comes next stands out less.
+        if boxes and _excess(channel, mask[tuple(grid.place)] & known) < _SMALLEST_SHARE * excess:
+            break
+        boxes.append((box, p))
+        left &= ~mask
+    found = []
+    left = np.ones(grid.shape, dtype=bool)
+    for box, p in _joined(boxes):
+        whole = _to_zero(box, total * left, count * left)
+        mask = whole.mask(grid.shape) & left
+        samples = mask[tuple(grid.place)] & known
+        share = max(_excess(channel, samples), 0.0) / excess if excess > 0 else 0.0
+        found.append(_mismatch(channel, grid, whole, samples, share, p))
+        left &= ~mask
+    return found
+
+
+def _joined(boxes: Sequence[tuple[Box, float]]) -> list[tuple[Box, float]]:
+    """Join boxes of one sign that together are a box: the misfit grows with the force, and the largest stands out."""
+    joined = list(boxes)
+    for i, j in combinations(range(len(joined)), 2):
+        (a, p), (b, _) = joined[i], joined[j]
+        alike = (a.rates, a.branches, a.signs, a.z > 0) == (b.rates, b.branches, b.signs, b.z > 0)
+        beside = (a.cycles == b.cycles and _adjacent(a.bands, b.bands)) or (
+            a.bands == b.bands and _adjacent(a.cycles, b.cycles)
+        )
+        if alike and beside:
+            cycles, bands = _hull(a.cycles, b.cycles), _hull(a.bands, b.bands)
+            rest = [joined[k] for k in range(len(joined)) if k not in (i, j)]
+            return _joined([(replace(a, cycles=cycles, bands=bands), p), *rest])
+    return joined
+
+
+def _adjacent(a: tuple[int, int], b: tuple[int, int]) -> bool:
+    return a[1] + 1 == b[0] or b[1] + 1 == a[0]
+
+
+def _hull(a: tuple[int, int], b: tuple[int, int]) -> tuple[int, int]:
+    return min(a[0], b[0]), max(a[1], b[1])
+
+
+def _to_zero(box: Box, total: Array, count: Array) -> Box:
+    """Extend a box to zero displacement where nothing speaks against it: there is little force to miss there."""
+    if box.bands[0] == 0:
+        return box
+    inner = replace(box, bands=(0, box.bands[0] - 1)).mask(count.shape)
+    signs = np.array(box.signs)[None, None, :, None, None] * np.sign(box.z)
+    z = float((total * signs)[inner].sum()) / max(float(count[inner].sum()), 1.0) ** 0.5
+    return replace(box, bands=(0, box.bands[1])) if z > -_UNSURE else box
+
+
+def _mismatch(
+    channel: Compared, grid: Bins, box: Box, samples: NDArray[np.bool_], share: float, p: float
+) -> Mismatch:
+    kinds, sides = set(grid.place[1, samples]), set(grid.place[2, samples])
+    cycles, bands = grid.place[3, samples], grid.place[4, samples]
+    place = grid.place[:, channel.known]
+    whole = {
+        name
+        for name, axis in (("branch", 1), ("side", 2), ("cycle", 3), ("displacement", 4))
+        if set(grid.place[axis, samples]) == set(place[axis])
+    }
+    rates = [grid.rates[i] for i in box.rates]
+    if bands.max() == len(grid.edges) - 2:
+        whole.add("largest")
+    signs = np.array(box.signs)[grid.place[2, samples]]
+    # One side alone: too stiff is away from zero.
+    if len(sides) == 1:
+        signs = np.full(len(signs), -1.0 if sides == {1} else 1.0)
+    force, misfit = channel.recording.force[samples], channel.misfit[samples]
+    difference = float(np.mean(misfit * signs))
+    higher = len(sides) == 2 and box.signs[0] * box.signs[1] > 0
+    return Mismatch(
+        channel=channel.name,
+        mode=channel.recording.mode,
+        cycle=(grid.cycles[cycles.min()][0], grid.cycles[cycles.max()][1]),
+        branch=_branch_name(kinds, "branch" in whole),
+        side="both" if len(sides) == 2 else SIDES[sides.pop()],
+        displacement_from=float(grid.edges[bands.min()]),
+        displacement_to=float(grid.edges[bands.max() + 1]),
+        rate=(rates[0][0], rates[-1][1]) if len(rates) < len(grid.rates) else None,
+        share=share,
+        sign=_sign(difference, higher),
+        relative=None if higher else _relative(force, misfit, signs, channel),
+        difference=difference,
+        rms=float(np.sqrt(np.mean(misfit**2))) / channel.noise.sigma,
+        p=p,
+        whole=frozenset(whole),
+        samples=samples,
+    )
+
+
+def _branch_name(kinds: set[int], whole: bool) -> str:
+    return "all" if whole and len(kinds) > 1 else " and ".join(KINDS[i] for i in sorted(kinds))
+
+
+def _sign(difference: float, higher: bool) -> Sign:
+    if higher:
+        return "too_high" if difference > 0 else "too_low"
+    return "too_stiff" if difference > 0 else "too_soft"
+
+
+def _relative(force: Array, misfit: Array, signs: Array, channel: Compared) -> float | None:
+    """Factor, less 1, by which the recorded force is multiplied to come nearest to the simulated one."""
+    size = float(np.abs(force).mean())
+    largest = float(np.abs(channel.recording.force).max())
+    if abs(float((force * signs).mean())) < _ONE_WAY * size or size < _LARGE_ENOUGH * largest:
+        return None
+    return float(misfit @ force / (force @ force))
+
+
+def _holm(tested: Sequence[Bin], level: float) -> list[Bin]:
+    """Mark the bins that are significant when all are looked at, by Holm's sequence."""
+    order = np.argsort([one.p for one in tested])
+    passed: set[int] = set()
+    for rank, i in enumerate(order):
+        if tested[i].p > level / (len(tested) - rank):
+            break
+        passed.add(int(i))
+    return [replace(one, significant=i in passed) for i, one in enumerate(tested)]
+
+
+def _shares(tested: Sequence[Bin], excess: float) -> list[Slice]:
+    found: dict[tuple[str, str, str | tuple[float, float]], float] = {}
+    for one in tested if excess > 0 else ():
+        parts: dict[str, str | tuple[float, float]] = {
+            "channel": one.channel,
+            "cycle": one.cycle,
+            "branch": one.branch,
+            "side": one.side,
+            "displacement": (one.displacement_from, one.displacement_to),
+            "rate": one.rate,
+        }
+        for dimension, part in parts.items():
+            key = (dimension, one.channel, part)
+            found[key] = found.get(key, 0.0) + one.excess / excess
+    ordered = sorted(found, key=lambda key: _DIMENSIONS.index(key[0]))
+    return [Slice(*key, share=found[key]) for key in ordered]

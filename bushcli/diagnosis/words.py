@@ -1,0 +1,109 @@
+"""A mismatch in one plain sentence."""
+
+from __future__ import annotations
+
+import math
+
+from bushcli.diagnosis.locate import Location, Mismatch
+from cases.mode import modes
+
+
+def sentence(mismatch: Mismatch, channels: int = 1) -> str:
+    """Return what a mismatch says.
+
+    Parameters
+    ----------
+    mismatch : Mismatch
+    channels : int
+        Number of channels compared; with more than one, its name is told.
+
+    Returns
+    -------
+    str
+        "64 % of the excess misfit is on unloading below 4 mm in cycles 1 to 3: the simulation is 21 % too stiff there".
+    """
+    share = f"{100 * min(mismatch.share, 1.0):.0f} % of the excess misfit is"
+    where = " ".join(part for part in (_branch(mismatch), _displacement(mismatch), _cycles(mismatch)) if part)
+    rate = _rate(mismatch)
+    where = f"{where} {rate}".strip()
+    channel = f" in the {mismatch.channel} channel" if channels > 1 else ""
+    if not where:
+        return f"{share} spread over the whole recording{channel}: the simulation is {_size(mismatch)}"
+    comma = "," if channel else ""
+    return f"{share}{channel}{comma} {where}: the simulation is {_size(mismatch)} there"
+
+
+def sentences(location: Location) -> tuple[str, ...]:
+    """Return a sentence per mismatch; one that says so when there is none."""
+    if not location.mismatch:
+        return ("the misfit is nowhere more than noise",)
+    channels = len({one.channel for one in location.bins})
+    return tuple(sentence(one, channels) for one in location.mismatch)
+
+
+def _size(mismatch: Mismatch) -> str:
+    sense = mismatch.sign.replace("_", " ")
+    if mismatch.relative is not None:
+        return f"{_digits(100 * abs(mismatch.relative))} % {sense}"
+    unit = _units(mismatch)[1]
+    if mismatch.sign in ("too_high", "too_low"):
+        return f"{_digits(abs(mismatch.difference))} {unit} {sense}"
+    return f"{sense} by {_digits(abs(mismatch.difference))} {unit}"
+
+
+def _branch(mismatch: Mismatch) -> str:
+    if "branch" in mismatch.whole:
+        return ""
+    if mismatch.branch == "hold":
+        return "in holds"
+    return f"on {mismatch.branch}"
+
+
+def _displacement(mismatch: Mismatch) -> str:
+    unit, _ = _units(mismatch)
+    scale = 180 / math.pi if _rotational(mismatch) else 1.0
+    low, high = f"{scale * mismatch.displacement_from:.3g}", f"{scale * mismatch.displacement_to:.3g}"
+    if "displacement" in mismatch.whole:
+        at = ""
+    elif mismatch.displacement_from == 0.0:
+        at = f"below {high}{unit}"
+    elif "largest" in mismatch.whole:
+        at = f"above {low}{unit}"
+    else:
+        at = f"between {low} and {high}{unit}"
+    if "side" in mismatch.whole:
+        return at
+    return f"{at} at {mismatch.side} displacement".strip()
+
+
+def _cycles(mismatch: Mismatch) -> str:
+    first, last = mismatch.cycle
+    if "cycle" in mismatch.whole:
+        return ""
+    return f"in cycle {first}" if first == last else f"in cycles {first} to {last}"
+
+
+def _rate(mismatch: Mismatch) -> str:
+    if mismatch.rate is None:
+        return ""
+    unit = _units(mismatch)[0]
+    scale = 180 / math.pi if _rotational(mismatch) else 1.0
+    low, high = (f"{scale * value:.2g}" for value in mismatch.rate)
+    per_second = f"{unit}/s" if unit else " 1/s"
+    return f"at {low}{per_second}" if low == high else f"at {low} to {high}{per_second}"
+
+
+def _rotational(mismatch: Mismatch) -> bool:
+    return modes()[mismatch.mode].rotational
+
+
+def _units(mismatch: Mismatch) -> tuple[str, str]:
+    """Units of displacement (with the space before it) and force; degrees, because a person reads this."""
+    if modes()[mismatch.mode].specimen == "coupon":
+        return "", "MPa"
+    return (" degrees", "N mm") if _rotational(mismatch) else (" mm", "N")
+
+
+def _digits(value: float) -> str:
+    """Two digits, three from 100 on."""
+    return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
