@@ -30,6 +30,8 @@ Response = Callable[[Array], tuple[Array, Array, Array]]
 _CLOSE = 1e-12
 # Bisection alone, should no Newton step be of use, needs 60 to get from the whole travel to its rounding.
 _MOST_STEPS = 200
+# Times between which the rate of a marched force is taken for the derivative by a lag, as a share of the recording.
+_LAG_DIFFERENCE = 1e-6
 
 
 class NoEquilibrium(ArithmeticError):
@@ -141,6 +143,45 @@ def reading(
         if change.read is not None:
             force = change.read(force, given)
     return force
+
+
+def sampled(
+    active: Sequence[ActiveEffect],
+    interpolation: Callable[[Array], Array],
+    times: Array,
+    force: Signal,
+    columns: Sequence[str],
+) -> Signal:
+    """Return the force as it is logged at sample times, from forces at the nodes of a march.
+
+    Parameters
+    ----------
+    active
+    interpolation
+        Times (m,) -> matrix (m, nodes) that takes values at the nodes to these times.
+    times
+        Of the samples (m,).
+    force
+        Carried by the rig, at the nodes.
+    columns
+    """
+    lag = Signal(np.zeros(()), np.zeros(len(columns)))
+    for change, given in _changes(active, columns):
+        if change.clock is not None:
+            lag = lag + given[change.clock]
+    matrix = interpolation(times - float(lag.value))
+    slope = matrix @ force.slope
+    if np.any(lag.slope):
+        # Of both sides where the rate is broken: a node of the march at a corner is such a place.
+        apart = _LAG_DIFFERENCE * float(np.ptp(times))
+        ahead, behind = (interpolation(times - float(lag.value) + sign * apart) for sign in (1.0, -1.0))
+        rate = (ahead - behind) @ force.value / (2.0 * apart)
+        slope = slope - rate[:, None] * lag.slope
+    logged = Signal(matrix @ force.value, slope)
+    for change, given in _changes(active, columns):
+        if change.read is not None:
+            logged = change.read(logged, given)
+    return logged
 
 
 def elastic_response(

@@ -12,7 +12,7 @@ Douglas and Peucker (1973), Cartographica 10:112-122, doi:10.3138/FM57-6770-U75U
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -214,8 +214,3 @@ def _hold_times(t: Array, fineness: float) -> Array:
     duration = t[-1] - t[0]
     grown = np.geomspace(FIRST_HOLD, 1.0 + FIRST_HOLD, count + 1) - FIRST_HOLD
     return np.asarray(t[0] + duration * grown[1:])
-
-
-def finer(steps: Schedule, displacement: Array) -> Schedule:
-    """The same steps through other displacements of the nodes, such as those of the bushing behind a spring."""
-    return replace(steps, displacement=np.asarray(displacement, dtype=float))

@@ -6,6 +6,7 @@ rest. A step that does not converge is cut back and grows again. Every attempt i
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ from cases.equilibrium import Equilibrium
 from cases.model import Model
 from cases.program import Program
 from cases.sensitivity import Sensitivity
+from cases.series import CLOSE, MOST_TRIALS, Series
 
 Array = NDArray[np.float64]
 
@@ -72,6 +74,8 @@ class History:
         This rank's unknowns at the targets, if they were kept.
     sensitivity : shape (n, parameters) or None
         Derivative of the force with respect to the parameters asked for.
+    path_sensitivity : shape (n, parameters) or None
+        Derivative of the displacement with respect to them: of those that move the path.
     """
 
     displacement: Array
@@ -82,6 +86,7 @@ class History:
     attempts: tuple[Attempt, ...]
     states: Array | None = None
     sensitivity: Array | None = None
+    path_sensitivity: Array | None = None
 
 
 class NotConverged(RuntimeError):
@@ -148,6 +153,7 @@ def march(
     keep_states: bool = False,
     sensitivity: Sequence[str] = (),
     path_rates: Mapping[str, Array] | None = None,
+    series: Series | None = None,
     progress: Progress | None = None,
 ) -> History:
     """Follow the program from the unloaded state.
@@ -170,6 +176,9 @@ def march(
     path_rates
         Parameter -> derivative of the program's displacements with respect to it, shape (n,), for parameters that move
         the path.
+    series
+        A spring through which the bushing is driven: the program is of both together, the history's displacement the
+        bushing's.
     progress
         Called after each target.
 
@@ -180,8 +189,8 @@ def march(
     """
     solver = Equilibrium(model, tolerance)
     try:
-        derivatives = _Derivatives(Sensitivity(model, sensitivity), path_rates or {})
-        return _march(model, solver, program, keep_states, derivatives, progress)
+        derivatives = _Derivatives(Sensitivity(model, sensitivity), path_rates or {}, series)
+        return _march(model, solver, program, keep_states, derivatives, series, progress)
     finally:
         solver.destroy()
 
@@ -192,14 +201,18 @@ def _march(
     program: Program,
     keep_states: bool,
     sensitivity: _Derivatives,
+    series: Series | None,
     progress: Progress | None,
 ) -> History:
-    targets = program.displacement
+    targets = program.displacement if series is None else program.displacement.copy()
+    prescribed = program.displacement
+    shared = _Shared(series, float(np.abs(prescribed).max())) if series is not None else None
     times = np.zeros(len(targets)) if program.time is None else program.time
     rows: list[tuple[float, float, float, int]] = []
     attempts: list[Attempt] = []
     states: list[Array] = []
     derivatives: list[Array] = []
+    path_derivatives: list[Array] = []
     model.state.x.array[:] = 0.0
     if model.internal is not None:
         model.internal.reset()
@@ -225,6 +238,7 @@ def _march(
             attempts=tuple(attempts),
             states=np.array(states) if keep_states else None,
             sensitivity=np.array(derivatives) if sensitivity.names else None,
+            path_sensitivity=np.array(path_derivatives) if sensitivity.names else None,
         )
 
     def record(newton: int) -> None:
@@ -235,6 +249,8 @@ def _march(
     balance = (0.0, 0.0)
     for number, target in enumerate(targets):
         newton = leaps = 0
+        if shared is not None:
+            target = targets[number] = shared.first(float(prescribed[number]))
         while True:
             goal = target if abs(target - q) <= step * (1 + 1e-9) else q + np.copysign(step, target - q)
             if len(known.q) > 1:
@@ -252,6 +268,14 @@ def _march(
             attempts.append(Attempt(q, goal, outcome.iterations, outcome.reason, seconds))
             newton += outcome.iterations
             if attempts[-1].accepted:
+                if shared is not None and goal == target:
+                    better = shared.better(goal, solver.force, float(prescribed[number]))
+                    if better is not None and math.isnan(better):
+                        raise NotConverged(history(), goal, "DIVERGED_SERIES", q)
+                    if better is not None:
+                        # Not yet the displacement that spring and bushing share: the same step again.
+                        target = targets[number] = better
+                        continue
                 if abs(goal - q) > 0 and outcome.newton <= EASY_NEWTON:
                     step = 2.0 * step
                 q, balance, now = goal, (solver.force, solver.energy), now + duration
@@ -280,6 +304,7 @@ def _march(
             if model.internal is None:
                 sensitivity.follow(solver, number, 1.0)
             derivatives.append(sensitivity.at)
+            path_derivatives.append(sensitivity.rates)
         if progress is not None:
             progress(number + 1, len(targets), newton, q)
     return history()
@@ -321,15 +346,52 @@ def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives) -> l
     return attempts
 
 
+class _Shared:
+    """Displacement that a bushing takes of what is prescribed to it and a spring: the secant method, step by step."""
+
+    def __init__(self, series: Series, span: float) -> None:
+        self._series, self._close = series, CLOSE * span
+        # The last equilibrium, and dq over the prescribed displacement's change there.
+        self._q = self._prescribed = 0.0
+        self._share = 1.0 / (1.0 + series.compliance * series.carried(0.0, 0.0).by_displacement)
+        self._trials: list[tuple[float, float]] = []
+
+    def first(self, prescribed: float) -> float:
+        """Where to look first."""
+        self._trials = []
+        return self._q + self._share * (prescribed - self._prescribed)
+
+    def better(self, q: float, force: float, prescribed: float) -> float | None:
+        """A better displacement than this one; None where it is good, NaN where the search is given up."""
+        excess = self._series.excess(q, force, prescribed)
+        self._trials.append((q, excess))
+        if len(self._trials) > MOST_TRIALS:
+            return math.nan
+        if abs(excess) <= self._close:
+            if prescribed != self._prescribed:
+                share = (q - self._q) / (prescribed - self._prescribed)
+                self._share = float(np.clip(share, 1e-3, 1.0))
+            self._q, self._prescribed = q, prescribed
+            return None
+        if len(self._trials) == 1:
+            return q - self._share * excess
+        (before, over), (now, left) = self._trials[-2:]
+        slope = (left - over) / (now - before) if now != before else 1.0
+        return now - left / max(slope, 1.0)
+
+
 class _Derivatives:
     """Derivatives of the force along the march, and of the path with respect to parameters that move it."""
 
-    def __init__(self, sensitivity: Sensitivity, path_rates: Mapping[str, Array]) -> None:
-        self._sensitivity = sensitivity
+    def __init__(
+        self, sensitivity: Sensitivity, path_rates: Mapping[str, Array], series: Series | None = None
+    ) -> None:
+        self._sensitivity, self._series = sensitivity, series
         self.names = sensitivity.names
         self._targets = {name: np.asarray(path_rates[name]) for name in self.names if name in path_rates}
         self._now = dict.fromkeys(self._targets, 0.0)
-        self.at = np.zeros(len(self.names))
+        # Of the force, and of the bushing's displacement, with respect to each parameter, after the last step.
+        self.at = self.rates = np.zeros(len(self.names))
 
     def follow(self, solver: Equilibrium, number: int, share: float) -> None:
         """Take the step just found, which went this share of the way left to a target."""
@@ -337,7 +399,7 @@ class _Derivatives:
             return
         for name, targets in self._targets.items():
             self._now[name] += share * (float(targets[number]) - self._now[name])
-        self.at = self._sensitivity(solver, self._now)
+        self.at, self.rates = self._sensitivity(solver, self._now, self._series)
 
 
 def _times(program: Program, displacement: Array) -> Array:

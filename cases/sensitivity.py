@@ -30,6 +30,7 @@ from ufl.algorithms import expand_derivatives
 from cases.equilibrium import Equilibrium
 from cases.jit import options
 from cases.model import Model
+from cases.series import Series
 
 Array = NDArray[np.float64]
 
@@ -59,8 +60,13 @@ class Sensitivity:
         self.memory: list[Array | None] = [None] * len(self.names)
         self._space_size = len(model.state.x.array)
 
-    def __call__(self, solver: Equilibrium, path_rates: Mapping[str, float] | None = None) -> Array:
-        """Derivative of the force with respect to each parameter, shape (names,), at the present equilibrium.
+    def __call__(
+        self,
+        solver: Equilibrium,
+        path_rates: Mapping[str, float] | None = None,
+        series: Series | None = None,
+    ) -> tuple[Array, Array]:
+        """Derivatives of the force and of the sleeve's displacement, shape (names,) each, at the present equilibrium.
 
         Where the model has a memory, call it once per accepted step, before the memory is brought up to date.
 
@@ -69,19 +75,23 @@ class Sensitivity:
         solver
             That has just found the equilibrium.
         path_rates
-            Parameter -> dq/dc, for those that move the sleeve.
+            Parameter -> derivative of the prescribed displacement, for those that move it.
+        series
+            A spring through which the sleeve is driven: what is prescribed is then of both together.
         """
-        model, rates = self.model, path_rates or {}
+        model, prescribed = self.model, path_rates or {}
         self._rate.x.array[:] = solver.tangent_rate()
-        stiffness = self._stiffness() if any(rates.values()) else 0.0
-        result = np.zeros(len(self.names))
+        stiffness = self._stiffness() if series is not None or any(prescribed.values()) else 0.0
+        forces, rates = np.zeros(len(self.names)), np.zeros(len(self.names))
         for i, name in enumerate(self.names):
+            work = self._marched(i, name) if model.path_dependent else self._work(name)
+            rates[i] = prescribed.get(name, 0.0)
+            if series is not None:
+                rates[i] = series.rate(name, solver.q, solver.force, stiffness, rates[i], work)
+            forces[i] = work + stiffness * rates[i]
             if model.path_dependent:
-                result[i] = self._with_memory(solver, i, name, rates.get(name, 0.0))
-            else:
-                result[i] = self._work(name)
-            result[i] += stiffness * rates.get(name, 0.0)
-        return result
+                self._remember(solver, i, name, float(rates[i]))
+        return forces, rates
 
     # -- without memory ------------------------------------------------------------------------------------------
 
@@ -106,16 +116,16 @@ class Sensitivity:
 
     # -- with memory ---------------------------------------------------------------------------------------------
 
-    def _with_memory(self, solver: Equilibrium, i: int, name: str, path_rate: float) -> float:
+    def _marched(self, i: int, name: str) -> float:
+        """Derivative of the force at fixed displacement; leaves the residual's in `_force`."""
         model = self.model
         internal = model.internal
         assert internal is not None
-        v = self._rate.x.array
         forms = [self._forces[name]] if self._forces[name] is not None else []
         if self.memory[i] is not None:
             internal.change.x.array[:] = self.memory[i]
             forms.append(self._memory_force)
-        force = model.create_vector()
+        force = self._force
         with force.localForm() as local:
             local.set(0.0)
         for form in forms:
@@ -126,25 +136,36 @@ class Sensitivity:
             petsc.assemble_vector(force, self._action)
         force.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
         size = force.getLocalSize()
-        work = float(model.comm.allreduce(float(force.array_r @ v[:size]))) * model.multiplicity
+        work = float(force.array_r @ self._rate.x.array[:size])
+        return float(model.comm.allreduce(work)) * model.multiplicity
+
+    def _remember(self, solver: Equilibrium, i: int, name: str, path_rate: float) -> None:
+        """Bring the derivative of the memory up to date, from the force that `_marched` left."""
+        model, force = self.model, self._force
+        internal = model.internal
+        assert internal is not None
         force.array_w[model.owned_constrained] = 0.0
-        self._moved.x.array[:] = path_rate * v
+        self._moved.x.array[:] = path_rate * self._rate.x.array
+        boundary = model.boundary_rate(name)
         if boundary is not None:
             self._moved.x.array[:] += boundary
         if force.norm() > 0.0:
             change = force.duplicate()
             solver.ksp.solve(force, change)
+            size = force.getLocalSize()
             self._moved.x.array[:size] -= change.array_r
             self._moved.x.scatter_forward()
             change.destroy()
-        force.destroy()
         internal.change.x.array[:] = 0.0 if self.memory[i] is None else self.memory[i]
         moved = internal.evaluated(self._memory_change)
         slope = self._memory_slopes[name]
         if slope is not None:
             moved = moved + internal.evaluated(slope)
         self.memory[i] = moved
-        return work
+
+    @cached_property
+    def _force(self) -> PETSc.Vec:
+        return self.model.create_vector()
 
     @cached_property
     def _forces(self) -> dict[str, Any]:
