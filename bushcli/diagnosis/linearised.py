@@ -1,0 +1,174 @@
+"""The fit at its minimum, to first order: what the fitted parameters can do, and what is left of anything else.
+
+Everything is weighted so that one independent sample of noise has unit variance (`Compared.weights`). The part of a
+change of the curves that the fitted parameters could make as well is projected out: what is left is all that a
+recording can say about it. Rows of a prior (smoothness of a model) take part in the projection.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain, combinations, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.diagnosis.noise_model import Compared, correlation_time
+
+Array = NDArray[np.float64]
+
+# Relative singular value below which a combination of fitted parameters changes nothing.
+_RANK = 1e-10
+# Share of a column that has to be its own, beside the fitted parameters and the columns before it.
+OWN = 1e-3
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """A fit at its minimum.
+
+    Attributes
+    ----------
+    misfit : (n,) array
+        Weighted, simulated minus recorded, of all channels one after the other.
+    jacobian : (n, p) array
+        Its derivatives by the fitted parameters.
+    blocks : tuple of (int, int)
+        First sample and one past the last, of each channel.
+    samples : float
+        Effective number of independent samples.
+    freedom : float
+        Degrees of freedom of the noise's variance.
+    prior, prior_misfit : (m, p), (m,) arrays
+        Further rows of the least-squares problem that no candidate changes.
+    """
+
+    misfit: Array
+    jacobian: Array
+    blocks: tuple[tuple[int, int], ...]
+    samples: float
+    freedom: float
+    prior: Array
+    prior_misfit: Array
+
+    @property
+    def parameters(self) -> int:
+        """Number of fitted parameters."""
+        return int(self.jacobian.shape[1])
+
+    @cached_property
+    def basis(self) -> Array:
+        """Orthonormal basis (n + m, r) of what the fitted parameters can do."""
+        rows = np.vstack([self.jacobian, self.prior])
+        size = np.linalg.norm(rows, axis=0)
+        u, s, _ = np.linalg.svd(rows / np.where(size > 0, size, 1.0), full_matrices=False)
+        return np.asarray(u[:, s > _RANK * max(float(s.max(initial=0.0)), 1e-300)])
+
+    def left(self, columns: Array) -> Array:
+        """What the fitted parameters cannot do of columns (n, ...): shape (n + m, ...)."""
+        padding = np.zeros((len(self.prior), *columns.shape[1:]))
+        whole = np.concatenate([columns, padding])
+        return np.asarray(whole - self.basis @ (self.basis.T @ whole))
+
+    @cached_property
+    def rest(self) -> Array:
+        """Misfit (n + m,) without what another step of the fit would still take away."""
+        whole = np.concatenate([self.misfit, self.prior_misfit])
+        return np.asarray(whole - self.basis @ (self.basis.T @ whole))
+
+    def inflation(self, rest: Array) -> float:
+        """How much larger than noise's the variance of a sum over the misfit is, by its own size and memory; >= 1.
+
+        Parameters
+        ----------
+        rest : (n + m,) array
+            The misfit, or what a candidate leaves of it.
+        """
+        parts = [rest[a:b] for a, b in self.blocks]
+        samples = sum(len(part) for part in parts)
+        return max(1.0, sum(correlation_time(part) * float(part @ part) for part in parts) / max(samples, 1))
+
+
+def linearised(
+    channels: Sequence[Compared],
+    jacobians: Sequence[Array],
+    prior: Array | None = None,
+    prior_misfit: Array | None = None,
+) -> Linearised:
+    """Weigh and stack a fit.
+
+    Parameters
+    ----------
+    channels : sequence of Compared
+    jacobians : sequence of (n, p) array
+        Derivatives of each channel's simulated force by the fitted parameters.
+    prior, prior_misfit : (m, p), (m,) arrays, optional
+        In units of their standard deviation.
+    """
+    p = jacobians[0].shape[1]
+    ends = np.cumsum([0, *(len(channel.misfit) for channel in channels)])
+    prior = np.zeros((0, p)) if prior is None else prior
+    return Linearised(
+        misfit=np.concatenate([np.where(c.known, c.misfit, 0.0) * c.weights for c in channels]),
+        jacobian=weighed(channels, jacobians),
+        blocks=tuple((int(a), int(b)) for a, b in pairwise(ends)),
+        samples=sum(channel.effective_samples for channel in channels),
+        # The least known noise decides.
+        freedom=min(channel.noise.freedom for channel in channels),
+        prior=prior,
+        prior_misfit=np.zeros(len(prior)) if prior_misfit is None else prior_misfit,
+    )
+
+
+def weighed(channels: Sequence[Compared], columns: Sequence[Array]) -> Array:
+    """Weigh and stack derivatives (n, k) of each channel's simulated force: shape (all samples, k)."""
+    return np.concatenate(
+        [
+            np.where(channel.known[:, None], column, 0.0) * channel.weights[:, None]
+            for channel, column in zip(channels, columns, strict=True)
+        ]
+    )
+
+
+def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, float]:
+    """Least squares with signs: minimise a' G a - 2 a' s where sign_i a_i >= 0 for sign_i of +1 and -1.
+
+    All supports are tried, exact for the few unknowns there are here: the minimum is the unconstrained one on its own
+    support.
+
+    Parameters
+    ----------
+    gram : (k, k) array
+    score : (k,) array
+    signs : sequence of {1, 0, -1}
+        0: both signs.
+
+    Returns
+    -------
+    a : (k,) array
+    drop : float
+        By how much the minimum is below zero, >= 0.
+
+    References
+    ----------
+    Silvapulle and Sen (2005), Constrained statistical inference, Wiley, doi:10.1002/9781118165614, chapter 3.
+    """
+    k = len(score)
+    direction = np.asarray(signs)
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    unit, scaled = gram / np.outer(scale, scale), score / scale
+    best, drop = np.zeros(k), 0.0
+    for support in chain.from_iterable(combinations(range(k), size) for size in range(1, k + 1)):
+        chosen = np.array(support)
+        block = unit[np.ix_(chosen, chosen)]
+        # Nearly collinear columns would be combined with huge amplitudes of opposite sign.
+        if np.linalg.eigvalsh(block)[0] < OWN**2:
+            continue
+        a = np.linalg.solve(block, scaled[chosen])
+        gain = float(a @ scaled[chosen])
+        if gain > drop and (a * direction[chosen] >= 0).all():
+            best, drop = np.zeros(k), gain
+            best[chosen] = a / scale[chosen]
+    return best, drop

@@ -1,0 +1,128 @@
+"""Recordings that could be made next, as data: path, rates, holds, and what each costs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Minutes: to set up a program on a specimen that is mounted, and to mount it in another direction. Guesses, in
+# proportion to each other; nothing but the order of costs depends on them.
+_SET_UP = 5.0
+_REMOUNT = 40.0
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A recording that could be made.
+
+    Attributes
+    ----------
+    name : str
+        For a person: "axial to 8 mm at 0.5 and 5 mm/s".
+    channel : str
+        Mode.
+    points : (k + 1,) tuple of float
+        Displacements that the path goes through, mm or rad.
+    rates : (k,) tuple of float
+        Of each way from point to point, mm/s or rad/s.
+    holds : (k + 1,) tuple of float
+        Time spent at each point, s.
+    cost : float
+        Minutes.
+    """
+
+    name: str
+    channel: str
+    points: tuple[float, ...]
+    rates: tuple[float, ...]
+    holds: tuple[float, ...]
+    cost: float
+
+    def program(self, samples: int = 40) -> tuple[Array, Array]:
+        """Return time (n,) in s and displacement (n,), with that many samples on the longest way and in each hold."""
+        longest = max(abs(b - a) for a, b in zip(self.points[:-1], self.points[1:], strict=True))
+        time, q = [np.zeros(1)], [np.array(self.points[:1])]
+
+        def go_on(target: float, seconds: float, steps: int) -> None:
+            time.append(time[-1][-1] + seconds * np.arange(1, steps + 1) / steps)
+            q.append(np.linspace(q[-1][-1], target, steps + 1)[1:])
+
+        ways = zip(self.points, (None, *self.rates), self.holds, strict=True)
+        for target, rate, hold in ways:
+            way = abs(target - float(q[-1][-1]))
+            if rate is not None and way > 0:
+                go_on(target, way / rate, max(3, round(samples * way / longest)))
+            if hold > 0:
+                go_on(target, hold, samples)
+        return np.concatenate(time), np.concatenate(q)
+
+
+def menu(
+    amplitudes: Mapping[str, float], rate: Mapping[str, float], mounted: Sequence[str]
+) -> tuple[Proposal, ...]:
+    """Return the recordings worth thinking of.
+
+    Parameters
+    ----------
+    amplitudes : mapping
+        Mode -> largest displacement that may be asked for, mm or rad, for every mode that can be tested.
+    rate : mapping
+        Mode -> an ordinary rate, mm/s or rad/s.
+    mounted : sequence of str
+        Modes that have been recorded: no remounting.
+    """
+    found: list[Proposal] = []
+    for channel, a in amplitudes.items():
+        v, extra = rate[channel], 0.0 if channel in mounted else _REMOUNT
+        slow, fast = v / 10.0, v * 10.0
+        minute, long = 60.0, 600.0
+        plans = (
+            ("once to {a} and back", (0.0, a, 0.0), (v, v), (0.0, 0.0, 0.0)),
+            ("to both sides", (0.0, a, -a, 0.0), (v, v, v), (0.0,) * 4),
+            ("twice to the same amplitude", (0.0, a, 0.0, a, 0.0), (v,) * 4, (0.0,) * 5),
+            (
+                "cycles of growing amplitude",
+                (0.0, a / 3, 0.0, a / 3, 0.0, 2 * a / 3, 0.0, 2 * a / 3, 0.0, a, 0.0, a, 0.0),
+                (v,) * 12,
+                (0.0,) * 13,
+            ),
+            ("with a hold at the peak", (0.0, a, 0.0), (v, v), (0.0, long, 0.0)),
+            (
+                "with holds on the way up and down",
+                (0.0, a / 2, a, a / 2, 0.0),
+                (v,) * 4,
+                (0, minute, minute, minute, 0),
+            ),
+            (
+                "conditioned, then at two rates",
+                (0.0, a, 0.0, a, 0.0, a, 0.0),
+                (v, v, slow, slow, fast, fast),
+                (0.0, 0.0, 0.0, 0.0, minute, 0.0, 0.0),
+            ),
+            (
+                "small about zero, to both sides",
+                (0.0, a / 10, -a / 10, a / 10, 0.0),
+                (v / 10,) * 4,
+                (0.0,) * 5,
+            ),
+        )
+        for text, points, rates, holds in plans:
+            ways = zip(points[:-1], points[1:], rates, strict=True)
+            seconds = sum(abs(end - begin) / speed for begin, end, speed in ways) + sum(holds)
+            cost = _SET_UP + extra + seconds / 60.0
+            found.append(
+                Proposal(
+                    f"{channel}, {text.format(a='the largest amplitude')}",
+                    channel,
+                    points,
+                    rates,
+                    holds,
+                    cost,
+                )
+            )
+    return tuple(sorted(found, key=lambda one: (one.cost, one.name)))

@@ -1,0 +1,293 @@
+"""Score test of an effect at its off value: what it would bring, from derivatives alone, without a refit.
+
+With r the weighted misfit at the minimum, J its derivatives by the fitted parameters and g that by an effect's
+amplitude, let g' be the part of g that J cannot make. The misfit falls by (g'.r)^2 / g'.g' when the amplitude and all
+parameters are refitted, to first order, and by noise alone this is chi square of one degree of freedom (Rao). Where
+the amplitude cannot be negative, neither can be what counts. An effect of several amplitudes takes several columns at
+once. Shape parameters have no meaning at the off value: the largest fall over their grid counts, and its probability
+is that of the largest of several correlated variables.
+
+That every effect is significant beside the noise does not mean much while something large is missing: whatever
+resembles it a little is. `p_misfit` takes the misfit that is left, with its own size and memory, for noise; it names
+what stands out among all that is wrong.
+
+References
+----------
+Rao (1948), Large sample tests of statistical hypotheses concerning several parameters, Proc. Camb. Philos. Soc.
+44:50-57, doi:10.1017/S0305004100023987.
+Silvapulle and Silvapulle (1995), A score test against one-sided alternatives, J. Am. Stat. Assoc. 90:342-349,
+doi:10.1080/01621459.1995.10476518.
+Davies (1987), Hypothesis testing when a nuisance parameter is present only under the alternative, Biometrika
+74:33-43, doi:10.1093/biomet/74.1.33.
+Worsley (1982), An improved Bonferroni inequality and applications, Biometrika 69:297-302,
+doi:10.1093/biomet/69.2.297.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import minimum_spanning_tree
+from scipy.special import owens_t
+from scipy.stats import chi2, f, norm
+
+from bushcli.diagnosis.linearised import OWN, Linearised, cone_fit
+
+Array = NDArray[np.float64]
+
+# An amplitude of usual size that changes the curves by less than one standard error cannot be seen.
+_SEEN = 1.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect to be tested.
+
+    Attributes
+    ----------
+    name : str
+    amplitudes : tuple of str
+        Their names, k of them.
+    columns : tuple of (n, k) array
+        For each point of the grid, the weighted derivative of all channels' force by each amplitude (see `weighed`).
+    points : tuple of mapping
+        Shape parameters at each point of the grid; one empty mapping where there are none.
+    signs : tuple of {1, 0, -1}
+        1 for an amplitude that cannot be less than its off value, 0 for one that can be either.
+    typical : tuple of float, optional
+        An ordinary size of each amplitude's difference from its off value.
+    untestable : str
+        Why it cannot be tested at all, such as a recording without time; no columns are needed then.
+    """
+
+    name: str
+    amplitudes: tuple[str, ...]
+    columns: tuple[Array, ...]
+    points: tuple[Mapping[str, float], ...]
+    signs: tuple[int, ...]
+    typical: tuple[float, ...] | None = None
+    untestable: str = ""
+
+    @property
+    def unknowns(self) -> int:
+        """Number of amplitudes and shape parameters."""
+        return len(self.amplitudes) + (len(self.points[0]) if self.points else 0)
+
+
+@dataclass(frozen=True)
+class Score:
+    """What the score test says about an effect.
+
+    Attributes
+    ----------
+    name : str
+    testable : bool
+    reason : str
+        Why it cannot be tested; empty when it can.
+    point : int
+        The point of the grid with the largest fall.
+    shape : mapping
+        Shape parameters there.
+    amplitude, std : mapping
+        First-order estimate of each amplitude's difference from its off value, and its standard error by noise (inf
+        for one that cannot be told from those before it).
+    drop : float
+        Expected fall of the sum of squares, in units of the noise's variance.
+    share : float
+        The same over the sum of squares.
+    z : float
+        Root of the fall with the sign of the amplitude (of several amplitudes: positive); negative too where the
+        misfit asks for a sign that the amplitude cannot have, and the fall is zero.
+    p : float
+        Probability of such a fall, anywhere on the grid, by noise alone; an upper bound.
+    p_misfit : float
+        The same with the misfit that is left for noise.
+    taken_up : float
+        Share of the effect that the fitted parameters can imitate: squared cosine, at this point.
+    detectable : float
+        Size of the first amplitude that stands out by 3 standard errors, in its unit.
+    drops : (points,) array
+        The fall at every point of the grid.
+    """
+
+    name: str
+    testable: bool
+    reason: str
+    point: int
+    shape: Mapping[str, float]
+    amplitude: Mapping[str, float]
+    std: Mapping[str, float]
+    drop: float
+    share: float
+    z: float
+    p: float
+    p_misfit: float
+    taken_up: float
+    detectable: float
+    drops: Array
+
+
+def score(fit: Linearised, candidate: Candidate) -> Score:
+    """Test an effect.
+
+    Parameters
+    ----------
+    fit : Linearised
+    candidate : Candidate
+
+    Returns
+    -------
+    Score
+        Not testable where the recordings do not respond to the effect, or the fitted parameters respond for it.
+    """
+    reason = candidate.untestable or untestable(fit, candidate)
+    if reason:
+        return _untested(candidate, reason)
+    rest, one = fit.rest, len(candidate.amplitudes) == 1
+    own = [fit.left(columns) for columns in candidate.columns]
+    fits = [cone_fit(g.T @ g, -(g.T @ rest), candidate.signs) for g in own]
+    drops = np.array([drop for _, drop in fits])
+    # Where no amplitude of the right sign helps, the point that asks most for the wrong one is shown.
+    point = int(np.argmax(drops if drops.any() else [float(np.abs(_unsigned(g, rest)).max()) for g in own]))
+    amplitude, drop = fits[point]
+    g = own[point]
+    after = rest + g @ amplitude
+    std = _std(g)
+    wanted = _unsigned(g, rest)[0]
+    p, p_misfit = (
+        _probability(own, drop / size, candidate.signs, fit.freedom) for size in (1.0, fit.inflation(after))
+    )
+    whole = float(np.sum(candidate.columns[point] ** 2))
+    return Score(
+        name=candidate.name,
+        testable=True,
+        reason="",
+        point=point,
+        shape=candidate.points[point],
+        amplitude=dict(zip(candidate.amplitudes, map(float, amplitude), strict=True)),
+        std=dict(zip(candidate.amplitudes, map(float, std), strict=True)),
+        drop=drop,
+        share=drop / max(float(rest @ rest), 1e-300),
+        z=float(np.sign(amplitude[0]) * np.sqrt(drop))
+        if one and drop > 0
+        else (wanted if one else drop**0.5),
+        p=p,
+        p_misfit=p_misfit,
+        taken_up=1.0 - float(np.sum(g**2)) / whole,
+        detectable=float(3.0 * std[0]),
+        drops=drops,
+    )
+
+
+def screen(fit: Linearised, candidates: Sequence[Candidate]) -> tuple[Score, ...]:
+    """Test effects, the largest fall first; those that cannot be tested last."""
+    scores = [score(fit, candidate) for candidate in candidates]
+    return tuple(sorted(scores, key=lambda one: (not one.testable, -one.drop, one.name)))
+
+
+def untestable(fit: Linearised, candidate: Candidate) -> str:
+    """Return why an effect cannot be tested with these recordings; empty when it can."""
+    typical = np.ones(len(candidate.amplitudes)) if candidate.typical is None else np.abs(candidate.typical)
+    found = [(c * typical, fit.left(c) * typical) for c in candidate.columns]
+    whole = max(float(np.linalg.norm(c, axis=0).max()) for c, _ in found)
+    own = max(float(np.linalg.norm(g, axis=0).max()) for _, g in found)
+    if whole == 0.0:
+        return "these recordings do not respond to it"
+    size = ", ".join(
+        f"{name} = {value:.3g}" for name, value in zip(candidate.amplitudes, typical, strict=True)
+    )
+    if candidate.typical is not None and whole < _SEEN:
+        return f"{size} would change these recordings by {whole:.1g} standard errors only"
+    if own < OWN * whole:
+        return "all that it would change, the fitted parameters can change as well"
+    if candidate.typical is not None and own < _SEEN:
+        taken = 100 * (1.0 - (own / whole) ** 2)
+        return (
+            f"the fitted parameters can imitate it ({taken:.3g} %); what is left of {size} is {own:.1g} standard "
+            "errors"
+        )
+    return ""
+
+
+def largest_of_normals(z: float, correlation: Array, two_sided: bool) -> float:
+    """Upper bound of the probability that one of several standard normal variables exceeds z > 0.
+
+    Those of neighbouring points of a grid hardly differ. Worsley's inequality takes off what the pairs of a tree have
+    in common; on a fine grid of one parameter it is Davies's bound.
+
+    Parameters
+    ----------
+    z : float
+    correlation : (points, points) array
+    two_sided : bool
+        Whether the sizes of the variables count.
+    """
+    r = np.clip(np.abs(correlation) if two_sided else correlation, -1.0, 1.0)
+    # Of two variables with correlation r, P(one of them > z) = P(first > z) + 2 T(z, a), T Owen's function.
+    apart = 2.0 * owens_t(z, np.sqrt((1.0 - r) / np.maximum(1.0 + r, 1e-12)))
+    # An entry of zero would be no edge.
+    tree = float(minimum_spanning_tree(np.maximum(apart, 1e-300)).sum())
+    tail = float(norm.sf(z)) + tree
+    return min(1.0, 2.0 * tail if two_sided else tail)
+
+
+def _probability(own: Sequence[Array], drop: float, signs: Sequence[int], freedom: float) -> float:
+    """Probability of a fall of that size anywhere on the grid; that the noise is estimated is allowed for."""
+    if drop <= 0.0:
+        return 1.0
+    k = len(signs)
+    if np.isfinite(freedom):
+        drop = float(chi2.isf(f.sf(drop / k, k, freedom), k))
+    if k == 1:
+        columns = np.column_stack([g[:, 0] for g in own])
+        size = np.linalg.norm(columns, axis=0)
+        unit = columns[:, size > 0] / size[size > 0]
+        return largest_of_normals(float(np.sqrt(drop)), unit.T @ unit, signs[0] == 0)
+    single = float(chi2.sf(drop, k))
+    if any(signs):
+        # Perlman (1969), doi:10.1214/aoms/1177697723: the largest tail that any cone has.
+        single = 0.5 * (single + float(chi2.sf(drop, k - 1)))
+    return min(1.0, len(own) * single)
+
+
+def _unsigned(g: Array, rest: Array) -> Array:
+    """What the misfit asks of each amplitude alone, in standard errors, whatever its sign."""
+    size = np.linalg.norm(g, axis=0)
+    return np.asarray(-(g.T @ rest) / np.where(size > 0, size, 1.0))
+
+
+def _std(g: Array) -> Array:
+    """Standard error of each amplitude, by noise; inf for one that those before it can stand for."""
+    std = np.full(g.shape[1], np.inf)
+    kept: list[int] = []
+    for i in range(g.shape[1]):
+        trial = g[:, [*kept, i]] / np.maximum(np.linalg.norm(g[:, [*kept, i]], axis=0), 1e-300)
+        if np.linalg.svd(trial, compute_uv=False)[-1] >= OWN:
+            kept.append(i)
+    if kept:
+        std[kept] = np.sqrt(np.diag(np.linalg.inv(g[:, kept].T @ g[:, kept])))
+    return std
+
+
+def _untested(candidate: Candidate, reason: str) -> Score:
+    nothing = dict.fromkeys(candidate.amplitudes, float("nan"))
+    return Score(
+        name=candidate.name,
+        testable=False,
+        reason=reason,
+        point=0,
+        shape={},
+        amplitude=nothing,
+        std=nothing,
+        drop=0.0,
+        share=0.0,
+        z=float("nan"),
+        p=1.0,
+        p_misfit=1.0,
+        taken_up=float("nan"),
+        detectable=float("nan"),
+        drops=np.zeros(len(candidate.columns)),
+    )
