@@ -1,7 +1,8 @@
 """A channel: one measured curve, the model that answers to it, and how a difference between them is weighed.
 
 Coupons and bushings are the same here: a model under a mode. A law without history is solved once over the range
-of the curve; every recorded sample, whatever its cycle, is interpolation.
+of the curve; every recorded sample, whatever its cycle, is interpolation. With effects the channel is a
+`bushcli.simulation.Simulation`, which follows the recorded path where the rubber remembers.
 """
 
 from __future__ import annotations
@@ -16,8 +17,12 @@ from scipy.interpolate import CubicSpline
 
 from bushcli.casefile import Case
 from bushcli.curve import Curve
+from bushcli.effect import acting, require_time
 from bushcli.inverse.result import Weighting
 from bushcli.recording import Recording, displacement_noise, force_noise, read_coupon, read_recording
+from bushcli.rig import NoEquilibrium
+from bushcli.simulation import Simulation
+from cases.march import unsolved
 from cases.mode import modes
 from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
 from cases.stretches import principal_stretches
@@ -41,7 +46,8 @@ NOISE_FLOOR = 1e-3
 class Answer:
     """Force at the solved displacements, shape (m,), and its derivatives, shape (m, parameters).
 
-    This is all that has to be kept of an evaluation: samples are interpolated from it.
+    This is all that has to be kept of an evaluation: samples are interpolated from it. Of a channel with effects the
+    solved displacements are the samples.
     """
 
     displacement: Array
@@ -71,15 +77,37 @@ class Channel:
         case: Case,
         weighting: Weighting,
         comm: MPI.Comm,
+        whole: Recording | None = None,
     ) -> None:
         self.recording = recording
         mode = modes()[recording.mode]
-        self.model = prepare(shape, mode, rubber, case.mesh.refinement, comm)
+        active = acting(case.effects, recording.name, recording.mode)
+        self.simulation: Simulation | None = None
+        if active:
+            path = whole or recording
+            require_time(active, recording.name, recording.mode, str(recording.source))
+            self.simulation = Simulation(
+                shape,
+                mode,
+                rubber,
+                case.mesh.refinement,
+                active,
+                path.time,
+                path.displacement,
+                displacement_noise(path),
+                comm,
+            )
+            # Samples of the cycles in use, among those of the whole path.
+            self._used = _matches(path, recording)
+            self.model = self.simulation.model
+        else:
+            self.model = prepare(shape, mode, rubber, case.mesh.refinement, comm)
         self.odd = is_odd(shape, mode)
         q = recording.displacement
         self.coupon = mode.specimen == "coupon"
         self.targets = _coupon_targets(q) if self.coupon else _targets(q, self.odd)
-        self.noise = _noise(recording)
+        # A marched path is free of the displacement's noise.
+        self.noise = _noise(recording) if self.simulation is None else force_noise(recording)
         size = np.abs(recording.force)
         if not self.coupon:
             self.scale = np.full(len(q), max(self.noise, NOISE_FLOOR * float(np.ptp(recording.force))))
@@ -108,9 +136,14 @@ class Channel:
         NotConverged
             The march could not cover the range.
         """
-        self.model.set_parameters({k: v for k, v in parameters.items() if k != "compliance"})
-        if "compliance" in parameters:
-            self.model.compliance.value = parameters["compliance"]
+        if self.simulation is not None:
+            try:
+                answer = self.simulation.solve(parameters, names)
+            except NoEquilibrium as error:
+                raise unsolved(str(error)) from None
+            q = self.recording.displacement
+            return Answer(q, answer.force[self._used], answer.slope[self._used])
+        self.model.set_parameters(parameters)
         history = sweep(self.model, self.targets, sensitivity=tuple(names))
         assert history.sensitivity is not None
         return Answer(history.displacement, history.force, history.sensitivity)
@@ -125,10 +158,13 @@ class Channel:
         NotConverged
             The march could not cover the range.
         """
-        self.model.set_parameters({k: v for k, v in parameters.items() if k != "compliance"})
+        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         found = []
-        for end in {float(self.targets[0]), float(self.targets[-1])} - {0.0}:
-            sweep(self.model, np.linspace(0.0, end, STEPS // 2 + 1, dtype=np.float64))
+        # The very steps of `solve`: near the edge of stability other steps may end on another branch.
+        for side in (self.targets[self.targets < 0], self.targets[self.targets > 0]):
+            if not len(side):
+                continue
+            sweep(self.model, side)
             found.append(principal_stretches(self.model).reshape(-1, 3))
         local = np.concatenate(found)
         stretches = np.concatenate(self.model.comm.allgather(local))
@@ -139,7 +175,10 @@ class Channel:
         return np.asarray(isochoric[chosen])
 
     def curve(self, answer: Answer) -> Curve:
-        """The solved curve over the recorded range, smooth enough to be drawn."""
+        """The solved curve over the recorded range, smooth enough to be drawn; with effects, along the recorded path."""
+        if self.simulation is not None:
+            path = self.simulation.path[self._used]
+            return Curve(self.recording.mode, path, answer.force, self.recording.time)
         q, force, _ = self._both_sides(answer)
         low, high = self.recording.displacement.min(), self.recording.displacement.max()
         fine = np.unique(np.concatenate([np.linspace(low, high, 101), [0.0] if low < 0 < high else []]))
@@ -154,6 +193,8 @@ class Channel:
 
     def at_samples(self, answer: Answer) -> tuple[Array, Array]:
         """Force (n,) and derivatives (n, parameters) at the recorded displacements."""
+        if self.simulation is not None:
+            return answer.force, answer.slope
         q, force, slope = self._both_sides(answer)
         both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
         return both[:, 0], both[:, 1:]
@@ -170,9 +211,31 @@ def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Ch
 def bushing_channels(case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD) -> list[Channel]:
     """The case's recordings."""
     return [
-        Channel(read_recording(source), case.geometry, rubber, case, "relative", comm)
+        Channel(
+            read_recording(source),
+            case.geometry,
+            rubber,
+            case,
+            "relative",
+            comm,
+            read_recording(source, whole=True) if case.effects else None,
+        )
         for source in case.recordings
     ]
+
+
+def _matches(path: Recording, used: Recording) -> NDArray[np.intp]:
+    """Places of the used samples in the whole path; both are in recorded order."""
+    if len(path.displacement) == len(used.displacement):
+        return np.arange(len(used.displacement))
+    key = "displacement" if path.time is None else "time"
+    whole, part = getattr(path, key), getattr(used, key)
+    found, at = [], 0
+    for value in part:
+        at += int(np.argmax(whole[at:] == value))
+        found.append(at)
+        at += 1
+    return np.array(found)
 
 
 def _coupon_targets(q: Array) -> Array:

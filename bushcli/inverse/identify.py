@@ -13,15 +13,18 @@ from numpy.typing import NDArray
 
 from bushcli.casefile import Case, Material
 from bushcli.curve import Curve
+from bushcli.effect import full_name
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
 from bushcli.inverse import certainty, starts
+from bushcli.inverse.begin import first_point
 from bushcli.inverse.channel import Answer, Channel
 from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.journal import Journal
-from bushcli.inverse.local import Minimum, inside, minimise, scaled_start
+from bushcli.inverse.local import Minimum, inside
 from bushcli.inverse.problem import Problem, Progress
 from bushcli.inverse.result import EndPoint, Estimate, Fit, FittedCurve, Weighting
+from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions
 from cases.march import NotConverged
@@ -97,11 +100,7 @@ def identify(
     interrupted = False
     minima: list[Minimum] = []
     try:
-        begun = (
-            start
-            if task.method == "dogleg"
-            else scaled_start(problem, inside(start, lower, upper), lower, upper)
-        )
+        begun = start if task.method == "dogleg" else first_point(problem, start, lower, upper)
         if not np.isfinite(problem.residual(begun)).all():
             tried = ", ".join(f"{name} = {value:g}" for name, value in zip(task.names, begun, strict=True))
             raise InputError(
@@ -130,16 +129,14 @@ def identify(
 def _search(task: Task, problem: Problem, point: Array, lower: Array, upper: Array) -> Minimum:
     if task.method == "dogleg":
         return minimise_by_dogleg(problem, point)
-    return minimise(problem, point, lower, upper, task.method, task.loss)
+    return search(problem, point, lower, upper, task.method, task.loss)
 
 
 def _further_starts(task: Task, problem: Problem, begun: Array, lower: Array, upper: Array) -> list[Array]:
     """More starts, found on a coarse mesh; none where one start is asked for."""
     if task.starts <= 1 and not task.globally:
         return []
-    shear = task.law.shear_modulus(
-        **{k: v for k, v in problem.parameters(begun).items() if k != "compliance"}
-    )
+    shear = task.law.shear_modulus(**problem.law_parameters(begun))
     low, high = starts.box(begun, lower, upper, abs(shear))
     found: list[Array] = []
     if task.globally:
@@ -210,8 +207,9 @@ def _result(
         )
         for i, name in enumerate(task.names)
     }
-    values = problem.parameters(x)
-    compliance = values.pop("compliance", None)
+    everything = problem.parameters(x)
+    values = problem.law_parameters(x)
+    compliance = everything.get("compliance")
     bulk = task.material.bulk_modulus
     if compliance is not None:
         bulk = 1.0 / compliance if compliance > 0 else float("inf")
@@ -240,6 +238,13 @@ def _result(
         end_points=_end_points(task, minima),
         profiles=tuple(profiles),
         leverage=certainty.leverage(problem, x),
+        effects=tuple(
+            replace(
+                one,
+                values={p.name: everything[full_name(one.effect, p)] for p in one.parameters},
+            )
+            for one in task.effects
+        ),
     )
     return replace(fit, conditions=conditions(fit, task, best, interrupted))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
 from bushcli.inverse.problem import Problem
+from bushcli.inverse.radius import Follower, Trial
 
 Array = NDArray[np.float64]
 Method = Literal["trf", "dogbox", "dogleg"]
@@ -20,6 +22,11 @@ TOLERANCE = 1e-7
 MAX_EVALUATIONS = 200
 # A misfit of this many standard deviations is where a robust loss begins to discount.
 ROBUST_AT = 2.0
+# A search that a full step would still improve by more than this share of the cost has not ended in a minimum: a
+# tenth of a unit of chi square in a hundred samples.
+STATIONARY = 1e-3
+# Cost below which there is nothing left to improve: a hundredth of the noise, or 0.001 % of the force range.
+NOTHING = 1e-4
 
 
 @dataclass(frozen=True)
@@ -35,6 +42,8 @@ class Minimum:
     converged : bool
     message : str
         What ended the search.
+    beside_failure : bool
+        Steps that would lower the misfit further lead to parameters that cannot be solved.
     """
 
     start: Array
@@ -43,6 +52,77 @@ class Minimum:
     iterations: int
     converged: bool
     message: str
+    beside_failure: bool = False
+
+
+class Stopped(Exception):
+    """Raised out of an optimiser by its misfit function, to end it before its time."""
+
+
+class Watched:
+    """The misfit as the optimiser asks for it: trials are followed, failures counted, and the best is kept.
+
+    Parameters
+    ----------
+    problem
+    follower
+        Tells iteration, step and radius; None where the rules are not followed (robust losses).
+    patience
+        Failed trials in a row that end the search.
+    explained
+        Asked with the best point so far when a trial fails: whether that point gives the reason, so that the search
+        had better begin anew.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        follower: Follower | None,
+        patience: int,
+        explained: Callable[[Array], bool] | None = None,
+    ) -> None:
+        self.problem, self.follower, self.patience, self.explained = problem, follower, patience, explained
+        self.failed = self.row = self.iterations = 0
+        self.best: tuple[float, Array] = (np.inf, np.zeros(0))
+
+    def residual(self, x: Array) -> Array:
+        """`Problem.residual`."""
+        unknown = Trial(self.iterations, float("nan"), float("nan"))
+        self.problem.trial = self.follower.asks(x) if self.follower else unknown
+        if self.follower and self._is_hopeless(x):
+            rejected: Array = np.full(self.problem.samples + len(self.problem.states), np.nan)
+            self.follower.gets(rejected)
+            return rejected
+        found = self.problem.residual(x)
+        if self.follower:
+            self.follower.gets(found)
+        if not np.isfinite(found).all():
+            self.failed, self.row = self.failed + 1, self.row + 1
+            if self.explained is not None and self.best[0] < np.inf and self.explained(self.best[1]):
+                raise Stopped("the law is unstable in the states reached")
+            if self.row >= self.patience:
+                raise Stopped("trials in a row could not be solved")
+            return found
+        self.row = 0
+        self.best = min(self.best, (float(found @ found), x.copy()), key=lambda pair: pair[0])
+        return found
+
+    def _is_hopeless(self, x: Array) -> bool:
+        """Whether instability alone costs more than the best point does: the trial would be rejected.
+
+        It is not solved then, which would take long or fail. The trust region makes no difference between a trial that
+        is rejected and one that is not a number: the radius becomes a quarter of the step.
+        """
+        rows = self.problem.instability(x)
+        return bool(self.best[0] < np.inf and rows @ rows > self.best[0])
+
+    def jacobian(self, x: Array) -> Array:
+        """`Problem.jacobian`."""
+        found = self.problem.jacobian(x)
+        self.iterations += 1
+        if self.follower:
+            self.follower.derives(x, found)
+        return found
 
 
 def minimise(
@@ -52,6 +132,8 @@ def minimise(
     upper: Array,
     method: Literal["trf", "dogbox"] = "trf",
     loss: Loss = "linear",
+    patience: int = MAX_EVALUATIONS,
+    explained: Callable[[Array], bool] | None = None,
 ) -> Minimum:
     """Minimise the weighted misfit within bounds.
 
@@ -63,72 +145,50 @@ def minimise(
         The start must be solvable.
     method, loss
         As in `scipy.optimize.least_squares`.
+    patience, explained
+        As in `Watched`.
     """
     mean_samples = problem.samples / len(problem.channels)
-    result = least_squares(
-        problem.residual,
-        inside(start, lower, upper),
-        jac=problem.jacobian,
-        bounds=(lower, upper),
-        x_scale="jac",
-        method=method,
-        loss=loss,
-        f_scale=ROBUST_AT / np.sqrt(mean_samples),
-        ftol=TOLERANCE,
-        xtol=TOLERANCE,
-        gtol=1e-12,
-        max_nfev=MAX_EVALUATIONS,
+    watched = Watched(
+        problem, Follower(method, lower, upper) if loss == "linear" else None, patience, explained
     )
+    try:
+        result = least_squares(
+            watched.residual,
+            inside(start, lower, upper),
+            jac=watched.jacobian,
+            bounds=(lower, upper),
+            x_scale="jac",
+            method=method,
+            loss=loss,
+            f_scale=ROBUST_AT / np.sqrt(mean_samples),
+            ftol=TOLERANCE,
+            xtol=TOLERANCE,
+            gtol=1e-12,
+            max_nfev=MAX_EVALUATIONS,
+        )
+        x, ended, message = result.x, result.status > 0, str(result.message)
+    except Stopped as stopped:
+        x, ended, message = watched.best[1], False, str(stopped)
+    finally:
+        problem.trial = None
+    beside = watched.failed > 0 and loss == "linear" and promise(problem, x, lower, upper) > STATIONARY
     return Minimum(
-        start,
-        result.x,
-        problem.cost(result.x),
-        int(result.njev),
-        bool(result.status > 0),
-        str(result.message),
+        start, x, problem.cost(x), watched.iterations, bool(ended and not beside), message, bool(beside)
     )
+
+
+def promise(problem: Problem, x: Array, lower: Array, upper: Array) -> float:
+    """Share of the cost that a full Gauss-Newton step within the bounds promises to take away: none at a minimum."""
+    value, slope = problem.residual(x), problem.jacobian(x)
+    size = np.linalg.norm(slope, axis=0)
+    size[size == 0] = 1.0
+    room = np.minimum((lower - x) * size, 0.0), np.maximum((upper - x) * size, 0.0)
+    step = lsq_linear(slope / size, -value, room)
+    return float(value @ value - 2.0 * step.cost) / max(float(value @ value), NOTHING * len(problem.channels))
 
 
 def inside(x: Array, lower: Array, upper: Array) -> Array:
     """The point, moved off the bounds by a hair: the interior methods cannot start on them."""
     width = np.minimum(upper - lower, 1.0 + np.abs(x))
     return np.asarray(np.clip(x, lower + 1e-9 * width, upper - 1e-9 * width))
-
-
-def scaled_start(problem: Problem, start: Array, lower: Array, upper: Array) -> Array:
-    """The start with the parameters in which the energy is linear at the right scale.
-
-    One evaluation takes out any error of scale. If the sleeves' motion prescribes the deformation (coupons), the force
-    is linear in each of these parameters and all get their best values at once. In a bushing the deformation depends
-    on their ratios, and a common factor is exact, to the rubber's compressibility.
-
-    Where the start cannot be solved, the other parameters are enlarged: laws that lock then lock later.
-    """
-    free = np.array([name in problem.law.linear for name in problem.names])
-    for enlarged in (1.0, 3.0, 10.0, 30.0):
-        trial = inside(np.where(free, start, start * enlarged), lower, upper)
-        forces = problem.forces(trial)
-        if forces is not None:
-            break
-    else:
-        return start
-    if not free.any() or any(name in problem.law.linear for name in problem.fixed):
-        return trial
-    weights = [1.0 / (channel.scale * np.sqrt(len(channel.scale))) for channel in problem.channels]
-    force = np.concatenate([f * w for (f, _), w in zip(forces, weights, strict=True)])
-    wanted = np.concatenate([c.recording.force * w for c, w in zip(problem.channels, weights, strict=True)])
-    factor = float(force @ wanted / (force @ force))
-    candidates = []
-    if factor > 0:
-        candidates.append(np.where(free, trial * factor, trial))
-    if all(channel.coupon for channel in problem.channels):
-        slope = np.concatenate([s[:, free] * w[:, None] for (_, s), w in zip(forces, weights, strict=True)])
-        size = np.linalg.norm(slope, axis=0)
-        best = lsq_linear(slope / size, wanted, (lower[free] * size, upper[free] * size))
-        whole = trial.copy()
-        whole[free] = best.x / size
-        candidates.append(whole)
-    tried = [inside(candidate, lower, upper) for candidate in candidates]
-    costs = [problem.cost(candidate) for candidate in tried]
-    reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
-    return tried[min(reached)[1]] if reached else trial

@@ -8,6 +8,7 @@ stability on; a trial that cannot be solved is not a number, which the trust reg
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse.channel import Answer, Channel
 from bushcli.inverse.journal import Journal
+from bushcli.inverse.radius import Trial
 from bushcli.inverse.result import Evaluation
 from cases.march import NotConverged
 from cases.stability import PATHS, moduli
@@ -27,6 +29,10 @@ STABILITY_MARGIN = 0.01
 # Misfit, in units of scale, for a state whose smallest modulus is one shear modulus below the margin: far beyond what
 # any channel can gain by it.
 STABILITY_WEIGHT = 1e3
+# ... and it sets in within this, smoothly: a search that could not see an edge before it is beyond would end there.
+STABILITY_EDGE = 0.005
+# A row of instability above this is one that holds the search back.
+ACTIVE = 1e-3
 STABILITY_STATES = 24
 
 Progress = Callable[[Evaluation], None]
@@ -70,6 +76,8 @@ class Problem:
         self.stage: Literal["search", "profile"] = "search"
         self.forward_solves = self.failed_solves = 0
         self.best: tuple[float, Array] | None = None
+        # What the optimiser is about to try, for the record.
+        self.trial: Trial | None = None
         self._known: dict[bytes, list[Answer] | None] = {}
 
     def watch(self, x: Array) -> None:
@@ -77,6 +85,10 @@ class Problem:
         reached = [channel.reached(self.parameters(x)) for channel in self.channels if not channel.coupon]
         self.states = np.concatenate([self.states, *reached])
         self.best = (self.cost(x), x.copy())
+
+    def instability(self, x: Array, states: Array | None = None) -> Array:
+        """What instability adds to the misfit, a row per state (those watched, or others, shape (n, 3)); no solve."""
+        return self._instability(x, self.states if states is None else states)
 
     # -- what an optimiser asks for ------------------------------------------------------------------------------
 
@@ -112,6 +124,11 @@ class Problem:
     def parameters(self, x: Array) -> dict[str, float]:
         """All parameters of the law by name, fixed ones included."""
         return {**self.fixed, **dict(zip(self.names, map(float, x), strict=True))}
+
+    def law_parameters(self, x: Array) -> dict[str, float]:
+        """Those of the law alone."""
+        known = {parameter.name for parameter in self.law.parameters}
+        return {name: value for name, value in self.parameters(x).items() if name in known}
 
     # -- evaluation ----------------------------------------------------------------------------------------------
 
@@ -164,33 +181,37 @@ class Problem:
         if best:
             self.best = (cost, x.copy())
         found = Evaluation(len(self.evaluations) + 1, self.parameters(x), cost, best, self.stage)
+        if self.trial is not None:
+            trial = self.trial
+            found = replace(found, iteration=trial.iteration, step=trial.step, radius=trial.radius)
         self.evaluations.append(found)
         if self.progress is not None:
             self.progress(found)
 
     def _stability(self, x: Array) -> tuple[Array, Array]:
         """Rows that vanish where the law is stable with a margin, and grow linearly beyond; by differences in x."""
-        value = self._instability(x)
+        value = self._instability(x, self.states)
         slope = np.zeros((len(value), len(x)))
         if value.any():
             for i in range(len(x)):
                 step = 1e-6 * max(abs(x[i]), 1e-3)
                 moved = x.copy()
                 moved[i] += step
-                slope[:, i] = (self._instability(moved) - value) / step
+                slope[:, i] = (self._instability(moved, self.states) - value) / step
         return value, slope
 
-    def _instability(self, x: Array) -> Array:
-        parameters = {k: v for k, v in self.parameters(x).items() if k != "compliance"}
+    def _instability(self, x: Array, states: Array) -> Array:
+        parameters = self.law_parameters(x)
         if not parameters:
-            return np.zeros(len(self.states))
+            return np.zeros(len(states))
         shear = max(abs(self.law.shear_modulus(**parameters)), 1e-12)
-        tangents = moduli(self.law, parameters, self.states)
+        tangents = moduli(self.law, parameters, states)
         finite = np.isfinite(tangents).all(axis=(1, 2))
-        smallest = np.full(len(self.states), -1.0)
+        smallest = np.full(len(states), -1.0)
         smallest[finite] = np.linalg.eigvalsh(tangents[finite])[:, 0] / shear
-        lacking = np.maximum(0.0, STABILITY_MARGIN - smallest)
-        return STABILITY_WEIGHT / np.sqrt(len(self.states)) * lacking
+        beyond = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
+        lacking = np.where(beyond > -12.0, STABILITY_EDGE * np.logaddexp(0.0, beyond), 0.0)
+        return STABILITY_WEIGHT / np.sqrt(len(states)) * lacking
 
 
 def _coupon_states(stretches: tuple[float, float]) -> Array:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bushcli.casefile import Material
 from bushcli.condition import Condition
 from bushcli.curve import Curve
+from bushcli.effect import ActiveEffect
 from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
@@ -80,9 +81,26 @@ class Combination:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """One evaluation of all channels: parameters, cost (mean square misfit in noise units), and whether it is the best.
+    """One evaluation of all channels.
 
-    `cost` is NaN where a march did not converge. `stage` is "search" or, after the best is found, "profile".
+    Attributes
+    ----------
+    number : int
+        From 1.
+    parameters
+    cost : float
+        Mean square misfit in noise units; NaN where a march did not converge.
+    best : bool
+        Whether it is the best of this start so far.
+    stage : {"search", "profile"}
+        "profile" after the best is found.
+    start : int
+        Which start point's search it belongs to, from 0.
+    iteration : int
+        Of the trust region: trials of the same iteration start from the same point. 0 outside of it.
+    step, radius : float
+        Length of the trial step and radius of the trust region that it had to keep to, in units of the parameters'
+        scales (`bushcli.inverse.radius`). NaN outside of it, and for robust losses.
     """
 
     number: int
@@ -90,6 +108,10 @@ class Evaluation:
     cost: float
     best: bool
     stage: Literal["search", "profile"] = "search"
+    start: int = 0
+    iteration: int = 0
+    step: float = float("nan")
+    radius: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -180,3 +202,4 @@ class Fit:
     profiles: tuple[Profile, ...] = ()
     profile_sweeps: int = 0
     leverage: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    effects: tuple[ActiveEffect, ...] = ()

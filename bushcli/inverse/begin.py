@@ -1,0 +1,126 @@
+"""The first point of a search: solvable, stable, and at the scale that the curves ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from bushcli.inverse.local import inside
+from bushcli.inverse.problem import Problem
+from cases.stability import moduli
+
+Array = NDArray[np.float64]
+
+# A start that cannot be solved keeps these shares of its own shape; the rest is the law's own start, which is stable.
+SHARES = (0.7, 0.4, 0.2, 0.1, 0.0)
+# Laws that lock (Gent, Arruda-Boyce) lock later with their other parameters enlarged by this.
+ENLARGED = (1.0, 3.0, 10.0, 30.0)
+# So many candidates are solved before a start is given up; an attempt that fails takes twenty times as long as one
+# that does not.
+SOLVED = 8
+
+
+def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> Array:
+    """A solvable point at the right scale, as near to the start as there is one; the start itself where there is none.
+
+    The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
+    step; what is unstable in the coupon modes is passed over without being solved.
+    """
+    begun = inside(start, lower, upper)
+    tried: set[bytes] = set()
+    for candidate in candidates(problem, begun, lower, upper):
+        if candidate.tobytes() in tried:
+            continue
+        # The start itself is tried whatever its stability: short curves need not reach where it is lost.
+        if tried and not is_stable(problem, candidate):
+            continue
+        if len(tried) == SOLVED:
+            break
+        tried.add(candidate.tobytes())
+        if problem.forces(candidate) is not None:
+            return scaled(problem, candidate, lower, upper)
+    return begun
+
+
+def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> Iterator[Array]:
+    """Points from the start to the law's own start, which has the parameters that shape the curve at their safest."""
+    yield start
+    shaping = own_parameters(problem) & ~scalable(problem)
+    for enlarged in ENLARGED[1:]:
+        if shaping.any():
+            yield inside(np.where(shaping, start * enlarged, start), lower, upper)
+    own = own_start(problem, start)
+    size, own_size = shear(problem, start), shear(problem, own)
+    for share in SHARES:
+        # Both shapes at the size of the law's own start: a start on its bounds may be stiff or soft by nine decades.
+        mixed = share * start * (own_size / size if size > 0 else 1.0) + (1 - share) * own
+        for enlarged in ENLARGED if share == 0.0 else ENLARGED[:1]:
+            yield inside(np.where(shaping, mixed * enlarged, mixed), lower, upper)
+
+
+def own_start(problem: Problem, start: Array) -> Array:
+    """The law's own start values; those given for what is no parameter of the law."""
+    known = {parameter.name: parameter.start for parameter in problem.law.parameters}
+    return np.array([known.get(name, value) for name, value in zip(problem.names, start, strict=True)])
+
+
+def own_parameters(problem: Problem) -> NDArray[np.bool_]:
+    """Which of the parameters are the law's own."""
+    known = {parameter.name for parameter in problem.law.parameters}
+    return np.array([name in known for name in problem.names])
+
+
+def scalable(problem: Problem) -> NDArray[np.bool_]:
+    """Which parameters the energy is linear in."""
+    return np.array([name in problem.law.linear for name in problem.names])
+
+
+def shear(problem: Problem, x: Array) -> float:
+    """Initial shear modulus, MPa."""
+    return float(problem.law.shear_modulus(**law_parameters(problem, x)))
+
+
+def law_parameters(problem: Problem, x: Array) -> dict[str, float]:
+    """The law's own parameters by name."""
+    known = {parameter.name for parameter in problem.law.parameters}
+    return {name: value for name, value in problem.parameters(x).items() if name in known}
+
+
+def is_stable(problem: Problem, x: Array) -> bool:
+    """Whether the law is stable in all states watched: a matter of milliseconds, where a march takes longer."""
+    tangents = moduli(problem.law, law_parameters(problem, x), problem.states)
+    return bool(np.isfinite(tangents).all() and (np.linalg.eigvalsh(tangents) > 0).all())
+
+
+def scaled(problem: Problem, trial: Array, lower: Array, upper: Array) -> Array:
+    """A solvable point with the parameters in which the energy is linear at the right scale.
+
+    One evaluation takes out any error of scale. If the sleeves' motion prescribes the deformation (coupons), the force
+    is linear in each of these parameters and all get their best values at once. In a bushing the deformation depends
+    on their ratios, and a common factor is exact, to the rubber's compressibility.
+    """
+    free = scalable(problem)
+    forces = problem.forces(trial)
+    if forces is None or not free.any() or any(name in problem.law.linear for name in problem.fixed):
+        return trial
+    weights = [1.0 / (channel.scale * np.sqrt(len(channel.scale))) for channel in problem.channels]
+    force = np.concatenate([f * w for (f, _), w in zip(forces, weights, strict=True)])
+    wanted = np.concatenate([c.recording.force * w for c, w in zip(problem.channels, weights, strict=True)])
+    factor = float(force @ wanted / (force @ force))
+    found = []
+    if factor > 0:
+        found.append(np.where(free, trial * factor, trial))
+    if all(channel.coupon for channel in problem.channels):
+        slope = np.concatenate([s[:, free] * w[:, None] for (_, s), w in zip(forces, weights, strict=True)])
+        size = np.linalg.norm(slope, axis=0)
+        best = lsq_linear(slope / size, wanted, (lower[free] * size, upper[free] * size))
+        whole = trial.copy()
+        whole[free] = best.x / size
+        found.append(whole)
+    tried = [inside(point, lower, upper) for point in found]
+    costs = [problem.cost(point) for point in tried]
+    reached = [(cost, i) for i, cost in enumerate(costs) if np.isfinite(cost)]
+    return tried[min(reached)[1]] if reached else trial

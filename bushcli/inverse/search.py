@@ -1,0 +1,83 @@
+"""A search that does not end for the wrong reason: at a wall of parameters that cannot be solved, or in instability.
+
+Where a softening law is asked for more strain than it can bear, the rubber at the corners of the bond gives way first:
+at one Gauss point the tangent moduli lose their positive definiteness and the strain there doubles; soon after, the
+march finds no equilibrium. That wall has no misfit to lead along it. The law's stability in the states that the
+rubber reaches has: so these states are looked at wherever a search ends or meets failures, not only at its start,
+those in which the law is unstable join the problem, and the search goes on.
+
+A wall that stability does not explain is followed in slices: with one combination of the parameters held, the others
+may lead along it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.inverse.local import Loss, Minimum, minimise
+from bushcli.inverse.problem import ACTIVE, Problem
+from bushcli.inverse.slices import along_the_wall
+from cases.march import NotConverged
+
+Array = NDArray[np.float64]
+
+# Times that states which a search reached join the problem: one is the rule, three happened.
+ROUNDS = 5
+# Failed trials in a row, each of a quarter of the step before, after which the search has met a wall.
+WALL = 6
+
+
+def search(
+    problem: Problem,
+    start: Array,
+    lower: Array,
+    upper: Array,
+    method: Literal["trf", "dogbox"] = "trf",
+    loss: Loss = "linear",
+) -> Minimum:
+    """Minimise the misfit from a start, within the bounds and where the law is stable in the states reached.
+
+    Parameters
+    ----------
+    problem
+        States are added to it.
+    start, lower, upper : shape (parameters,)
+        The start must be solvable.
+    method, loss
+        As in `scipy.optimize.least_squares`.
+    """
+    iterations, point = 0, start
+    known: set[bytes] = set()
+
+    def explained(x: Array) -> bool:
+        # A point is looked at once: its states do not change.
+        new = x.tobytes() not in known
+        known.add(x.tobytes())
+        return new and watch(problem, x)
+
+    for last in (*[False] * ROUNDS, True):
+        states = len(problem.states)
+        found = minimise(problem, point, lower, upper, method, loss, WALL, None if last else explained)
+        iterations, point = iterations + found.iterations, found.x
+        if last or (len(problem.states) == states and not explained(point)):
+            break
+    if found.beside_failure:
+        found = along_the_wall(problem, found, lower, upper, method, loss)
+    return replace(found, start=start, iterations=iterations)
+
+
+def watch(problem: Problem, x: Array) -> bool:
+    """Whether the law is unstable in states that the rubber reaches at `x`; if so they join those of the problem."""
+    try:
+        reached = [c.reached(problem.parameters(x)) for c in problem.channels if not c.coupon]
+    except NotConverged:
+        return False
+    if not reached or problem.instability(x, states := np.concatenate(reached)).max() < ACTIVE:
+        return False
+    problem.states = np.concatenate([problem.states, states])
+    problem.best = (problem.cost(x), x.copy())
+    return True
