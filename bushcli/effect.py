@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from types import MappingProxyType
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from numpy.typing import NDArray
 from bushcli.errors import InputError, Problem
 from cases.mode import modes
 from forms.law import UnknownName
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
 
 Array = NDArray[np.float64]
 
@@ -172,8 +175,8 @@ class Effect:
         "bushing", "coupon".
     needs_time : bool
         Whether it has no meaning without the time of the recording or of the program.
-    feature : object, optional
-        Its change of the finite-element model.
+    feature : callable, optional
+        Gives its change of the finite-element model; it imports what that is written in only when called.
     rig : RigChange, optional
         Its change of the curve.
     """
@@ -188,7 +191,7 @@ class Effect:
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
     needs_time: bool = False
-    feature: object | None = None
+    feature: Callable[[], Feature] | None = None
     rig: RigChange | None = None
 
     def parameter(self, name: str) -> EffectParameter:

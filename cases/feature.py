@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from forms.law import Scalar
 from forms.potential import Attached
+from geometry.shape import Mirrors, Shape, Sleeve
 
 Array = NDArray[np.float64]
 Values = Mapping[str, Scalar]
@@ -30,30 +31,35 @@ class Place:
     ----------
     u : UFL vector
         Displacement unknowns of the setting.
-    motion : UFL vector
-        Prescribed displacement of the driven sleeve, in the components of u.
+    motion : UFL vector, or None
+        Rigid motion of the driven sleeve, continued over the whole mesh, in the components of u; for features that
+        ask for it (`Feature.follows`).
     x : UFL vector
         Reference coordinates, mm.
     normal : UFL vector
         Outward unit normal of the reference boundary.
-    ds : Measure
-        Of a named boundary: ``ds("outer")``; None where the mesh has no such boundary.
+    ds : callable
+        Measure of a named boundary: ``ds("outer")``, or ``ds("outer", degree)`` for a quadrature of that degree; None
+        where the mesh has no such boundary.
     weight : UFL scalar
         Area per length (or area) of the boundary's mesh.
     kinematics : str
         Of the setting (`cases.mode.Setting`).
     shear_modulus : UFL scalar
         The law's initial one, MPa.
+    shape : Shape
+        What is meshed.
     """
 
     u: Scalar
     motion: Scalar
     x: Scalar
     normal: Scalar
-    ds: Callable[[str], Any]
+    ds: Callable[..., Any]
     weight: Scalar
     kinematics: str
     shear_modulus: Scalar
+    shape: Shape
 
 
 @dataclass(frozen=True)
@@ -68,8 +74,13 @@ class Feature:
         Parameters -> what is added to 1 / bulk modulus, 1/MPa.
     swelling : callable, optional
         Parameters -> volume ratio of the stress-free rubber to the mesh.
-    stress_free : callable, optional
-        Parameters and reference coordinates (UFL vector, 3-D) -> displacement of the stress-free body from the mesh, mm.
+    shape : callable, optional
+        Shape and values of the parameters -> shape that is meshed in its place.
+    metal : callable, optional
+        Parameters and an elastic sleeve -> its Young's modulus (MPa) in place of its own; None where that stays.
+    metal_place, stress_free : callable, optional
+        Parameters, coordinates on the mesh (UFL vector, half-plane or 3-D) and meshed shape -> displacement from the
+        mesh of the place where the sleeves, or all of the body (3-D only), have no stress, mm.
     reduction : callable, optional
         Coordinates (d, n) in mm and kinematics -> displacement of the boundary `reduced` per unit of the first
         parameter, shape (c, n), one row per component of the unknown displacement.
@@ -79,6 +90,10 @@ class Feature:
         Parameters and `Place` -> surface energies, UFL forms of rank 0.
     released : tuple of str
         Boundaries whose bond is the surface energy's affair, not a prescribed displacement.
+    follows : bool
+        Whether a surface energy needs the motion of the driven sleeve.
+    breaks : frozenset of str
+        Planes that are planes of symmetry no longer: "x", "y", "z".
     assembled : bool
         The parameters act before the test: they are brought to their values in steps, at rest, and time-dependent
         branches relax.
@@ -87,12 +102,22 @@ class Feature:
     branches: Callable[[Values], Sequence[Attached]] | None = None
     compliance: Callable[[Values], Scalar] | None = None
     swelling: Callable[[Values], Scalar] | None = None
-    stress_free: Callable[[Values, Scalar], Scalar] | None = None
+    shape: Callable[[Shape, Mapping[str, float]], Shape] | None = None
+    metal: Callable[[Values, Sleeve], Scalar | None] | None = None
+    metal_place: Callable[[Values, Scalar, Shape], Scalar] | None = None
+    stress_free: Callable[[Values, Scalar, Shape], Scalar] | None = None
     reduction: Callable[[Array, str], Array] | None = None
     reduced: str = "outer"
     surface: Callable[[Values, Place], Sequence[Scalar]] | None = None
     released: tuple[str, ...] = ()
+    follows: bool = False
+    breaks: Mirrors = frozenset()
     assembled: bool = False
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether there are modes whose curve it makes other than odd."""
+        return bool(self.breaks)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def write_fields(model: Model, displacements: Array, states: Array, file: Path) 
     vectors = fem.functionspace(mesh, basix.ufl.element("Lagrange", cell, degree, shape=(3,)))
     scalars = fem.functionspace(mesh, basix.ufl.element("Lagrange", cell, degree))
     cellwise = fem.functionspace(mesh, ("DG", 0))
-    u, p = ufl.split(model.state)
+    u, p = ufl.split(model.state)[:2]
     fields = [
         (fem.Function(vectors, name="displacement_mm"), _cartesian(model, u)),
         (fem.Function(scalars, name="pressure_MPa"), p),

@@ -31,9 +31,9 @@ from cases.matrix import reduced_matrix
 from cases.mode import Mode, Setting
 from forms import kinematics
 from forms.law import Law
-from forms.potential import Attached, Body, Potential
+from forms.potential import Body, Potential
 from geometry.mesh import NamedMesh
-from geometry.shape import Mirrors
+from geometry.shape import Mirrors, Sleeve
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ QUADRATURE_DEGREE_PER_ORDER = 2
 
 @dataclass(frozen=True)
 class _Constrained:
-    """Constrained unknowns: local indices, their component, coordinates, whether they follow the sleeve, and boundary."""
+    """Constrained unknowns: local index, component, coordinates, whether it follows the sleeve, and boundary."""
 
     dofs: NDArray[np.int32]
     component: NDArray[np.int32]
@@ -101,7 +101,10 @@ class Model:
         self.features = tuple(features)
         self.setting = setting_for(mode, mesh.dimension)
         self.comm = mesh.mesh.comm
-        self.space = fem.functionspace(mesh.mesh, _element(mesh, self.setting))
+        # Where a surface energy refers to the driven sleeve, its motion is a third field, prescribed everywhere: what
+        # holds for the other prescribed unknowns (work, tangent, derivatives) then holds for it too.
+        self._follows = any(item.feature.follows for item in self.features)
+        self.space = fem.functionspace(mesh.mesh, _element(mesh, self.setting, self._follows))
         self.state = fem.Function(self.space)
         values = dict(parameters) | {"compliance": 1.0 / bulk_modulus}
         for item in self.features:
@@ -124,20 +127,27 @@ class Model:
 
     def _potential(self) -> Potential:
         mesh = self.mesh
-        u, p = ufl.split(self.state)
+        u, p, *motion = ufl.split(self.state)
+        x = ufl.SpatialCoordinate(mesh.mesh)
         moved = [
-            item.feature.stress_free(self._values(item), ufl.SpatialCoordinate(mesh.mesh))
+            item.feature.stress_free(self._values(item), x, mesh.shape)
             for item in self.features
             if item.feature.stress_free is not None and self.setting.kinematics == "cartesian"
         ]
-        self.strain = strain(self.setting, u, mesh, sum(moved[1:], moved[0]) if moved else None)
+        self.strain = strain(self.setting, u, mesh, _sum(moved))
         degree = QUADRATURE_DEGREE_PER_ORDER * mesh.displacement_order
         dx = ufl.Measure("dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": degree})
         sleeves = {}
         for name, sleeve in mesh.sleeves.items():
-            shear = sleeve.youngs_modulus / (2 * (1 + sleeve.poissons_ratio))
-            bulk = sleeve.youngs_modulus / (3 * (1 - 2 * sleeve.poissons_ratio))
-            sleeves[dx(mesh.region[name])] = (_constant(mesh, shear), _constant(mesh, bulk))
+            modulus = self._youngs_modulus(sleeve)
+            shear = modulus / (2 * (1 + sleeve.poissons_ratio))
+            bulk = modulus / (3 * (1 - 2 * sleeve.poissons_ratio))
+            sleeves[dx(mesh.region[name])] = (shear, bulk)
+        placed = [
+            item.feature.metal_place(self._values(item), x, mesh.shape)
+            for item in self.features
+            if item.feature.metal_place is not None
+        ]
         attached = [
             branch
             for item in self.features
@@ -154,6 +164,7 @@ class Model:
         body = Body(
             state=self.state,
             strain=self.strain,
+            metal_strain=strain(self.setting, u, mesh, _sum([*moved, *placed])) if placed else self.strain,
             law=self.law,
             parameters={name: self.marked[name] for name in self._law_names},
             pressure=p,
@@ -165,7 +176,7 @@ class Model:
             branches=attached,
             internal=None if self.internal is None else self.internal.values,
             duration=self.duration,
-            surfaces=self._surfaces(u, degree),
+            surfaces=self._surfaces(u, motion[0] if motion else None, degree),
         )
         made = Potential(body)
         if self.internal is not None:
@@ -177,39 +188,51 @@ class Model:
         share = self.stage if item.feature.assembled else 1
         return {key: share * self.marked[f"{item.name}.{key}"] for key in item.values}
 
-    def _surfaces(self, u: Any, degree: int) -> list[Any]:
+    def _youngs_modulus(self, sleeve: Sleeve) -> Any:
+        """A sleeve's modulus as a UFL scalar, MPa."""
+        for item in self.features:
+            if item.feature.metal is not None:
+                modulus = item.feature.metal(self._values(item), sleeve)
+                if modulus is not None:
+                    return modulus
+        return _constant(self.mesh, sleeve.youngs_modulus)
+
+    def _surfaces(self, u: Any, motion: Any, degree: int) -> list[Any]:
         mesh = self.mesh
+        x = ufl.SpatialCoordinate(mesh.mesh)
+
+        def ds(name: str, degree: int = degree) -> Any:
+            if name not in mesh.boundary:
+                return None
+            metadata = {"quadrature_degree": degree}
+            return ufl.Measure("ds", mesh.mesh, subdomain_data=mesh.facets, metadata=metadata)(
+                mesh.boundary[name]
+            )
+
         made: list[Any] = []
         for item in self.features:
             if item.feature.surface is None:
                 continue
-            ds = ufl.Measure(
-                "ds", mesh.mesh, subdomain_data=mesh.facets, metadata={"quadrature_degree": degree}
-            )
-            x = ufl.SpatialCoordinate(mesh.mesh)
             place = Place(
                 u=u,
-                motion=self._motion_field(),
+                motion=motion,
                 x=x,
                 normal=ufl.FacetNormal(mesh.mesh),
-                ds=lambda name, ds=ds: ds(mesh.boundary[name]) if name in mesh.boundary else None,  # type: ignore[misc]
+                ds=ds,
                 weight=1 if self.setting.kinematics == "cartesian" else 2 * ufl.pi * x[0],
                 kinematics=self.setting.kinematics,
                 shear_modulus=self.law.shear_modulus(**{name: self.marked[name] for name in self._law_names}),
+                shape=mesh.shape,
             )
             made += item.feature.surface(self._values(item), place)
         return made
 
-    def _motion_field(self) -> Any:
-        """The sleeve's displacement as a function on the mesh, for surfaces that are not held strongly."""
-        if not hasattr(self, "_driven_field"):
-            self._driven_field = fem.Function(self.space)
-        return ufl.split(self._driven_field)[0]
-
     @property
     def shear_modulus(self) -> float:
         """The law's initial shear modulus at the present parameters, MPa."""
-        return float(self.law.shear_modulus(**{name: float(self.constants[name].value) for name in self._law_names}))
+        return float(
+            self.law.shear_modulus(**{name: float(self.constants[name].value) for name in self._law_names})
+        )
 
     @property
     def path_dependent(self) -> bool:
@@ -240,11 +263,14 @@ class Model:
                     facets = mesh.facets.find(mesh.boundary[name])
                     dofs, own = fem.locate_dofs_topological((part, collapsed), mesh.dimension - 1, facets)
                     values.update(
-                        {
-                            int(d): (component, points[o], driven, name)
-                            for d, o in zip(dofs, own, strict=True)
-                        }
+                        {int(d): (component, points[o], driven, name) for d, o in zip(dofs, own, strict=True)}
                     )
+        if self._follows:
+            for component in range(components):
+                part = space.sub(2).sub(component)
+                collapsed, dofs = part.collapse()
+                points = collapsed.tabulate_dof_coordinates()
+                values |= {int(d): (component, points[i], True, "") for i, d in enumerate(dofs)}
         # The pressure has no work to do in a metal sleeve, where the energy does not contain it.
         for dof in self._idle_pressures():
             values[dof] = (-1, np.zeros(3), False, "")
@@ -302,7 +328,7 @@ class Model:
         return found
 
     def boundary_rate(self, name: str) -> Array | None:
-        """Derivative of the constrained unknowns with respect to a parameter, over all local unknowns; None for zero."""
+        """Derivative of the constrained unknowns by a parameter, over all local unknowns; None for zero."""
         if name not in self._reductions:
             return None
         rate = np.zeros_like(self.state.x.array)
@@ -398,22 +424,26 @@ def strain(setting: Setting, u: Any, mesh: NamedMesh, moved: Any = None) -> kine
         return kinematics.cartesian(u, moved)
     radius = ufl.SpatialCoordinate(mesh.mesh)[0]
     if setting.kinematics == "axisymmetric":
-        return kinematics.axisymmetric(u, radius)
-    return kinematics.axisymmetric_twist(u, radius)
+        return kinematics.axisymmetric(u, radius, moved)
+    return kinematics.axisymmetric_twist(u, radius, moved)
 
 
 def _constant(mesh: NamedMesh, value: float) -> Any:
     return fem.Constant(mesh.mesh, PETSc.ScalarType(value))
 
 
-def _element(mesh: NamedMesh, setting: Setting) -> Any:
+def _sum(vectors: Sequence[Any]) -> Any:
+    return sum(vectors[1:], vectors[0]) if vectors else None
+
+
+def _element(mesh: NamedMesh, setting: Setting, follows: bool) -> Any:
     cell = mesh.mesh.basix_cell()
     order = mesh.displacement_order
     components = 2 if setting.kinematics == "axisymmetric" else 3
     displacement = basix.ufl.element("Lagrange", cell, order, shape=(components,))
-    if order == 1:
-        return basix.ufl.mixed_element([displacement, basix.ufl.element("DG", cell, 0)])
-    return basix.ufl.mixed_element([displacement, basix.ufl.element("Lagrange", cell, order - 1)])
+    pressure = ("DG", 0) if order == 1 else ("Lagrange", order - 1)
+    fields = [displacement, basix.ufl.element(pressure[0], cell, pressure[1])]
+    return basix.ufl.mixed_element([*fields, displacement] if follows else fields)
 
 
 def _mirror_components(mirrors: Mirrors, components: int) -> dict[str, tuple[int, ...] | None]:

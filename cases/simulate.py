@@ -16,7 +16,7 @@ from cases.model import Model, setting_for
 from cases.program import Program
 from forms.law import Law
 from geometry.mesh import build
-from geometry.shape import Refinement, Shape
+from geometry.shape import Mirrors, Refinement, Shape
 
 Array = NDArray[np.float64]
 
@@ -44,14 +44,25 @@ def prepare(
 ) -> Model:
     """Mesh the shape as the mode's symmetry allows, in the half-plane where both are axisymmetric."""
     dimension = 2 if mode.section is not None and shape.axisymmetric else 3
-    mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
+    mirrors = setting_for(mode, dimension).mirrors & symmetries(shape, features)
+    for item in features:
+        if item.feature.shape is not None:
+            shape = item.feature.shape(shape, item.values)
     mesh = build(shape, dimension, mirrors, refinement, comm)
     return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus, features)
 
 
-def is_odd(shape: Shape, mode: Mode) -> bool:
+def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
+    """Planes of symmetry of a shape that its features leave."""
+    planes = shape.mirror_planes
+    for item in features:
+        planes -= item.feature.breaks
+    return planes
+
+
+def is_odd(shape: Shape, mode: Mode, features: Sequence[Installed] = ()) -> bool:
     """Whether the force reverses with the displacement, so that one side of the curve tells the other."""
-    return mode.reversed_by is not None and mode.reversed_by in shape.mirror_planes
+    return mode.reversed_by is not None and mode.reversed_by in symmetries(shape, features)
 
 
 def even_targets(lower: float, upper: float, steps: int) -> Array:

@@ -139,7 +139,7 @@ def _corners(model: Model, cells: NDArray[np.int32], corners: Array) -> tuple[Ar
     import ufl
 
     mesh = model.mesh.mesh
-    u, _ = ufl.split(model.state)
+    u = ufl.split(model.state)[0]
     both = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *u])
     expression = fem.Expression(both, corners, jit_options=options())
     values = expression.eval(mesh, cells).reshape(len(cells), len(corners), -1)

@@ -64,6 +64,8 @@ class Body:
         The mixed function (u, p).
     strain : Kinematics
         Of u.
+    metal_strain : Kinematics
+        Of u in the sleeves, whose stress-free place may be another.
     law : Law
     parameters : mapping
         Law parameter -> ufl.variable (MPa or 1).
@@ -86,6 +88,7 @@ class Body:
 
     state: Scalar
     strain: Kinematics
+    metal_strain: Kinematics
     law: Law
     parameters: Mapping[str, Scalar]
     pressure: Scalar
@@ -122,20 +125,26 @@ class Potential:
         self._pressure = ufl.variable(body.pressure)
         self._terms, stored, updated = self._rubber()
         for measure, (shear, bulk) in body.sleeves.items():
-            metal = sleeve_energy(body.strain, shear, bulk) * body.strain.weight
-            self._terms.append(_Term(metal, body.strain.measures, body.strain.measures, measure))
+            strain = body.metal_strain
+            metal = sleeve_energy(strain, shear, bulk) * strain.weight
+            self._terms.append(_Term(metal, strain.measures, strain.measures, measure))
             stored += metal * measure
         self.energy = stored + sum(body.surfaces)
         self.update = ufl.as_vector(updated) if updated else None
 
     def _rubber(self) -> tuple[list[_Term], Scalar, list[Scalar]]:
         body = self.body
-        strain, weight = body.strain, body.strain.weight
+        # Energy is per volume of the stress-free rubber.
+        strain, weight = body.strain, body.strain.weight * body.swelling
         law_energy = body.law.energy(strain, **body.parameters)
         J = strain.J if body.swelling == 1.0 else strain.J / body.swelling
         own = law_energy + mixed_energy(J, self._pressure, body.compliance)
         stored, separate, updated = own, [], []
-        plain = () if strain.metric is None else tuple(c for c in strain.metric.components if not isinstance(c, int))
+        plain = (
+            ()
+            if strain.metric is None
+            else tuple(c for c in strain.metric.components if not isinstance(c, int))
+        )
         for attached, internal in self._internal():
             step = Step(
                 strain,
@@ -190,7 +199,8 @@ class Potential:
         state, test, trial = self.body.state, self._test, self._trial
         inside = sum(second_variation(t.density, t.measures, state, test, trial) * t.dx for t in self._terms)
         return inside + sum(
-            ufl.derivative(ufl.derivative(surface, state, test), state, trial) for surface in self.body.surfaces
+            ufl.derivative(ufl.derivative(surface, state, test), state, trial)
+            for surface in self.body.surfaces
         )
 
     def action(self, direction: Scalar) -> Scalar:
@@ -217,7 +227,9 @@ class Potential:
                 # The deformation itself depends on the parameter: the way round the measures.
                 varied = first_variation(term.density, term.measures, state, along)
                 parts.append(ufl.diff(varied, parameter) * term.dx)
-        parts += [ufl.derivative(_form_slope(surface, parameter), state, along) for surface in self.body.surfaces]
+        parts += [
+            ufl.derivative(_form_slope(surface, parameter), state, along) for surface in self.body.surfaces
+        ]
         return sum(parts)
 
     def memory_force(self, change: Scalar) -> Scalar:

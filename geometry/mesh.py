@@ -36,6 +36,8 @@ class NamedMesh:
         Elastic sleeves by region name.
     displacement_order
         Polynomial degree that the shape asks of the displacement.
+    shape
+        What is meshed.
     mirrors
         Planes of symmetry at which the mesh is cut.
     """
@@ -47,6 +49,7 @@ class NamedMesh:
     region: Mapping[str, int]
     sleeves: Mapping[str, Sleeve]
     displacement_order: int
+    shape: Shape
     mirrors: Mirrors = frozenset()
 
     @property
@@ -102,6 +105,7 @@ def build(
         names[dimension],
         shape.elastic_sleeves,
         shape.displacement_order,
+        shape,
         mirrors,
     )
 

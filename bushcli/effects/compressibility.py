@@ -10,7 +10,22 @@ Gent and Lindley (1959), The compression of bonded rubber blocks, Proc. Inst. Me
 doi:10.1243/PIME_PROC_1959_173_022_02.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from bushcli.effect import Effect, EffectParameter
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+
+def feature() -> Feature:
+    """Return the compliance that is added."""
+    from cases.feature import Feature
+
+    return Feature(compliance=lambda values: values["compliance"])
+
 
 EFFECT = Effect(
     name="compressibility",
@@ -32,4 +47,5 @@ EFFECT = Effect(
     rivals=("rig_compliance", "sleeve_compliance"),
     source="Gent and Lindley (1959), Compression of bonded rubber blocks, doi:10.1243/PIME_PROC_1959_173_022_02",
     specimens=frozenset({"bushing", "coupon"}),
+    feature=feature,
 )

@@ -10,7 +10,22 @@ Vujosevic and Lubarda (2002), Finite-strain thermoelasticity based on multiplica
 gradient, Theor. Appl. Mech. 28-29:379-399, doi:10.2298/TAM0229379V.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from bushcli.effect import Effect, EffectParameter
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+
+def feature() -> Feature:
+    """Return the volume of the stress-free rubber."""
+    from cases.feature import Feature
+
+    return Feature(swelling=lambda values: (1 - values["shrinkage"]) ** 3, assembled=True)
+
 
 EFFECT = Effect(
     name="cure_shrinkage",
@@ -24,4 +39,5 @@ EFFECT = Effect(
     needs="a radial channel beside an axial or a torsional one",
     rivals=("swaging",),
     source="Vujosevic and Lubarda (2002), Finite-strain thermoelasticity, doi:10.2298/TAM0229379V",
+    feature=feature,
 )

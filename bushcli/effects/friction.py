@@ -14,7 +14,24 @@ Garcia Tarrago, Kari, Vinolas and Gil-Negrete (2007), Torsion stiffness of a rub
 design formula including the amplitude dependence, J. Strain Anal. Eng. Des. 42, doi:10.1243/03093247JSA246.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from bushcli.effect import Effect, EffectParameter
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+
+def feature() -> Feature:
+    """Return one branch of a spring behind a slider."""
+    from cases.feature import Feature
+    from forms.branches.elastoplastic import BRANCH
+    from forms.potential import Attached
+
+    return Feature(branches=lambda values: [Attached(BRANCH, values)])
+
 
 EFFECT = Effect(
     name="friction",
@@ -30,4 +47,5 @@ EFFECT = Effect(
     rivals=("mullins", "viscoelasticity"),
     source="Garcia Tarrago et al. (2007), Torsion stiffness of a rubber bushing, doi:10.1243/03093247JSA246",
     specimens=frozenset({"bushing", "coupon"}),
+    feature=feature,
 )

@@ -11,7 +11,24 @@ Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect in fill
 for the Mullins effect, Tire Sci. Technol. 32:120-145, doi:10.2346/1.2186778.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from bushcli.effect import Effect, EffectParameter
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+
+def feature() -> Feature:
+    """Return one branch of softening."""
+    from cases.feature import Feature
+    from forms.branches.ogden_roxburgh import BRANCH
+    from forms.potential import Attached
+
+    return Feature(branches=lambda values: [Attached(BRANCH, values)])
+
 
 EFFECT = Effect(
     name="mullins",
@@ -43,4 +60,5 @@ EFFECT = Effect(
     rivals=("friction", "viscoelasticity"),
     source="Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect, doi:10.1098/rspa.1999.0431",
     specimens=frozenset({"bushing", "coupon"}),
+    feature=feature,
 )

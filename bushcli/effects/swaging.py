@@ -10,7 +10,38 @@ Polym. Sci. 19; Hill (1977), Load-deflection relations of long cylindrical rubbe
 rectangular blocks, J. Appl. Polym. Sci. 21, doi:10.1002/app.1977.070210602.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
 from bushcli.effect import Effect, EffectParameter
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+Array = NDArray[np.float64]
+
+
+def _inwards(x: Array, kinematics: str) -> Array:
+    """Displacement of the outer bond per unit of the reduction; everything but radial is held."""
+    if kinematics == "cartesian":
+        u = np.zeros((3, x.shape[1]))
+        u[:2] = -x[:2] / np.maximum(np.hypot(x[0], x[1]), 1e-12)
+        return u
+    u = np.zeros((2 if kinematics == "axisymmetric" else 3, x.shape[1]))
+    u[0] = -1.0
+    return u
+
+
+def feature() -> Feature:
+    """Return the motion of the outer bond before the test."""
+    from cases.feature import Feature
+
+    return Feature(reduction=_inwards, reduced="outer", assembled=True)
+
 
 EFFECT = Effect(
     name="swaging",
@@ -24,4 +55,5 @@ EFFECT = Effect(
     needs="a radial channel beside an axial or a torsional one",
     rivals=("cure_shrinkage",),
     source="Hill (1977), Load-deflection relations of long cylindrical rubber bushes, doi:10.1002/app.1977.070210602",
+    feature=feature,
 )

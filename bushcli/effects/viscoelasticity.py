@@ -13,7 +13,15 @@ Lion (1997), A physically based method to represent the thermo-mechanical behavi
 doi:10.1007/BF01178397: the multiplicative branch.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from bushcli.effect import Effect, EffectParameter
+
+if TYPE_CHECKING:
+    from cases.feature import Feature, Values
+    from forms.potential import Attached
 
 # Fractions of the recording: a branch much slower than it is elastic, one much faster is spent within a sample.
 _TIMES = (0.003, 0.01, 0.03, 0.1, 0.3)
@@ -38,6 +46,22 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
     )
 
 
+def _branches(values: Values) -> list[Attached]:
+    """Those branches whose parameters are there."""
+    from forms.branches.maxwell import BRANCH
+    from forms.potential import Attached
+
+    numbers = [name.removeprefix("g") for name in values if name.startswith("g")]
+    return [Attached(BRANCH, {"g": values[f"g{i}"], "tau": values[f"tau{i}"]}) for i in numbers]
+
+
+def feature() -> Feature:
+    """Return the branches."""
+    from cases.feature import Feature
+
+    return Feature(branches=_branches)
+
+
 EFFECT = Effect(
     name="viscoelasticity",
     summary="Fast motion meets more force, which relaxes in a hold; the loop grows with the rate.",
@@ -48,4 +72,5 @@ EFFECT = Effect(
     source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
     specimens=frozenset({"bushing", "coupon"}),
     needs_time=True,
+    feature=feature,
 )

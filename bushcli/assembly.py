@@ -1,0 +1,23 @@
+"""From the effects of a channel to the features of its finite-element model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bushcli.effect import ActiveEffect
+from cases.feature import Installed
+
+
+def installed(active: Sequence[ActiveEffect]) -> list[Installed]:
+    """Return the features of the effects that act on the finite-element model, with their values.
+
+    Parameters
+    ----------
+    active
+        Effects of one channel; parameters without a value get their start value.
+    """
+    return [
+        Installed(one.name, one.effect.feature(), one.started().values)
+        for one in active
+        if one.effect.feature is not None
+    ]
