@@ -80,6 +80,9 @@ class Branch:
     ----------
     name, summary : str
     parameters : tuple of str
+        The first is the amplitude: where it is zero, the branch adds nothing.
+    typical : mapping
+        Values of the parameters as filled rubber has them (1, MPa, s); every branch is tested with its own.
     internal : mapping
         Internal variable -> "scalar" (zero in the virgin rubber) or "tensor" (the identity).
     contribution, update : callable
@@ -93,6 +96,7 @@ class Branch:
     name: str
     summary: str
     parameters: tuple[str, ...]
+    typical: Mapping[str, float]
     internal: Mapping[str, Literal["scalar", "tensor"]]
     contribution: Callable[..., Contribution]
     update: Callable[..., Internal]

@@ -17,15 +17,17 @@ TINY = 1e-12
 def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
     """Return the incremental energy of a neo-Hookean spring of modulus g mu that slips at the shear strain `slip`.
 
-    The stored energy is g mu / 2 (tr(C' Ci^-1) - 3) with the slider's unimodular tensor Ci, which yields where
-    tr(C' Ci^-1) - 3 = slip^2 (in simple shear: at a shear of `slip`) and then follows the flow of the Maxwell branch
-    with a multiplier a in place of time: Ci_end = (Ci + a C') / D, D = (det(Ci + a C'))^(1/3). The incremental energy
+    The stored energy is g mu / 2 (tr(C' Ci^-1) - 3) with the slider's unimodular tensor Ci, which yields where the
+    deviator of C' Ci^-1 is as large as slip (half its square summed: slip^2; in simple shear at a shear of `slip`, in
+    tension at a true stress of 3^(1/2) g mu slip) and then follows the flow of the Maxwell branch with a multiplier a
+    in place of time: Ci_end = (Ci + a C') / D, D = (det(Ci + a C'))^(1/3). The incremental energy
 
         3 g mu / 2 (D - 1) / a + g mu / 2 slip^2 a
 
-    is stationary at the a that meets the yield condition. To leading order in the strain that is
-    a = sqrt(tr(C' Ci^-1) - 3) / slip - 1, zero below (a parabola rounds the knee); taking this closed form, in the energy itself, keeps the step explicit
-    and its tangent symmetric, and errs by a share of the step squared (backward Euler: first order).
+    is stationary at the a that meets the yield condition. At small a, or small strain, that is a = f / slip - 1,
+    f^2 = tr^2(C' Ci^-1) / 3 - tr(Ci C'^-1), zero below (a parabola rounds the knee). Taking this closed form, in the
+    energy itself, keeps the step explicit and its tangent symmetric; it is first order in the step. The rounding is of
+    the step, not of the material: steps much shorter than `ROUNDING` of slip find the knee lower by that share.
 
     References
     ----------
@@ -39,7 +41,7 @@ def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
     Ci = step.internal["Ci"]
     first = ufl.variable(Ci.adjugate().dot(strain.metric))
     second = ufl.variable(Ci.dot(strain.metric.adjugate()))
-    a = _multiplier(s * first, slip)
+    a = _multiplier(s * first, s * s * second, slip)
     # With det Ci = det C' = 1 the quotient (D - 1) / a has no division by a.
     D = cube_root(1 + a * (s * first + a * (s * s * second + a)))
     quotient = (s * first + a * (s * s * second + a)) / (D * D + D + 1)
@@ -53,7 +55,7 @@ def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
 def update(step: Step, *, g: Scalar, slip: Scalar) -> Internal:
     """Return the slider's tensor at the end of the step."""
     Ci, C = step.internal["Ci"], _isochoric(step)
-    M = Ci + _multiplier(Ci.adjugate().dot(C), slip) * C
+    M = Ci + _multiplier(Ci.adjugate().dot(C), Ci.dot(C.adjugate()), slip) * C
     return {"Ci": (1 / cube_root(M.det())) * M}
 
 
@@ -61,8 +63,8 @@ def _isochoric(step: Step) -> Symmetric:
     return ufl.exp(-2 / 3 * ufl.ln(step.strain.J)) * step.strain.metric
 
 
-def _multiplier(first: Scalar, slip: Scalar) -> Scalar:
-    x = ufl.sqrt(ufl.max_value(first - 3, TINY)) / slip - 1
+def _multiplier(first: Scalar, second: Scalar, slip: Scalar) -> Scalar:
+    x = ufl.sqrt(ufl.max_value(first * first / 3 - second, TINY)) / slip - 1
     rounded = (x + ROUNDING) ** 2 / (4 * ROUNDING)
     return ufl.conditional(ufl.gt(x, ROUNDING), x, ufl.conditional(ufl.gt(x, -ROUNDING), rounded, 0 * x))
 
@@ -71,6 +73,7 @@ BRANCH = Branch(
     name="elastoplastic",
     summary="spring of g times the law's initial shear modulus that slips at a strain of its own, at any rate",
     parameters=("g", "slip"),
+    typical={"g": 0.2, "slip": 0.08},
     internal={"Ci": "tensor"},
     contribution=contribution,
     update=update,

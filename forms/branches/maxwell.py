@@ -87,6 +87,7 @@ BRANCH = Branch(
     name="maxwell",
     summary="spring of g times the law's initial shear modulus that relaxes with time constant tau",
     parameters=("g", "tau"),
+    typical={"g": 0.2, "tau": 4.0},
     internal={"Ci": "tensor", "C": "tensor"},
     contribution=contribution,
     update=update,

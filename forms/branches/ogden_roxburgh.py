@@ -9,13 +9,17 @@ import ufl
 from forms.branch import Branch, Contribution, Internal, Step
 from forms.law import Scalar
 
+# In a hold W is W_max but for rounding, which differs between residual, tangent and derivatives. Where all of them see
+# the virgin curve they agree; that the softening then begins this share of W_max lower changes the stress as little.
+TIE = 1e-8
+
 
 def contribution(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> Contribution:
     """Return what makes the stress eta dW/dF with eta = 1 - (1/r) erf((W_max - W) / (m + beta W_max)).
 
     W is the law's isochoric energy, W_max the largest that the point has seen. Beyond it eta = 1: the virgin curve
     goes on. With x = (W_max - W) / s and s = m + beta W_max the integral of -(1/r) erf(x) over W is
-    (1/r) s (x erf x + (exp(-x^2) - 1) / sqrt(pi)).
+    (1/r) s (x erf x + (exp(-x^2) - 1) / sqrt(pi)). What that is at W = 0 has been dissipated, as the loop's area.
 
     References
     ----------
@@ -25,9 +29,10 @@ def contribution(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> C
     """
     peak = step.internal["peak"]
     scale = m + beta * peak
-    x = ufl.max_value(peak - step.law_energy, 0) / scale
-    softened = inverse_r * scale * (x * ufl.erf(x) + (ufl.exp(-x * x) - 1) / math.sqrt(math.pi))
-    return Contribution(softened, None, softened)
+    softened = _softening((1 - TIE) * peak - step.law_energy, scale, inverse_r)
+    end = update(step, inverse_r=inverse_r, m=m, beta=beta)["peak"]
+    dissipated = _softening((1 - TIE) * end, m + beta * end, inverse_r)
+    return Contribution(softened, None, softened - dissipated)
 
 
 def update(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> Internal:
@@ -35,10 +40,16 @@ def update(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> Interna
     return {"peak": ufl.max_value(step.internal["peak"], step.law_energy)}
 
 
+def _softening(below: Scalar, scale: Scalar, inverse_r: Scalar) -> Scalar:
+    x = ufl.max_value(below, 0) / scale
+    return inverse_r * scale * (x * ufl.erf(x) + (ufl.exp(-x * x) - 1) / math.sqrt(math.pi))
+
+
 BRANCH = Branch(
     name="ogden_roxburgh",
     summary="below the largest energy so far the stress is (1 - (1/r) erf((W_max - W) / (m + beta W_max))) times it",
     parameters=("inverse_r", "m", "beta"),
+    typical={"inverse_r": 0.35, "m": 0.05, "beta": 0.15},
     internal={"peak": "scalar"},
     contribution=contribution,
     update=update,
