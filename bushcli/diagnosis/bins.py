@@ -143,30 +143,30 @@ def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
     misfit = np.where(known, compared.misfit, 0.0)
     count, total = grid.total(known.astype(float)), grid.total(misfit)
     square = grid.total(misfit**2) / noise.sigma**2
-    found = []
-    for place in map(tuple, np.argwhere(count > 0)):
-        rate, kind, side, cycle, band = (int(i) for i in place)
-        n, mean = count[place], total[place] / count[place]
-        size = abs(mean) / (noise.sigma * np.sqrt(noise.correlation_time / n))
-        by_mean = 2.0 * t.sf(size, noise.freedom)
-        by_size = f.sf(square[place] / n, max(n / noise.correlation_time, 1.0), min(noise.freedom, 1e9))
-        found.append(
-            Bin(
-                channel=compared.name,
-                branch=KINDS[kind],
-                side=SIDES[side],
-                cycle=grid.cycles[cycle],
-                rate=grid.rates[rate],
-                displacement_from=float(grid.edges[band]),
-                displacement_to=float(grid.edges[band + 1]),
-                samples=int(n),
-                mean=float(mean),
-                rms=float(np.sqrt(square[place] / n)),
-                excess=float(square[place] - n),
-                p=float(min(1.0, 2.0 * min(by_mean, by_size))),
-            )
+    places = np.argwhere(count > 0)
+    at = tuple(places.T)
+    n, mean, rms = count[at], total[at] / count[at], np.sqrt(square[at] / count[at])
+    size = np.abs(mean) / (noise.sigma * np.sqrt(noise.correlation_time / n))
+    by_mean = 2.0 * t.sf(size, noise.freedom)
+    by_size = f.sf(rms**2, np.maximum(n / noise.correlation_time, 1.0), min(noise.freedom, 1e9))
+    p = np.minimum(1.0, 2.0 * np.minimum(by_mean, by_size))
+    return [
+        Bin(
+            channel=compared.name,
+            branch=KINDS[kind],
+            side=SIDES[side],
+            cycle=grid.cycles[cycle],
+            rate=grid.rates[rate],
+            displacement_from=float(grid.edges[band]),
+            displacement_to=float(grid.edges[band + 1]),
+            samples=int(n[i]),
+            mean=float(mean[i]),
+            rms=float(rms[i]),
+            excess=float(n[i] * (rms[i] ** 2 - 1.0)),
+            p=float(p[i]),
         )
-    return found
+        for i, (rate, kind, side, cycle, band) in enumerate(places)
+    ]
 
 
 def _edges(largest: float, rotational: bool) -> Array:

@@ -28,7 +28,7 @@ LEVEL = 0.05
 _SMALLEST_SHARE = 0.03
 _MOST = 5
 _DIMENSIONS = ("channel", "cycle", "branch", "side", "displacement", "rate")
-# Standard deviations by which what is left between a box and zero displacement may contradict it.
+# Standard deviations that a band may differ from what a box next to it makes expect.
 _UNSURE = 2.0
 # A force that points one way by this share of its size, and is this share of the largest, can be a reference.
 _ONE_WAY, _LARGE_ENOUGH = 0.8, 0.05
@@ -173,6 +173,7 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, level: float, chan
     known = channel.known
     count = grid.total(known.astype(float))
     total = grid.total(np.where(known, channel.misfit, 0.0) * channel.weights)
+    force = grid.total(np.where(known, channel.recording.force, 0.0) * channel.weights)
     left = np.ones(grid.shape, dtype=bool)
     boxes: list[tuple[Box, float]] = []
     for _ in range(_MOST):
@@ -190,9 +191,11 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, level: float, chan
     found = []
     left = np.ones(grid.shape, dtype=bool)
     for box, p in _joined(boxes):
-        whole = _to_zero(box, total * left, count * left)
+        whole = _to_zero(box, total * left, count * left, force)
         mask = whole.mask(grid.shape) & left
         samples = mask[tuple(grid.place)] & known
+        if not samples.any():
+            continue
         share = max(_excess(channel, samples), 0.0) / excess if excess > 0 else 0.0
         found.append(_mismatch(channel, grid, whole, samples, share, p))
         left &= ~mask
@@ -223,14 +226,31 @@ def _hull(a: tuple[int, int], b: tuple[int, int]) -> tuple[int, int]:
     return min(a[0], b[0]), max(a[1], b[1])
 
 
-def _to_zero(box: Box, total: Array, count: Array) -> Box:
-    """Extend a box to zero displacement where nothing speaks against it: there is little force to miss there."""
-    if box.bands[0] == 0:
-        return box
-    inner = replace(box, bands=(0, box.bands[0] - 1)).mask(count.shape)
-    signs = np.array(box.signs)[None, None, :, None, None] * np.sign(box.z)
-    z = float((total * signs)[inner].sum()) / max(float(count[inner].sum()), 1.0) ** 0.5
-    return replace(box, bands=(0, box.bands[1])) if z > -_UNSURE else box
+def _to_zero(box: Box, total: Array, count: Array, force: Array) -> Box:
+    """Extend a box towards zero displacement, band by band, as long as its misfit goes on there.
+
+    The misfit is taken as proportional to the force (of a box that is too high: as constant), and to go on where that
+    is nearer to what is seen than no misfit is; where neither can be seen, it goes on.
+    """
+    signs = np.array(box.signs)[None, None, :, None, None]
+    shape = count if _is_higher(box) else force * signs
+    mask = box.mask(count.shape)
+    of_shape = float((total * signs)[mask].sum()) / max(abs(float(shape[mask].sum())), 1e-300)
+    first = box.bands[0]
+    while first > 0:
+        band = replace(box, bands=(first - 1, first - 1)).mask(count.shape)
+        unit = max(float(count[band].sum()), 1.0) ** 0.5
+        expected = of_shape * float(shape[band].sum()) / unit
+        seen = float((total * signs)[band].sum()) / unit
+        if abs(seen - expected) > max(abs(seen), _UNSURE):
+            break
+        first -= 1
+    return replace(box, bands=(first, box.bands[1]))
+
+
+def _is_higher(box: Box) -> bool:
+    """Whether the misfit points the same way on both sides."""
+    return box.signs[0] * box.signs[1] > 0
 
 
 def _mismatch(
@@ -253,7 +273,7 @@ def _mismatch(
         signs = np.full(len(signs), -1.0 if sides == {1} else 1.0)
     force, misfit = channel.recording.force[samples], channel.misfit[samples]
     difference = float(np.mean(misfit * signs))
-    higher = len(sides) == 2 and box.signs[0] * box.signs[1] > 0
+    higher = len(sides) == 2 and _is_higher(box)
     return Mismatch(
         channel=channel.name,
         mode=channel.recording.mode,

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import product
 
 import numpy as np
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2, gumbel_r
 
 Array = NDArray[np.float64]
+Choice = tuple[tuple[int, ...], tuple[int, ...], tuple[float, float]]
 
 _BRANCHES = ((0, 1, 2), (0, 1), (0,), (1,), (2,))
 # Sign of the misfit on the positive and the negative side: stiffer on both, higher on both, one side alone.
@@ -30,7 +31,7 @@ _SIDES = ((1.0, -1.0), (1.0, 1.0), (1.0, 0.0), (0.0, -1.0))
 _SEED = 20_240_905
 # Their maxima follow a Gumbel distribution, whose 95 % point is then known to 0.05 in z.
 _REPLICATES = 200
-_CHUNK = 20
+_CHUNK = 10
 _FEWEST = 4.0
 # A box that is described with fewer words wins over one with a z^2 larger by no more than this.
 _AS_GOOD = 0.90
@@ -79,18 +80,17 @@ def strongest(total: Array, count: Array) -> Box | None:
     count : array of the same shape
         Numbers of samples.
     """
-    found: list[tuple[float, int, Box]] = []
-    for (rates, branches, signs), z in _boxes(total[None], count):
-        size = np.abs(z[0])
-        for place in _leaders(size):
-            (c0, c1), (b0, b1) = _range(place[0], count.shape[3]), _range(place[1], count.shape[4])
-            box = Box(rates, branches, signs, (c0, c1), (b0, b1), float(z[0][place]))
-            found.append((float(size[place]) ** 2, _words(box, count), box))
-    if not found:
+    found: list[Box] = []
+    if not count.any():
         return None
-    best = max(score for score, _, _ in found)
-    near = [item for item in found if item[0] >= _AS_GOOD * best]
-    return min(near, key=lambda item: (item[1], -item[0]))[2]
+    choices, kept = _choices(count)
+    for choice, z in zip(choices, _z(total[None], count, kept)[0], strict=True):
+        for place in _leaders(np.abs(z)):
+            cycles, bands = _range(place[0], count.shape[3]), _range(place[1], count.shape[4])
+            found.append(Box(*choice, cycles, bands, float(z[place])))
+    best = max(box.z**2 for box in found)
+    near = [box for box in found if box.z**2 >= _AS_GOOD * best]
+    return min(near, key=lambda box: (_words(box, count), -(box.z**2)))
 
 
 def false_alarm(z: float, count: Array, freedom: float) -> float:
@@ -117,47 +117,50 @@ def _null(shape: tuple[int, ...], counts: bytes) -> tuple[float, float]:
     count = np.frombuffer(counts, dtype=np.int64).reshape(shape).astype(float)
     generator = np.random.default_rng(_SEED)
     largest = np.zeros(_REPLICATES)
+    _, kept = _choices(count)
     for start in range(0, _REPLICATES, _CHUNK):
         noise = generator.normal(size=(_CHUNK, *shape)) * np.sqrt(count)
-        for _, z in _boxes(noise, count):
-            top = np.max(z**2, axis=(1, 2))
-            np.maximum(largest[start : start + _CHUNK], top, out=largest[start : start + _CHUNK])
+        largest[start : start + _CHUNK] = np.max(_z(noise, count, kept) ** 2, axis=(1, 2, 3))
     # By moments; they are those of a distribution with few parameters, fitted where most of the replicates are.
     scale = float(np.std(largest)) * np.sqrt(6.0) / np.pi
     return float(np.mean(largest)) - np.euler_gamma * scale, max(scale, 1e-9)
 
 
-def _boxes(
-    total: Array, count: Array
-) -> Iterator[tuple[tuple[tuple[int, ...], tuple[int, ...], tuple[float, float]], Array]]:
-    """Yield what is kept of rates, branches and sides, and z (replicates, ranges of cycles, ranges of bands)."""
+def _choices(count: Array) -> tuple[list[Choice], Array]:
+    """Choices of rates, branches and sides, those that differ, and their signs (choices, rates, branches, sides)."""
     rates = [tuple(range(count.shape[0]))]
     if count.shape[0] > 1:
         rates += [(i,) for i in range(count.shape[0])]
-    seen: set[bytes] = set()
-    for some_rates, branches, signs in product(rates, _BRANCHES, _SIDES):
+    found: dict[bytes, tuple[Choice, Array]] = {}
+    for choice in product(rates, _BRANCHES, _SIDES):
+        some_rates, branches, signs = choice
         kept = np.zeros(count.shape[:3])
         kept[np.ix_(some_rates, branches)] = np.array(signs)
         # Without holds, "all branches" are "loading and unloading"; without a negative side both sides are one.
         kept *= count.sum(axis=(3, 4)) > 0
-        key = (kept * np.sign(kept[np.nonzero(kept)][0]) if kept.any() else kept).tobytes()
-        if not kept.any() or key in seen:
-            continue
-        seen.add(key)
-        n = _ranges(np.einsum("rbscd,rbs->cd", count, np.abs(kept))[None])
-        s = _ranges(np.einsum("krbscd,rbs->kcd", total, kept))
-        yield (some_rates, branches, signs), np.where(n >= _FEWEST, s / np.sqrt(np.maximum(n, 1.0)), 0.0)
+        if kept.any():
+            key = (kept * kept[np.nonzero(kept)][0]).tobytes()
+            found.setdefault(key, (choice, kept))
+    return [choice for choice, _ in found.values()], np.array([kept for _, kept in found.values()])
+
+
+def _z(total: Array, count: Array, kept: Array) -> Array:
+    """Return z of all boxes, (replicates, choices, ranges of cycles, ranges of bands)."""
+    n = _ranges(np.tensordot(np.abs(kept), count, axes=3))
+    s = _ranges(np.einsum("mrbs,krbscd->kmcd", kept, total, optimize=True))
+    return np.where(n >= _FEWEST, s / np.sqrt(np.maximum(n, 1.0)), 0.0)
 
 
 def _ranges(values: Array) -> Array:
-    """Sums (k, ranges of cycles, ranges of bands) of values (k, cycles, bands)."""
-    for axis in (1, 2):
+    """Sums (..., ranges of cycles, ranges of bands) of values (..., cycles, bands)."""
+    for axis in (-2, -1):
         low, high = _pairs(values.shape[axis])
         padded = np.insert(np.cumsum(values, axis=axis), 0, 0.0, axis=axis)
         values = np.take(padded, high + 1, axis=axis) - np.take(padded, low, axis=axis)
     return values
 
 
+@cache
 def _pairs(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return np.triu_indices(n)
 

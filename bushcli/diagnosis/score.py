@@ -156,7 +156,7 @@ def score(fit: Linearised, candidate: Candidate) -> Score:
     g = own[point]
     after = rest + g @ amplitude
     std = _std(g)
-    wanted = _unsigned(g, rest)[0]
+    wanted = float(_unsigned(g, rest)[0])
     p, p_misfit = (
         _probability(own, drop / size, candidate.signs, fit.freedom) for size in (1.0, fit.inflation(after))
     )
