@@ -9,14 +9,18 @@ from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
+from numpy.typing import NDArray
 
-from bushcli.casefile import Case, LoadCase, Material
+from bushcli.casefile import Case, LoadCase, Material, load_case_names
 from bushcli.condition import Condition
 from bushcli.curve import Curve
+from bushcli.effect import acting, require_time, require_values
 from bushcli.errors import InputError, Problem
-from bushcli.recording import Recording, read_program, read_recording
+from bushcli.recording import Recording, displacement_noise, matching, read_program, read_recording
+from bushcli.rig import NoEquilibrium
+from bushcli.simulation import Answer, Simulation
 from cases.fields import write_fields
-from cases.march import Attempt, History, NotConverged, march
+from cases.march import Attempt, History, NotConverged, march, unsolved
 from cases.march import Progress as StepProgress
 from cases.mode import modes
 from cases.model import Model
@@ -26,6 +30,8 @@ from cases.stability import coupon_limits, stable
 from cases.stretches import Surface, principal_stretches, surface
 from forms.law import law
 from geometry.ring import Ring
+
+Array = NDArray[np.float64]
 
 # Steps on the longer side of a recording's range: a cubic spline through them is exact to 0.01 % of the
 # force.
@@ -74,6 +80,11 @@ class Simulated:
         For pictures, at the largest displacement; on rank 0 only.
     mesh_error : float or None
         Estimated discretisation error, percent of the force range, when a mesh check was asked for.
+    step_error : float or None
+        Estimated error of following the recorded path in steps (rms), percent of the force range; None where the force
+        does not depend on the path.
+    along : bool
+        The curve is the force at the recording's samples, one by one.
     """
 
     name: str
@@ -90,6 +101,8 @@ class Simulated:
     seconds: Mapping[str, float]
     surface: Surface | None = field(default=None, repr=False)
     mesh_error: float | None = None
+    step_error: float | None = None
+    along: bool = False
 
     @property
     def newton(self) -> int:
@@ -149,13 +162,17 @@ def predict(
     material = material or case.material
     check_material(case, material)
     # All input is read before anything is solved: a bad file must not cost a march.
+    require_values(case.effects, case.path.name)
     recordings = [read_recording(source) for source in case.recordings]
+    wholes = (
+        [read_recording(source, whole=True) for source in case.recordings] if case.effects else recordings
+    )
     if not recordings and not case.load_cases:
         wanted = "[[recordings]] or [[load_cases]]"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     _check_travel(case, recordings)
     channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
-    channels += [_recorded(case, recording) for recording in recordings]
+    channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in _conditions(channel))
@@ -174,7 +191,10 @@ class _Channel:
     name: str
     mode: str
     march: Callable[[Model, bool, StepProgress], History]
+    time: Array | None
+    displacement: Array
     recording: Recording | None = None
+    whole: Recording | None = None
 
 
 def _prescribed(case: Case, load: LoadCase, number: int) -> _Channel:
@@ -183,15 +203,17 @@ def _prescribed(case: Case, load: LoadCase, number: int) -> _Channel:
         program = Program(displacement, times)
     else:
         program = path(load.path, load.steps, load.rate)
-    taken = [other.mode for i, other in enumerate(case.load_cases) if i != number]
-    taken += [source.label for source in case.recordings]
-    name = load.mode if load.mode not in taken else f"{load.mode}-{number + 1}"
+    name = load_case_names(case.load_cases, case.recordings)[number]
     return _Channel(
-        name, load.mode, lambda model, keep, report: march(model, program, keep_states=keep, progress=report)
+        name,
+        load.mode,
+        lambda model, keep, report: march(model, program, keep_states=keep, progress=report),
+        program.time,
+        program.displacement,
     )
 
 
-def _recorded(case: Case, recording: Recording) -> _Channel:
+def _recorded(case: Case, recording: Recording, whole: Recording) -> _Channel:
     # Without history in the law, one solve over the range serves every cycle; where the curve is odd, one side.
     low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
     if is_odd(case.geometry, modes()[recording.mode]):
@@ -201,7 +223,10 @@ def _recorded(case: Case, recording: Recording) -> _Channel:
         recording.name,
         recording.mode,
         lambda model, keep, report: sweep(model, targets, keep_states=keep, progress=report),
+        whole.time,
+        whole.displacement,
         recording,
+        whole,
     )
 
 
@@ -272,26 +297,35 @@ class _Run:
                 self.progress(channel.name, step, steps, newton, q)
 
         begin = time.perf_counter()
-        model = self.model(channel.mode)
+        simulation = self.simulation(channel)
+        model = self.model(channel.mode) if simulation is None else simulation.model
         ready = time.perf_counter()
-        stopped = ""
+        stopped, answer, step_error = "", None, None
         try:
-            history = channel.march(model, True, report)
+            if simulation is None:
+                history = channel.march(model, True, report)
+            else:
+                step_error = 100.0 * simulation.refine({}) if simulation.path_dependent else None
+                answer = simulation.solve({}, keep_states=True, progress=report)
+                history = answer.history
             target = reach = float(history.displacement[np.argmax(np.abs(history.displacement))])
         except NotConverged as failure:
             history, stopped = failure.history, failure.reason
             reach, target = failure.last, failure.target
+        except NoEquilibrium as failure:
+            history, stopped = unsolved("").history, str(failure)
+            reach = target = 0.0
         done = time.perf_counter()
         stretches, unstable = _stability(model, history, self.rubber)
         if self.fields is not None and history.states is not None:
             write_fields(model, history.displacement, history.states, self.fields / f"{channel.name}.xdmf")
         error = None
         if self.mesh_check and not stopped:
-            error = self._mesh_error(channel, history)
+            error = self._mesh_error(channel, history.force if answer is None else answer.force)
         return Simulated(
             name=channel.name,
             mode=channel.mode,
-            curve=_curve(self.case, channel, history),
+            curve=_curve(self.case, channel, history) if answer is None else _along(channel, answer),
             recording=channel.recording,
             attempts=history.attempts,
             stopped=stopped,
@@ -303,16 +337,51 @@ class _Run:
             seconds={"mesh_and_forms": ready - begin, "march": done - ready},
             surface=_picture(model, history),
             mesh_error=error,
+            step_error=step_error,
+            along=answer is not None and channel.recording is not None,
         )
 
-    def _mesh_error(self, channel: _Channel, history: History) -> float:
+    def simulation(self, channel: _Channel, factor: float = 1.0) -> Simulation | None:
+        """The channel with the effects that act on it; None where none does."""
+        active = acting(self.case.effects, channel.name, channel.mode)
+        if not active:
+            return None
+        where = self.case.path.name if channel.recording is None else str(channel.recording.source)
+        if channel.time is None:
+            require_time(active, channel.name, channel.mode, where)
+        return Simulation(
+            self.case.geometry,
+            modes()[channel.mode],
+            self.rubber,
+            replace(self.case.mesh.refinement, factor=factor),
+            active,
+            channel.time,
+            channel.displacement,
+            None if channel.whole is None else displacement_noise(channel.whole),
+            self.comm,
+        )
+
+    def _mesh_error(self, channel: _Channel, force: Array) -> float:
         """Discretisation error estimated from a finer mesh, percent of the force range; infinite where it fails."""
         try:
-            fine = channel.march(self.model(channel.mode, FINER), False, lambda *_: None)
-        except NotConverged:
+            simulation = self.simulation(channel, FINER)
+            if simulation is None:
+                fine = channel.march(self.model(channel.mode, FINER), False, lambda *_: None).force
+            else:
+                fine = simulation.solve({}).force
+        except (NotConverged, NoEquilibrium):
             return float("inf")
-        change = float(np.max(np.abs(history.force - fine.force)) / np.ptp(fine.force))
+        change = float(np.max(np.abs(force - fine)) / np.ptp(fine))
         return 100.0 * ERROR_OVER_CHANGE * change
+
+
+def _along(channel: _Channel, answer: Answer) -> Curve:
+    """The force at the channel's own samples."""
+    if channel.recording is None or channel.whole is None:
+        return Curve(channel.mode, channel.displacement, answer.force, channel.time)
+    recording = channel.recording
+    used = matching(channel.whole, recording)
+    return Curve(channel.mode, recording.displacement, answer.force[used], recording.time)
 
 
 def _curve(case: Case, channel: _Channel, history: History) -> Curve:

@@ -92,6 +92,13 @@ def misfit(channel: Simulated) -> Misfit:
     recording = channel.recording
     if recording is None:
         raise ValueError(f"channel {channel.name} has no recording")
+    if channel.along:
+        return _compared(
+            channel,
+            Curve(recording.mode, recording.displacement, recording.force, recording.time),
+            channel.curve.force,
+            1.0,
+        )
     backbone = channel.curve.backbone()
     slack = 0.01 * float(np.ptp(recording.displacement))
     low, high = backbone.displacement[0] - slack, backbone.displacement[-1] + slack
@@ -102,6 +109,11 @@ def misfit(channel: Simulated) -> Misfit:
     # The tolerance of `at` is a share of the simulated range, which may be much shorter than the recorded
     # one.
     simulated = backbone.at(kept.displacement, tolerance=slack / float(np.ptp(backbone.displacement)) * 1.001)
+    return _compared(channel, kept, simulated, float(np.mean(reached)))
+
+
+def _compared(channel: Simulated, kept: Curve, simulated: Array, compared: float) -> Misfit:
+    assert channel.recording is not None
     difference = simulated - kept.force
     force_range = float(np.ptp(kept.force))
     return Misfit(
@@ -112,10 +124,10 @@ def misfit(channel: Simulated) -> Misfit:
         force_range=force_range,
         rms_percent=100 * float(np.sqrt(np.mean(difference**2))) / force_range,
         peak_percent=100 * float(np.max(np.abs(difference))) / force_range,
-        noise_percent=100 * force_noise(recording) / force_range,
+        noise_percent=100 * force_noise(channel.recording) / force_range,
         measured=stiffness(kept),
         predicted=stiffness(Curve(kept.mode, kept.displacement, simulated, kept.time)),
-        compared=float(np.mean(reached)),
+        compared=compared,
     )
 
 

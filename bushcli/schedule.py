@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,6 +90,9 @@ class Schedule:
             if not len(here):
                 continue
             size = leg.last - leg.first + 1
+            if size < 2:
+                matrix[here, leg.first] = 1.0
+                continue
             at = np.clip(time[here], self.time[leg.first], self.time[leg.last])
             own = np.concatenate([[0.0], self._clock[leg.first + 1 : leg.last + 1]])
             spline = CubicSpline(own, np.eye(size), bc_type="not-a-knot" if size > 3 else "natural")
@@ -122,6 +126,16 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
     if abs(values[0]) <= tolerance:
         values[0] = 0.0
     return _stepped(clock[corners], values, span, tolerance, fineness, time is not None)
+
+
+def prescribed(time: Array | None, displacement: Array) -> Schedule:
+    """Steps through a prescribed program: its own points, cut into legs where it turns or stands still."""
+    q = np.asarray(displacement, dtype=float)
+    clock = np.arange(len(q), dtype=float) if time is None else np.asarray(time, dtype=float)
+    kinds = np.sign(np.diff(q))
+    edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(q) - 1]
+    legs = tuple(Leg(a, b, bool(kinds[a] == 0)) for a, b in pairwise(edges) if b > a)
+    return Schedule(clock, q, legs, time is not None)
 
 
 def _corners(time: Array, q: Array, tolerance: float) -> NDArray[np.intp]:
@@ -184,7 +198,12 @@ def _cut(t: Array, q: Array, reached: float, apart: float) -> list[tuple[float, 
     """A leg's pieces: where it goes beyond what was reached before, softened rubber is virgin again, with a knee."""
     end = float(q[-1])
     before = np.copysign(reached, end)
-    if reached <= apart or abs(end) - reached <= apart or abs(before - q[0]) <= apart or q[0] * end > before * end:
+    if (
+        reached <= apart
+        or abs(end) - reached <= apart
+        or abs(before - q[0]) <= apart
+        or q[0] * end > before * end
+    ):
         return [(float(t[0]), float(t[-1]))]
     order = np.argsort(q)
     knee = float(np.interp(before, q[order], t[order]))

@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from bushcli import rig
 from bushcli.assembly import installed
 from bushcli.effect import ActiveEffect, Signal, full_name
-from bushcli.schedule import schedule
+from bushcli.schedule import prescribed, schedule
 from cases.march import History, march
 from cases.mode import Mode
 from cases.program import Program
@@ -70,7 +70,8 @@ class Simulation:
     displacement : shape (n,)
         mm or rad, as recorded; the whole path, from the virgin bushing on.
     noise
-        Standard deviation of the displacement's noise.
+        Standard deviation of the displacement's noise; None where the samples are a prescribed program, followed as it
+        is.
     """
 
     def __init__(
@@ -82,21 +83,26 @@ class Simulation:
         active: Sequence[ActiveEffect],
         time: Array | None,
         displacement: Array,
-        noise: float,
+        noise: float | None,
         comm: MPI.Comm = MPI.COMM_WORLD,
     ) -> None:
         self.active = tuple(one.started() for one in active)
         features = installed(self.active)
         self.model = prepare(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
-        self.odd = is_odd(shape, mode) and not any(item.feature.one_sided for item in features)
+        self.odd = is_odd(shape, mode) and not any(
+            mode.reversed_by in item.feature.breaks for item in features
+        )
         self.fineness = 1.0
         self.step_error: float | None = None
         self._plan(1.0)
 
     def _plan(self, fineness: float) -> None:
         self.fineness = fineness
-        self.steps = schedule(self.time, self.displacement, self.noise, fineness)
+        if self.noise is None:
+            self.steps = prescribed(self.time, self.displacement)
+        else:
+            self.steps = schedule(self.time, self.displacement, self.noise, fineness)
         self._clock = np.arange(len(self.displacement), dtype=float) if self.time is None else self.time
         self.path = self.steps.path(self._clock)
 
@@ -112,7 +118,9 @@ class Simulation:
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         found = []
         for one in self.active:
-            values = {p.name: parameters.get(full_name(one.effect, p), one.values[p.name]) for p in one.parameters}
+            values = {
+                p.name: parameters.get(full_name(one.effect, p), one.values[p.name]) for p in one.parameters
+            }
             found.append(replace(one, values=values))
         return tuple(found)
 
@@ -148,7 +156,11 @@ class Simulation:
         return self._swept(active, tuple(names), keep_states, progress)
 
     def _swept(
-        self, active: Sequence[ActiveEffect], names: tuple[str, ...], keep_states: bool, progress: Steps | None
+        self,
+        active: Sequence[ActiveEffect],
+        names: tuple[str, ...],
+        keep_states: bool,
+        progress: Steps | None,
     ) -> Answer:
         travel = rig.Travel(self.path, self.time)
         driven = rig.bushing_path(active, travel, ()).value
@@ -168,7 +180,11 @@ class Simulation:
         return Answer(logged.value, logged.slope, history)
 
     def _marched(
-        self, active: Sequence[ActiveEffect], names: tuple[str, ...], keep_states: bool, progress: Steps | None
+        self,
+        active: Sequence[ActiveEffect],
+        names: tuple[str, ...],
+        keep_states: bool,
+        progress: Steps | None,
     ) -> Answer:
         steps = self.steps
         driven = rig.bushing_path(active, rig.Travel(steps.displacement, steps.time), names)
@@ -182,7 +198,9 @@ class Simulation:
             Program(driven.value, steps.time if steps.timed else None),
             keep_states=keep_states,
             sensitivity=names,
-            path_rates={name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])},
+            path_rates={
+                name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])
+            },
             series=series,
             progress=progress,
         )
@@ -208,7 +226,7 @@ class Simulation:
         ------
         NotConverged
         """
-        if not self.path_dependent:
+        if not self.path_dependent or self.noise is None:
             self.step_error = 0.0
             return 0.0
         coarse = self.solve(parameters).force
@@ -254,7 +272,9 @@ def _carried(active: Sequence[ActiveEffect], names: tuple[str, ...]) -> Callable
     def carried(q: float, force: float) -> Carried:
         rows = np.zeros((2, 1, len(local)))
         rows[0, 0, 0] = rows[1, 0, 1] = 1.0
-        total = rig.parallel(active, Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1]), local)
+        total = rig.parallel(
+            active, Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1]), local
+        )
         slope = total.slope[0]
         return Carried(
             float(total.value[0]),

@@ -43,7 +43,9 @@ class Internal:
         A direction in the same space, for derivatives.
     """
 
-    def __init__(self, mesh: NamedMesh, strain: Kinematics, branches: Sequence[Attached], degree: int) -> None:
+    def __init__(
+        self, mesh: NamedMesh, strain: Kinematics, branches: Sequence[Attached], degree: int
+    ) -> None:
         places = memory_places(strain)
         virgin: list[float] = []
         for attached in branches:
@@ -55,7 +57,9 @@ class Internal:
         space = fem.functionspace(mesh.mesh, element)
         self.values, self.change = fem.Function(space), fem.Function(space)
         self._virgin = np.array(virgin)
-        self._points, _ = basix.make_quadrature(getattr(basix.CellType, mesh.mesh.topology.cell_name()), degree)
+        self._points, _ = basix.make_quadrature(
+            getattr(basix.CellType, mesh.mesh.topology.cell_name()), degree
+        )
         cells = mesh.mesh.topology.index_map(mesh.mesh.topology.dim)
         self._cells = np.arange(cells.size_local + cells.num_ghosts, dtype=np.int32)
         self.reset()

@@ -109,6 +109,12 @@ class NotConverged(RuntimeError):
         )
 
 
+def unsolved(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:
+    """The exception for a path of which not even the first step was found."""
+    none = np.zeros(0)
+    return NotConverged(History(none, none, None, none, none.astype(int), tuple(attempts)), 0.0, reason, 0.0)
+
+
 Progress = Callable[[int, int, int, float], None]
 """Called after each target with step, number of steps, Newton iterations, displacement."""
 
@@ -325,7 +331,9 @@ def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives) -> l
         stage = min(1.0, done + step)
         model.stage.value = stage
         # On the line through the last two.
-        guess = states[-1] if len(states) < 2 else states[-1] + (states[-1] - states[-2]) * (stage - done) / taken
+        guess = (
+            states[-1] if len(states) < 2 else states[-1] + (states[-1] - states[-2]) * (stage - done) / taken
+        )
         begin = time.perf_counter()
         outcome = solver.solve(0.0, guess)
         seconds = time.perf_counter() - begin
@@ -337,9 +345,7 @@ def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives) -> l
         step *= 0.5
         if step < SMALLEST_CUT:
             model.stage.value = 1.0
-            nothing = np.zeros(0)
-            unbuilt = History(nothing, nothing, None, nothing, nothing.astype(int), tuple(attempts))
-            raise NotConverged(unbuilt, 0.0, outcome.reason, 0.0)
+            raise unsolved(outcome.reason, attempts)
     if model.internal is not None:
         sensitivity.follow(solver, 0, 0.0)
         model.internal.commit()

@@ -51,7 +51,9 @@ class Series:
         """How far bushing and spring together go beyond what is prescribed."""
         return q + self.compliance * self.carried(q, force).force - prescribed
 
-    def rate(self, name: str, q: float, force: float, stiffness: float, prescribed: float, work: float) -> float:
+    def rate(
+        self, name: str, q: float, force: float, stiffness: float, prescribed: float, work: float
+    ) -> float:
         """dq/dc of the bushing with respect to a parameter.
 
         Parameters

@@ -19,7 +19,14 @@ from bushcli.casefile import Case
 from bushcli.curve import Curve
 from bushcli.effect import acting, require_time
 from bushcli.inverse.result import Weighting
-from bushcli.recording import Recording, displacement_noise, force_noise, read_coupon, read_recording
+from bushcli.recording import (
+    Recording,
+    displacement_noise,
+    force_noise,
+    matching,
+    read_coupon,
+    read_recording,
+)
 from bushcli.rig import NoEquilibrium
 from bushcli.simulation import Simulation
 from cases.march import unsolved
@@ -85,7 +92,8 @@ class Channel:
         self.simulation: Simulation | None = None
         if active:
             path = whole or recording
-            require_time(active, recording.name, recording.mode, str(recording.source))
+            if path.time is None:
+                require_time(active, recording.name, recording.mode, str(recording.source))
             self.simulation = Simulation(
                 shape,
                 mode,
@@ -98,7 +106,7 @@ class Channel:
                 comm,
             )
             # Samples of the cycles in use, among those of the whole path.
-            self._used = _matches(path, recording)
+            self._used = matching(path, recording)
             self.model = self.simulation.model
         else:
             self.model = prepare(shape, mode, rubber, case.mesh.refinement, comm)
@@ -222,20 +230,6 @@ def bushing_channels(case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD
         )
         for source in case.recordings
     ]
-
-
-def _matches(path: Recording, used: Recording) -> NDArray[np.intp]:
-    """Places of the used samples in the whole path; both are in recorded order."""
-    if len(path.displacement) == len(used.displacement):
-        return np.arange(len(used.displacement))
-    key = "displacement" if path.time is None else "time"
-    whole, part = getattr(path, key), getattr(used, key)
-    found, at = [], 0
-    for value in part:
-        at += int(np.argmax(whole[at:] == value))
-        found.append(at)
-        at += 1
-    return np.array(found)
 
 
 def _coupon_targets(q: Array) -> Array:

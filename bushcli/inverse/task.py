@@ -11,6 +11,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case, Material, MeshOptions, resolved
+from bushcli.effect import ActiveEffect, full_name
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
 from bushcli.inverse.channel import Channel, bushing_channels, coupon_channels
@@ -100,16 +101,37 @@ class Task:
         return Material(chosen.name, given.bulk_modulus, values | dict(self.start), empty.terms)
 
     @property
+    def effects(self) -> tuple[ActiveEffect, ...]:
+        """The case's effects with start values of all their parameters."""
+        return tuple(one.started() for one in self.case.effects)
+
+    @property
+    def effect_values(self) -> dict[str, float]:
+        """Start values of the effects' parameters by full name."""
+        return {full_name(one.effect, p): one.values[p.name] for one in self.effects for p in one.parameters}
+
+    def is_fixed(self, name: str) -> bool:
+        """Whether a parameter keeps its start value: by its name, or by that of its effect."""
+        return name in self.fixed or name.partition(".")[0] in self.fixed
+
+    @property
     def names(self) -> tuple[str, ...]:
-        """Parameters that are identified, in the order of the vectors."""
-        free = [name for name in self.material.parameters if name not in self.fixed]
+        """Parameters that are identified, in the order of the vectors: the law's, then those of effects."""
+        free = [name for name in (*self.material.parameters, *self.effect_values) if not self.is_fixed(name)]
         return (*free, "compliance") if self.bulk_modulus else tuple(free)
 
     def vectors(self) -> tuple[Array, Array, Array]:
         """Start, lower and upper bounds, each shape (parameters,)."""
         material, rows = self.material, []
+        ranges = {
+            full_name(one.effect, p): (one.values[p.name], p.lower, p.upper)
+            for one in self.effects
+            for p in one.parameters
+        }
         for name in self.names:
-            if name == "compliance":
+            if name in ranges:
+                rows.append(ranges[name])
+            elif name == "compliance":
                 known = 1.0 / material.bulk_modulus if np.isfinite(material.bulk_modulus) else 1e-3
                 rows.append((known, *COMPLIANCE))
             else:
@@ -167,7 +189,8 @@ class Task:
     ) -> Problem:
         """The least-squares problem of some channels."""
         material = self.material
-        fixed = {name: value for name, value in material.parameters.items() if name in self.fixed}
+        known = {**material.parameters, **self.effect_values}
+        fixed = {name: value for name, value in known.items() if self.is_fixed(name)}
         return Problem(fitted, self.law, self.names, fixed, _stretches(fitted), journal, progress)
 
     def identity(self) -> dict[str, Any]:

@@ -163,6 +163,21 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
     return mask
 
 
+def matching(whole: Curve, used: Curve) -> NDArray[np.intp]:
+    """Return the places (n,) in a whole recording of the samples that are used of it, both in recorded order."""
+    if len(whole.displacement) == len(used.displacement):
+        return np.arange(len(used.displacement))
+    series = (whole.displacement, used.displacement)
+    if whole.time is not None and used.time is not None:
+        series = (whole.time, used.time)
+    found, at = [], 0
+    for value in series[1]:
+        at += int(np.argmax(series[0][at:] == value))
+        found.append(at)
+        at += 1
+    return np.array(found, dtype=np.intp)
+
+
 def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
     """Return the samples of the given cycles, counted from 1, with their times.
 

@@ -8,7 +8,8 @@ from forms.branch import Branch, Contribution, Internal, Step
 from forms.law import Scalar
 from forms.symmetric import Symmetric, cube_root
 
-# The knee at the slip strain is rounded over this share of it on both sides: on a corner Newton's method goes to and fro.
+# The knee at the slip strain is rounded over this share of it on both sides: at a corner Newton's method goes to and
+# fro.
 ROUNDING = 0.05
 # Elastic strain (squared) below which its root is not taken: the root's slope is infinite at zero.
 TINY = 1e-12
