@@ -53,6 +53,8 @@ class Candidate:
         Their names, k of them.
     columns : tuple of (n, k) array
         For each point of the grid, the weighted derivative of all channels' force by each amplitude (see `weighed`).
+        Where it vanishes at the off value by symmetry (a misalignment to either side is the same), the change of the
+        force over a typical amplitude, divided by that, serves as well.
     points : tuple of mapping
         Shape parameters at each point of the grid; one empty mapping where there are none.
     signs : tuple of {1, 0, -1}
