@@ -117,6 +117,8 @@ def unsolved(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:
 
 Progress = Callable[[int, int, int, float], None]
 """Called after each target with step, number of steps, Newton iterations, displacement."""
+Observer = Callable[[Equilibrium], None]
+"""Called at each target with the solver, before the rubber's memory is brought up to date."""
 
 
 @dataclass
@@ -161,6 +163,7 @@ def march(
     path_rates: Mapping[str, Array] | None = None,
     series: Series | None = None,
     progress: Progress | None = None,
+    observer: Observer | None = None,
 ) -> History:
     """Follow the program from the unloaded state.
 
@@ -187,6 +190,8 @@ def march(
         bushing's.
     progress
         Called after each target.
+    observer
+        Called at each target; leaves the model's state as it is.
 
     Raises
     ------
@@ -196,7 +201,7 @@ def march(
     solver = Equilibrium(model, tolerance)
     try:
         derivatives = _Derivatives(Sensitivity(model, sensitivity), path_rates or {}, series)
-        return _march(model, solver, program, keep_states, derivatives, series, progress)
+        return _march(model, solver, program, keep_states, derivatives, series, progress, observer)
     finally:
         solver.destroy()
 
@@ -209,6 +214,7 @@ def _march(
     sensitivity: _Derivatives,
     series: Series | None,
     progress: Progress | None,
+    observer: Observer | None,
 ) -> History:
     targets = program.displacement if series is None else program.displacement.copy()
     prescribed = program.displacement
@@ -286,6 +292,8 @@ def _march(
                     step = 2.0 * step
                 q, balance, now = goal, (solver.force, solver.energy), now + duration
                 known.add(q, model.state.x.array.copy())
+                if observer is not None and q == target:
+                    observer(solver)
                 if model.internal is not None:
                     sensitivity.follow(solver, number, share)
                     model.internal.commit()

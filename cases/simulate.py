@@ -10,7 +10,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from cases.feature import Installed
-from cases.march import TOLERANCE, History, NotConverged, Progress, march
+from cases.march import TOLERANCE, History, NotConverged, Observer, Progress, march
 from cases.mode import Mode
 from cases.model import Model, setting_for
 from cases.program import Program
@@ -84,6 +84,7 @@ def sweep(
     keep_states: bool = False,
     sensitivity: Sequence[str] = (),
     progress: Progress | None = None,
+    observer: Observer | None = None,
 ) -> History:
     """Curve of a path-independent body: from rest outward to the targets on each side.
 
@@ -93,6 +94,8 @@ def sweep(
         Prepared model.
     targets
         Displacements, mm or rad, in any order; rest is added where it is missing.
+    observer
+        Called at each target, at rest once for each side.
 
     Returns
     -------
@@ -124,6 +127,7 @@ def sweep(
                 keep_states=keep_states,
                 sensitivity=sensitivity,
                 progress=report,
+                observer=observer,
             )
         except NotConverged as stopped:
             failure, history = stopped, stopped.history
