@@ -140,6 +140,7 @@ class Potential:
         J = strain.J if body.swelling == 1.0 else strain.J / body.swelling
         own = law_energy + mixed_energy(J, self._pressure, body.compliance)
         stored, separate, updated = own, [], []
+        isochoric = law_energy
         plain = (
             ()
             if strain.metric is None
@@ -160,6 +161,7 @@ class Potential:
             stored += made.stored
             if made.measures is None:
                 own += made.incremental
+                isochoric += made.incremental
             else:
                 separate.append(
                     _Term(
@@ -169,6 +171,10 @@ class Potential:
                         body.rubber,
                     )
                 )
+        self._isochoric = [
+            _Term(isochoric * weight, strain.measures, strain.measures, body.rubber),
+            *separate,
+        ]
         measures = (*strain.measures, self._pressure)
         terms = [_Term(own * weight, measures, measures, body.rubber), *separate]
         return terms, stored * weight * body.rubber, updated
@@ -231,6 +237,21 @@ class Potential:
             ufl.derivative(_form_slope(surface, parameter), state, along) for surface in self.body.surfaces
         ]
         return sum(parts)
+
+    def stiffness_force(self, direction: Scalar, factor: Scalar) -> Scalar:
+        """Work on a direction of the residual's change with a factor on law and branches, their memory as it is.
+
+        Parameters
+        ----------
+        direction
+            Function of the state's space.
+        factor
+            Change of the factor from place to place; a test function makes a form of rank 1.
+        """
+        return sum(
+            factor * first_variation(t.density, t.measures, self.body.state, direction) * t.dx
+            for t in self._isochoric
+        )
 
     def memory_force(self, change: Scalar) -> Scalar:
         """Derivative of the residual along a change of the internal variables: UFL form, rank 1."""
