@@ -26,6 +26,8 @@ from bushcli.diagnosis.noise_model import Compared, autoregression, correlation_
 Array = NDArray[np.float64]
 
 LEVEL = 0.05
+# A misfit of this share of the noise it is said to have is not that noise: chance takes off a tenth, not a half.
+_FLOORED = 0.5
 # Fewer innovations say nothing about their order.
 _FEWEST = 20
 
@@ -112,7 +114,8 @@ def noise_test(channels: Sequence[Compared], parameters: int, level: float = LEV
     """Test whether the misfit that is left can be noise: by its size, and by the order of its samples.
 
     The order is tested on the innovations, which noise with memory has in no order either. The sign of neighbours is
-    robust, their product is sensitive; both see a misfit that is small but smooth, long before its size tells.
+    robust, their product is sensitive; both see a misfit that is small but smooth, long before its size tells. A misfit
+    that is clearly less than the noise has been given a floor that noise need not reach, and its order does not matter.
 
     Parameters
     ----------
@@ -125,7 +128,8 @@ def noise_test(channels: Sequence[Compared], parameters: int, level: float = LEV
     freedom = max(samples - parameters, 1.0)
     size = chi_square(channels) / freedom
     known = min(channel.noise.freedom for channel in channels)
-    innovations = [_innovations(channel) for channel in channels]
+    floored = np.sqrt(size) < _FLOORED
+    innovations = [] if floored else [_innovations(channel) for channel in channels]
     ordered = [e for e in innovations if len(e) >= _FEWEST]
     return NoiseTest(
         size=float(np.sqrt(size)),

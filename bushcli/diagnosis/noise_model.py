@@ -30,6 +30,9 @@ from bushcli.recording import Recording, branches, displacement_noise, force_noi
 
 Array = NDArray[np.float64]
 
+# No recording is trusted to better than this share of its force range, as in the identification: models are not.
+FLOOR = 1e-3
+
 _ORDER = 4
 # Of the variance that differences of order 4 leave, in units of n, and standard deviation of the logarithm of its ratio
 # at half the sampling rate, in units of 1 / sqrt(n): both simulated, 400 series of white noise of 60 to 1,000 samples.
@@ -51,7 +54,7 @@ class NoiseModel:
     Attributes
     ----------
     sigma : float
-        Standard deviation, N, N mm or MPa; the displacement's noise included by way of the stiffness.
+        Standard deviation, N, N mm or MPa; the displacement's noise included by way of the stiffness. More than 0.
     correlation : float
         Between neighbouring samples, 0 for white noise; less than 1.
     freedom : float
@@ -61,6 +64,10 @@ class NoiseModel:
     sigma: float
     correlation: float = 0.0
     freedom: float = float("inf")
+
+    def __post_init__(self) -> None:
+        if not (self.sigma > 0.0 and 0.0 <= self.correlation < 1.0 and self.freedom > 0.0):
+            raise ValueError(f"noise model: {self} has values that no noise has")
 
     @property
     def correlation_time(self) -> float:
@@ -112,14 +119,14 @@ class Compared:
         return float(self.known.sum()) / self.noise.correlation_time
 
 
-def noise_model(recording: Recording, floor: float = 0.0) -> NoiseModel:
+def noise_model(recording: Recording, floor: float = FLOOR) -> NoiseModel:
     """Return the noise of a recording, estimated from itself.
 
     Parameters
     ----------
     recording : Recording
     floor : float
-        Smallest ``sigma``, as share of the recorded force range: no simulation is trusted to better.
+        Smallest ``sigma``, as share of the recorded force range.
 
     Returns
     -------

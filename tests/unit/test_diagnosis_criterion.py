@@ -105,6 +105,12 @@ def test_a_noise_that_is_poorly_known_excuses_more():
     assert known.size == guessed.size == pytest.approx(1.15, rel=0.1)
 
 
+def test_a_misfit_below_the_floor_is_as_good_as_noise():
+    """Smooth, a tenth of what is taken for noise: a model is not asked for more."""
+    assert noise_test([channel(law(Q) + 0.1 * SIGMA * np.cos(2 * PHASE), law(Q))], 2).is_noise
+    assert not noise_test([channel(law(Q) + 1.4 * SIGMA * np.cos(2 * PHASE), law(Q))], 2).is_noise
+
+
 # -- BIC -------------------------------------------------------------------------------------------------------------
 
 

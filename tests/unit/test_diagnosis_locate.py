@@ -272,6 +272,14 @@ def test_coarse_sampling_without_noise_is_not_taken_for_a_memory():
     assert noise_model(recording(np.arange(100.0), q, law(q))).correlation == 0.0
 
 
+def test_a_recording_without_noise_is_not_trusted_beyond_what_models_are():
+    time, q = ONE_SIDED
+    model = noise_model(recording(time, q, 100 * q))
+    assert model == NoiseModel(1e-3 * 800)
+    with pytest.raises(ValueError, match="no noise has"):
+        NoiseModel(0.0)
+
+
 def test_correlation_time():
     """Of an autoregression (1 + r) / (1 - r); white noise 1."""
     rng = np.random.default_rng(9)
