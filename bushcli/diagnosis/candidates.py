@@ -1,0 +1,192 @@
+"""What each effect of the catalogue would do to the recordings, beside a model at its best: columns for the score test.
+
+The derivative of the curves by an effect's amplitude at its off value comes from one run of the model with the effect in
+it, switched off: it changes nothing, and its derivative is exact. Shape parameters (times, gaps, thresholds), which have
+no derivative there, are scanned on a small grid. An effect that starts with zero slope is tried at finite size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case
+from bushcli.diagnosis import weighing
+from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.score import Candidate
+from bushcli.effect import ActiveEffect, Effect, EffectParameter, full_name
+from bushcli.inverse.channel import Channel
+from cases.march import NotConverged
+
+Array = NDArray[np.float64]
+
+# A derivative at the off value that is this small beside the effect of a typical amplitude says nothing.
+FLAT = 1e-3
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An effect at one point of its grid, switched off.
+
+    Attributes
+    ----------
+    effect : Effect
+    active : ActiveEffect
+        What is to be added to the model; of an effect that the model has already, with one branch more.
+    amplitudes : tuple of str
+        Parameters by which derivatives are taken, by the effect's names.
+    shape : mapping
+        The grid's point.
+    """
+
+    effect: Effect
+    active: ActiveEffect
+    amplitudes: tuple[str, ...]
+    shape: Mapping[str, float]
+
+
+def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str]:
+    """The grid of an effect, or why it cannot be tested with these recordings."""
+    model = fitted.model
+    acting = [c for c in fitted.channels if effect.acts_on(c.recording.mode)]
+    if not acting:
+        return [], "it does not act on the recorded modes"
+    if effect.needs_time and all(c.recording.time is None for c in acting):
+        return [], "the recordings have no time"
+    present = next((one for one in model.effects if one.name == effect.name), None)
+    chosen = _parameters(effect, present)
+    if not chosen:
+        return [], "it is in the model already"
+    times = [c.recording.time for c in acting if c.recording.time is not None]
+    scales = {
+        "": 1.0,
+        "duration": max((float(t[-1] - t[0]) for t in times), default=1.0),
+        "amplitude": max(float(np.abs(c.recording.displacement).max()) for c in acting),
+    }
+    shear = _shear(model, case)
+    amplitudes = tuple(p for p in chosen if p.off is not None)
+    shapes = [p for p in chosen if p.off is None]
+
+    def values(parameter: EffectParameter) -> list[float]:
+        if not parameter.scan or parameter.of_mesh:
+            return [parameter.start]
+        # A grid of stresses is meant for a rubber of about 1 MPa.
+        scale = shear if parameter.unit == "MPa" else scales[parameter.scale]
+        grid = [float(np.clip(v * scale, parameter.lower, parameter.upper)) for v in parameter.scan]
+        return [v for v in grid if not _taken(parameter, v, present)]
+
+    found = []
+    for point in product(*(values(p) for p in shapes)):
+        shape = dict(zip((p.name for p in shapes), point, strict=True))
+        off = {p.name: float(p.off or 0.0) for p in amplitudes}
+        before = {} if present is None else dict(present.values)
+        active = ActiveEffect(effect, before | off | shape, present.channels if present else None)
+        found.append(Trial(effect, active, tuple(p.name for p in amplitudes), shape))
+    return found, "" if found else "it is in the model already"
+
+
+def _parameters(effect: Effect, present: ActiveEffect | None) -> tuple[EffectParameter, ...]:
+    """Parameters of the effect that the model does not have: all but optional ones, or those of one branch more."""
+    if present is None:
+        return tuple(p for p in effect.parameters if not p.optional)
+    missing = [p for p in effect.parameters if p.optional and p.name not in present.values]
+    if not missing:
+        return ()
+    number = missing[0].name.lstrip("abcdefghijklmnopqrstuvwxyz_")
+    return tuple(p for p in missing if p.name.endswith(number))
+
+
+def _taken(parameter: EffectParameter, value: float, present: ActiveEffect | None) -> bool:
+    """Whether a branch of the effect has about this value already: the new one would be its twin."""
+    if present is None:
+        return False
+    stem = parameter.name.rstrip("0123456789")
+    others = [v for name, v in present.values.items() if name.rstrip("0123456789") == stem]
+    return any(0.5 < value / other < 2.0 for other in others if other > 0)
+
+
+def _shear(model: Model, case: Case) -> float:
+    law = model.task(case).law
+    return float(law.shear_modulus(**model.start))
+
+
+def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | None:
+    """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved."""
+    others = tuple(one for one in fitted.model.effects if one.name != trial.effect.name)
+    model = replace(fitted.model, effects=(*others, trial.active))
+    names = [f"{trial.effect.name}.{name}" for name in trial.amplitudes]
+    channels, _ = model.task(case).channels()
+    found = []
+    for channel, compared in zip(channels, fitted.channels, strict=True):
+        recording = compared.recording
+        if not trial.active.acts_on(recording.name, recording.mode):
+            found.append(np.zeros((len(recording.force), len(names))))
+            continue
+        if trial.effect.needs_time and recording.time is None:
+            found.append(np.zeros((len(recording.force), len(names))))
+            continue
+        try:
+            found.append(_derivative(channel, _values(model), names, trial))
+        except NotConverged:
+            return None
+    return tuple(found)
+
+
+def _values(model: Model) -> dict[str, float]:
+    values = dict(model.start)
+    for one in model.effects:
+        values |= {full_name(one.effect, p): one.values[p.name] for p in one.parameters}
+    return values
+
+
+def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Trial) -> Array:
+    """Derivative at the off value; over a finite size where there is next to none."""
+    force, slope = channel.at_samples(channel.solve(values, names))
+    if trial.effect.acts == "rig":
+        return slope
+    if trial.effect.acts == "rubber":
+        return slope
+    for i, name in enumerate(names):
+        size = next(p.start for p in trial.effect.parameters if p.name == trial.amplitudes[i])
+        if float(np.abs(slope[:, i]).max()) * size > FLAT * float(np.ptp(force)):
+            continue
+        moved, _ = channel.at_samples(channel.solve({**values, name: values[name] + size}, ()))
+        secant = (moved - force) / size
+        if float(np.abs(secant).max()) > float(np.abs(slope[:, i]).max()):
+            slope = slope.copy()
+            slope[:, i] = secant
+    return slope
+
+
+def candidate(
+    fitted: Fitted, effect: Effect, grid: Sequence[Trial], found: Sequence[tuple[Array, ...] | None], reason: str
+) -> Candidate:
+    """Make a candidate of the columns at the points of a grid."""
+    usable = [(t, c) for t, c in zip(grid, found, strict=True) if c is not None]
+    if not usable:
+        reason = reason or "the model cannot be solved with it"
+        return Candidate(effect.name, ("",), (), (), (0,), untestable=reason)
+    amplitudes = usable[0][0].amplitudes
+    parameters = [next(p for p in effect.parameters if p.name == name) for name in amplitudes]
+    return Candidate(
+        name=effect.name,
+        amplitudes=amplitudes,
+        columns=tuple(weighing.columns(fitted.channels, fitted.factors, c) for _, c in usable),
+        points=tuple(t.shape for t, _ in usable),
+        signs=tuple(1 if p.off == p.lower else 0 for p in parameters),
+        typical=tuple(p.start - float(p.off or 0.0) for p in parameters),
+    )
+
+
+def catalogue(names: Sequence[str] | None, known: Mapping[str, Effect], specimen: str) -> Iterator[Effect]:
+    """The effects to be thought of, of those that a specimen can have."""
+    for name, effect in known.items():
+        if specimen in effect.specimens and (names is None or name in names):
+            yield effect
+
+
+Work = Callable[[Case, Fitted, Trial], "tuple[Array, ...] | None"]

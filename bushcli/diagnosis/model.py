@@ -1,0 +1,248 @@
+"""A law with effects, fitted to the recordings: what a diagnosis compares.
+
+A model is data and can be sent to another process; a fit of it holds the forces, their derivatives and the weighed sums
+of squares by which models are judged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case
+from bushcli.diagnosis import weighing
+from bushcli.diagnosis.linearised import Linearised
+from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
+from bushcli.effect import ActiveEffect, full_name
+from bushcli.inverse.begin import first_point
+from bushcli.inverse.channel import Channel
+from bushcli.inverse.local import inside
+from bushcli.inverse.problem import Problem
+from bushcli.inverse.search import search
+from bushcli.inverse.task import Task
+from cases.march import NotConverged
+
+Array = NDArray[np.float64]
+
+# No simulation is trusted to better than this share of the force range.
+FLOOR = 1e-3
+
+
+@dataclass(frozen=True)
+class Model:
+    """A law, its start values, and effects.
+
+    Attributes
+    ----------
+    law : str
+    start : mapping
+        Of the law's parameters.
+    fixed : bool
+        Whether the law keeps them, as one that comes from coupons.
+    effects : tuple of ActiveEffect
+        With start values.
+    terms : int, optional
+        Of a law with optional terms.
+    """
+
+    law: str
+    start: Mapping[str, float]
+    fixed: bool = False
+    effects: tuple[ActiveEffect, ...] = ()
+    terms: int | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(one.name for one in self.effects)
+
+    def task(self, case: Case) -> Task:
+        """The identification of it."""
+        held = tuple(self.start) if self.fixed else ()
+        bare = replace(case, effects=self.effects)
+        return Task(bare, self.law, start=dict(self.start), fixed=held, terms=self.terms)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model at its best.
+
+    Attributes
+    ----------
+    model : Model
+        With the identified values.
+    names : tuple of str
+        Of the parameters that were identified.
+    x : shape (p,)
+    channels : tuple of Compared
+        Recorded and simulated.
+    jacobians : tuple of array, shape (n, p) each
+    factors : tuple of float
+        Standard deviation of each channel's common factor (`weighing`).
+    converged : bool
+    solves, failed : int
+        Simulations of a channel, and evaluations that failed.
+    """
+
+    model: Model
+    names: tuple[str, ...]
+    x: Array
+    channels: tuple[Compared, ...]
+    jacobians: tuple[Array, ...]
+    factors: tuple[float, ...]
+    converged: bool
+    solves: int = 0
+    failed: int = 0
+    linear: Linearised = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        made = weighing.linear_fit(self.channels, self.factors, self.jacobians)
+        object.__setattr__(self, "linear", made)
+
+    @property
+    def chi_square(self) -> float:
+        """Weighed sum of squares of the misfit."""
+        return float(self.linear.misfit @ self.linear.misfit)
+
+    @property
+    def samples(self) -> float:
+        """Effective number of independent samples."""
+        return self.linear.samples
+
+    @property
+    def size(self) -> float:
+        """Root mean square misfit over the noise."""
+        return float(np.sqrt(self.chi_square / max(self.samples - len(self.x), 1.0)))
+
+    def bic(self, inflation: float = 1.0) -> float:
+        """Bayesian information criterion; the less the better."""
+        return self.chi_square / inflation + len(self.x) * float(np.log(max(self.samples, 2.0)))
+
+    @property
+    def judged(self) -> tuple[Compared, ...]:
+        """The channels with their common factors taken out, as they are looked at."""
+        return tuple(weighing.calibrated(c, f) for c, f in zip(self.channels, self.factors, strict=True))
+
+    def covariance(self) -> Array:
+        """Of the parameters, shape (p, p), the misfit's own size and memory allowed for."""
+        J = self.linear.jacobian
+        spread = self.linear.inflation(self.linear.rest)
+        size = np.linalg.norm(J, axis=0)
+        size = np.where(size > 0, size, 1.0)
+        inverse = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-14)
+        return np.asarray(spread * inverse / np.outer(size, size))
+
+
+class Weighed(Problem):
+    """The least-squares problem whose sum of squares is that by which models are compared."""
+
+    noises: tuple[NoiseModel, ...]
+    factors: tuple[float, ...]
+    masks: tuple[Array, ...]
+
+    def compared(self, x: Array) -> tuple[Compared, ...] | None:
+        """The channels at x, samples held out unknown; None where a march did not converge."""
+        forces = self.forces(x)
+        if forces is None:
+            return None
+        return tuple(
+            Compared(channel.recording, np.where(mask, np.nan, force), noise)
+            for channel, (force, _), noise, mask in zip(
+                self.channels, forces, self.noises, self.masks, strict=True
+            )
+        )
+
+    def _rows(self, x: Array) -> tuple[Array, Array]:
+        forces, channels = self.forces(x), self.compared(x)
+        if forces is None or channels is None:
+            size = self.samples + len(self.states)
+            return np.full(size, np.nan), np.full((size, len(x)), np.nan)
+        fit = weighing.linear_fit(channels, self.factors, [slope for _, slope in forces])
+        # Of the order of one, so that the law's stability weighs what it does elsewhere.
+        unit = np.sqrt(len(self.channels) / max(fit.samples, 1.0))
+        value, slope = self._stability(x)
+        return np.concatenate([unit * fit.misfit, value]), np.concatenate([unit * fit.jacobian, slope])
+
+
+def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tuple[Task, Weighed]:
+    """The least-squares problem of a model; `masks` say which samples of each channel are held out."""
+    task = model.task(case)
+    channels, _ = task.channels()
+    plain = task.pose(channels)
+    problem = Weighed(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
+    problem.states = plain.states
+    problem.noises = tuple(_noise(channel) for channel in channels)
+    problem.factors = tuple(_factor(channel) for channel in channels)
+    none = [np.zeros(len(channel.recording.force), dtype=bool) for channel in channels]
+    problem.masks = tuple(none if masks is None else masks)
+    return task, problem
+
+
+def fit(
+    case: Case, model: Model, masks: Sequence[Array] | None = None, rescale: bool = False
+) -> Fitted | None:
+    """Fit a model to the recordings of a case; None where it cannot be solved from its start values.
+
+    Parameters
+    ----------
+    masks
+        True for samples of each channel that are held out.
+    rescale
+        Take the scale out of the law's start values first.
+    """
+    task, problem = pose(case, model, masks)
+    if not problem.names:
+        return _fitted(task, model, problem, np.zeros(0), True)
+    start, lower, upper = task.vectors()
+    begun = first_point(problem, start, lower, upper)[0] if rescale else inside(start, lower, upper)
+    if not np.isfinite(problem.residual(begun)).all():
+        return None
+    if any(not channel.coupon for channel in problem.channels):
+        try:
+            problem.watch(begun)
+        except NotConverged:
+            return None
+    end = search(problem, begun, lower, upper)
+    return _fitted(task, model, problem, end.x, end.converged)
+
+
+def predicted(case: Case, fitted: Fitted) -> tuple[Compared, ...] | None:
+    """All samples, held-out ones included, with the parameters of a fit; None where a march did not converge."""
+    _, problem = pose(case, fitted.model)
+    return problem.compared(fitted.x)
+
+
+def _fitted(task: Task, model: Model, problem: Weighed, x: Array, converged: bool) -> Fitted | None:
+    channels, forces = problem.compared(x), problem.forces(x)
+    if channels is None or forces is None:
+        return None
+    values = problem.parameters(x)
+    effects = tuple(
+        replace(one, values={p.name: values[full_name(one.effect, p)] for p in one.parameters})
+        for one in task.effects
+    )
+    found = replace(model, start=problem.law_parameters(x) or dict(model.start), effects=effects)
+    return Fitted(
+        model=found,
+        names=problem.names,
+        x=x,
+        channels=channels,
+        jacobians=tuple(slope for _, slope in forces),
+        factors=problem.factors,
+        converged=converged,
+        solves=problem.forward_solves,
+        failed=problem.failed_solves,
+    )
+
+
+def _noise(channel: Channel) -> NoiseModel:
+    return noise_model(channel.recording, FLOOR)
+
+
+def _factor(channel: Channel) -> float:
+    if channel.coupon:
+        return weighing.SECTION
+    return weighing.SECTION if channel.model.mesh.dimension == 2 else weighing.SOLID
