@@ -62,6 +62,9 @@ class EffectParameter:
     of_channel : bool
         Whether the parameter is a displacement (mm), a force (N) or a stiffness (N/mm) of the channel: in a
         rotational mode it is then an angle, a moment or N mm per angle; degrees in the case file, rad inside.
+    of_mesh : bool
+        Whether it is a dimension of the mesh: a model is built for its value, there is no derivative by it, and a fit
+        holds it.
     """
 
     name: str
@@ -76,6 +79,7 @@ class EffectParameter:
     scale: Literal["", "duration", "amplitude"] = ""
     reciprocal: tuple[str, str] | None = None
     of_channel: bool = False
+    of_mesh: bool = False
 
     def admits(self, value: float) -> bool:
         """Whether ``value`` is a finite number within the bounds."""

@@ -267,8 +267,13 @@ _REASONS = {
 
 
 def _rounding(model: Model) -> float:
-    """What rounding leaves of the residual (N), ten times and more: 1e-13 mu and 3e-16 E of a sleeve, over the face."""
+    """What rounding leaves of the residual (N), several times: 1e-13 mu and of a sleeve 1e-16 E, over the face.
+
+    In the half-plane a node stands for a whole circle, and ten times that is left of the sleeve's (measured up to
+    E = 1e9 MPa).
+    """
     shear = model.shear_modulus
-    metal = max((sleeve.youngs_modulus for sleeve in model.mesh.sleeves.values()), default=0.0)
+    metal = model.metal_modulus
     extent = float(model.comm.allreduce(np.ptp(model.mesh.mesh.geometry.x, axis=0).max(initial=0.0)))
-    return (1e-12 * abs(shear) + 1e-14 * metal) * extent**2
+    share = 5e-16 if model.mesh.dimension == 3 else 5e-15
+    return (1e-12 * abs(shear) + share * metal) * extent**2

@@ -78,9 +78,11 @@ class Feature:
         Shape and values of the parameters -> shape that is meshed in its place.
     metal : callable, optional
         Parameters and an elastic sleeve -> its Young's modulus (MPa) in place of its own; None where that stays.
-    metal_place, stress_free : callable, optional
-        Parameters, coordinates on the mesh (UFL vector, half-plane or 3-D) and meshed shape -> displacement from the
-        mesh of the place where the sleeves, or all of the body (3-D only), have no stress, mm.
+    stress_free : callable, optional
+        Parameters, coordinates on the mesh (UFL vector, 3-D) and meshed shape -> displacement of the stress-free body
+        from the mesh, mm.
+    dimensions : tuple of str
+        Parameters that are dimensions of the mesh: they change with the model only, and have no derivative.
     reduction : callable, optional
         Coordinates (d, n) in mm and kinematics -> displacement of the boundary `reduced` per unit of the first
         parameter, shape (c, n), one row per component of the unknown displacement.
@@ -104,11 +106,11 @@ class Feature:
     swelling: Callable[[Values], Scalar] | None = None
     shape: Callable[[Shape, Mapping[str, float]], Shape] | None = None
     metal: Callable[[Values, Sleeve], Scalar | None] | None = None
-    metal_place: Callable[[Values, Scalar, Shape], Scalar] | None = None
     stress_free: Callable[[Values, Scalar, Shape], Scalar] | None = None
     reduction: Callable[[Array, str], Array] | None = None
     reduced: str = "outer"
     surface: Callable[[Values, Place], Sequence[Scalar]] | None = None
+    dimensions: tuple[str, ...] = ()
     released: tuple[str, ...] = ()
     follows: bool = False
     breaks: Mirrors = frozenset()

@@ -11,7 +11,7 @@ Taylor and Hood (1973), Comput. Fluids 1:73-100, doi:10.1016/0045-7930(73)90027-
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -113,6 +113,7 @@ class Model:
         self.duration, self.stage, self._q = (_constant(mesh, value) for value in (0.0, 1.0, 0.0))
         self.marked = {name: ufl.variable(constant) for name, constant in self.constants.items()}
         self._law_names = tuple(parameters)
+        self._dimensions = {f"{item.name}.{key}" for item in self.features for key in item.feature.dimensions}
         self.potential = self._potential()
         self._residual = fem.form(self.potential.residual, jit_options=options())
         self._tangent = fem.form(self.potential.tangent, jit_options=options())
@@ -134,20 +135,17 @@ class Model:
             for item in self.features
             if item.feature.stress_free is not None and self.setting.kinematics == "cartesian"
         ]
-        self.strain = strain(self.setting, u, mesh, _sum(moved))
+        self.strain = strain(self.setting, u, mesh, sum(moved[1:], moved[0]) if moved else None)
         degree = QUADRATURE_DEGREE_PER_ORDER * mesh.displacement_order
         dx = ufl.Measure("dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": degree})
         sleeves = {}
         for name, sleeve in mesh.sleeves.items():
-            modulus = self._youngs_modulus(sleeve)
+            modulus = self._youngs_modulus(sleeve, self._values)
+            if isinstance(modulus, float):
+                modulus = _constant(mesh, modulus)
             shear = modulus / (2 * (1 + sleeve.poissons_ratio))
             bulk = modulus / (3 * (1 - 2 * sleeve.poissons_ratio))
             sleeves[dx(mesh.region[name])] = (shear, bulk)
-        placed = [
-            item.feature.metal_place(self._values(item), x, mesh.shape)
-            for item in self.features
-            if item.feature.metal_place is not None
-        ]
         attached = [
             branch
             for item in self.features
@@ -164,7 +162,6 @@ class Model:
         body = Body(
             state=self.state,
             strain=self.strain,
-            metal_strain=strain(self.setting, u, mesh, _sum([*moved, *placed])) if placed else self.strain,
             law=self.law,
             parameters={name: self.marked[name] for name in self._law_names},
             pressure=p,
@@ -188,14 +185,14 @@ class Model:
         share = self.stage if item.feature.assembled else 1
         return {key: share * self.marked[f"{item.name}.{key}"] for key in item.values}
 
-    def _youngs_modulus(self, sleeve: Sleeve) -> Any:
-        """A sleeve's modulus as a UFL scalar, MPa."""
+    def _youngs_modulus(self, sleeve: Sleeve, values: Callable[[Installed], Mapping[str, Any]]) -> Any:
+        """A sleeve's modulus (MPa), of the kind that the values are."""
         for item in self.features:
             if item.feature.metal is not None:
-                modulus = item.feature.metal(self._values(item), sleeve)
+                modulus = item.feature.metal(values(item), sleeve)
                 if modulus is not None:
                     return modulus
-        return _constant(self.mesh, sleeve.youngs_modulus)
+        return sleeve.youngs_modulus
 
     def _surfaces(self, u: Any, motion: Any, degree: int) -> list[Any]:
         mesh = self.mesh
@@ -233,6 +230,15 @@ class Model:
         return float(
             self.law.shear_modulus(**{name: float(self.constants[name].value) for name in self._law_names})
         )
+
+    @property
+    def metal_modulus(self) -> float:
+        """Young's modulus of the stiffest sleeve at the present parameters, MPa; 0 without elastic sleeves."""
+
+        def present(item: Installed) -> dict[str, float]:
+            return {key: float(self.constants[f"{item.name}.{key}"].value) for key in item.values}
+
+        return max((self._youngs_modulus(s, present) for s in self.mesh.sleeves.values()), default=0.0)
 
     @property
     def path_dependent(self) -> bool:
@@ -342,8 +348,16 @@ class Model:
         return rate
 
     def set_parameters(self, parameters: Mapping[str, float], bulk_modulus: float | None = None) -> None:
-        """Change parameters by name ("compliance" and those of features too) without building anything again."""
+        """Change parameters by name ("compliance" and those of features too) without building anything again.
+
+        Raises
+        ------
+        ValueError
+            A parameter is a dimension of the mesh (`Feature.dimensions`).
+        """
         for name, value in parameters.items():
+            if name in self._dimensions and value != float(self.constants[name].value):
+                raise ValueError(f"{name} is a dimension of the mesh: another value needs another model")
             self.constants[name].value = value
         if bulk_modulus is not None:
             self.compliance.value = 1.0 / bulk_modulus
@@ -424,16 +438,12 @@ def strain(setting: Setting, u: Any, mesh: NamedMesh, moved: Any = None) -> kine
         return kinematics.cartesian(u, moved)
     radius = ufl.SpatialCoordinate(mesh.mesh)[0]
     if setting.kinematics == "axisymmetric":
-        return kinematics.axisymmetric(u, radius, moved)
-    return kinematics.axisymmetric_twist(u, radius, moved)
+        return kinematics.axisymmetric(u, radius)
+    return kinematics.axisymmetric_twist(u, radius)
 
 
 def _constant(mesh: NamedMesh, value: float) -> Any:
     return fem.Constant(mesh.mesh, PETSc.ScalarType(value))
-
-
-def _sum(vectors: Sequence[Any]) -> Any:
-    return sum(vectors[1:], vectors[0]) if vectors else None
 
 
 def _element(mesh: NamedMesh, setting: Setting, follows: bool) -> Any:

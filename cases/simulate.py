@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mpi4py import MPI
@@ -45,6 +45,9 @@ def prepare(
     """Mesh the shape as the mode's symmetry allows, in the half-plane where both are axisymmetric."""
     dimension = 2 if mode.section is not None and shape.axisymmetric else 3
     mirrors = setting_for(mode, dimension).mirrors & symmetries(shape, features)
+    if "z" in setting_for(mode, dimension).mirrors & shape.mirror_planes - mirrors:
+        # What the features change is not to be mixed up with what another mesh does.
+        refinement = replace(refinement, doubled=True)
     for item in features:
         if item.feature.shape is not None:
             shape = item.feature.shape(shape, item.values)

@@ -104,7 +104,7 @@ def _collapse(density: Scalar, measures: Sequence[Scalar], w: Scalar) -> _Collap
     labels = {x.label() for x in measures}
     if any(node == w for node in _nodes(density, lambda node: _label(node) in labels)):
         raise ValueError("the density depends on the unknown other than through the measures given")
-    inner = [_variables(x.expression()) for x in measures]
+    inner = [_variables(x.expression(), w) for x in measures]
     if any(label in labels for variables in inner for label in variables):
         raise ValueError("a measure is made of another one, which would count its derivative twice")
     groups = [variables or {x.label(): x} for x, variables in zip(measures, inner, strict=True)]
@@ -126,10 +126,16 @@ def _along(measure: Scalar, w: Scalar, v: Scalar) -> Scalar:
     return ufl.derivative(measure.expression(), w, v)
 
 
-def _variables(expression: Scalar) -> dict[Scalar, Scalar]:
-    """Return the outermost variables in ``expression`` by label, in a reproducible order."""
-    return {
+def _variables(expression: Scalar, w: Scalar) -> dict[Scalar, Scalar]:
+    """Return the outermost variables in ``expression`` that depend on ``w``, by label, in a reproducible order."""
+    found = {
         _label(node): node for node in _nodes(expression, lambda n: _label(n) is not None) if _label(node)
+    }
+    # The others are parameters.
+    return {
+        label: variable
+        for label, variable in found.items()
+        if any(node == w for node in _nodes(variable.expression(), lambda _: False))
     }
 
 

@@ -60,7 +60,7 @@ class Kinematics:
         return self.F.T * self.F
 
 
-def axisymmetric(u: Scalar, R: Scalar, moved: Scalar | None = None) -> Kinematics:
+def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
     """Return the kinematics of an axisymmetric deformation without twist.
 
     Parameters
@@ -69,10 +69,8 @@ def axisymmetric(u: Scalar, R: Scalar, moved: Scalar | None = None) -> Kinematic
         Displacement (u_r, u_z) in mm over a mesh of the (R, Z) half-plane.
     R : UFL scalar
         Reference radius in mm.
-    moved : UFL vector, shape (2,), optional
-        As in `cartesian`, in (R, Z).
     """
-    G, R, area_ratio = _from_moved(u, R, moved)
+    G = ufl.grad(u)
     a, b, c, d = 1 + G[0, 0], G[0, 1], G[1, 0], 1 + G[1, 1]
     h = ufl.variable(1 + u[0] / R)  # hoop stretch
     F = ufl.as_matrix(((a, 0, b), (0, h, 0), (c, 0, d)))
@@ -90,7 +88,7 @@ def axisymmetric(u: Scalar, R: Scalar, moved: Scalar | None = None) -> Kinematic
     return Kinematics(
         F=F,
         J=J,
-        weight=2 * ufl.pi * R * area_ratio,
+        weight=2 * ufl.pi * R,
         measures=(area, trace, h),
         I1=s * (trace + h * h),
         I2=s * s * (area * area + h * h * trace),
@@ -109,7 +107,7 @@ def axisymmetric(u: Scalar, R: Scalar, moved: Scalar | None = None) -> Kinematic
     )
 
 
-def axisymmetric_twist(u: Scalar, R: Scalar, moved: Scalar | None = None) -> Kinematics:
+def axisymmetric_twist(u: Scalar, R: Scalar) -> Kinematics:
     """Return the kinematics of an axisymmetric deformation with finite twist about the axis.
 
     The point (R, Theta, Z) moves to r = R + u_r, theta = Theta + phi, z = Z + u_z; F maps the cylindrical
@@ -121,22 +119,20 @@ def axisymmetric_twist(u: Scalar, R: Scalar, moved: Scalar | None = None) -> Kin
         (u_r in mm, phi in rad, u_z in mm) over a mesh of the (R, Z) half-plane.
     R : UFL scalar
         Reference radius in mm.
-    moved : UFL vector, shape (2,), optional
-        As in `cartesian`, in (R, Z).
 
     References
     ----------
     Ogden (1997), Non-Linear Elastic Deformations, Dover, section 2.2 (deformation in cylindrical
     coordinates).
     """
-    G, R, area_ratio = _from_moved(u, R, moved)
+    G = ufl.grad(u)
     r = R + u[0]
     F = (
         (1 + G[0, 0], 0, G[0, 1]),
         (r * G[1, 0], r / R, r * G[1, 1]),
         (G[2, 0], 0, 1 + G[2, 1]),
     )
-    return _general(F, 2 * ufl.pi * R * area_ratio)
+    return _general(F, 2 * ufl.pi * R)
 
 
 def cartesian(u: Scalar, moved: Scalar | None = None) -> Kinematics:
@@ -174,14 +170,6 @@ def principal(e1: Scalar, e2: Scalar) -> Kinematics:
         I2=sum(ufl.exp(-2 * x) for x in e),
         power_trace=lambda alpha: sum(ufl.exp(alpha * x) for x in e),
     )
-
-
-def _from_moved(u: Scalar, R: Scalar, moved: Scalar | None) -> tuple[Scalar, Scalar, Scalar]:
-    """Gradient of u, radius, and area per area of the mesh, in the half-plane of a moved stress-free body."""
-    if moved is None:
-        return ufl.grad(u), R, 1
-    M = ufl.Identity(2) + ufl.grad(moved)
-    return ufl.dot(ufl.grad(u), ufl.inv(M)), R + moved[0], ufl.det(M)
 
 
 def _general(F: tuple[tuple[Scalar, ...], ...], weight: Scalar) -> Kinematics:

@@ -64,8 +64,6 @@ class Body:
         The mixed function (u, p).
     strain : Kinematics
         Of u.
-    metal_strain : Kinematics
-        Of u in the sleeves, whose stress-free place may be another.
     law : Law
     parameters : mapping
         Law parameter -> ufl.variable (MPa or 1).
@@ -88,7 +86,6 @@ class Body:
 
     state: Scalar
     strain: Kinematics
-    metal_strain: Kinematics
     law: Law
     parameters: Mapping[str, Scalar]
     pressure: Scalar
@@ -125,9 +122,8 @@ class Potential:
         self._pressure = ufl.variable(body.pressure)
         self._terms, stored, updated = self._rubber()
         for measure, (shear, bulk) in body.sleeves.items():
-            strain = body.metal_strain
-            metal = sleeve_energy(strain, shear, bulk) * strain.weight
-            self._terms.append(_Term(metal, strain.measures, strain.measures, measure))
+            metal = sleeve_energy(body.strain, shear, bulk) * body.strain.weight
+            self._terms.append(_Term(metal, body.strain.measures, body.strain.measures, measure))
             stored += metal * measure
         self.energy = stored + sum(body.surfaces)
         self.update = ufl.as_vector(updated) if updated else None

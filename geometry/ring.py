@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -116,7 +117,9 @@ class Ring(Shape):
         across = refinement.elements(refinement.across, default.across or 1)
         along = refinement.elements(refinement.along, default.along or self._along(default.across or 1))
         s_axis = self._across_axis(across, grading[0])
-        t_axis = _along_axis(along, grading[1], half="z" in mirrors)
+        t_axis = _along_axis(along, grading[1], half="z" in mirrors or refinement.doubled)
+        if refinement.doubled and "z" not in mirrors:
+            t_axis = (replace(t_axis[0], start=-1.0, stop=0.0, fine="start"), *t_axis)
         if dimension == 2:
             return Blocks((s_axis, t_axis), self._region, self._face_section, self._chart_section)
         theta_axis = self._around_axis(refinement.elements(refinement.around, default.around or 1), mirrors)

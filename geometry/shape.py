@@ -45,13 +45,15 @@ class Sleeve(BaseModel):
 class Refinement:
     """How fine the mesh is: rubber elements in each direction of the whole bushing (None = the shape's default).
 
-    `factor` multiplies them all, the defaults too: for the finer mesh of a convergence check.
+    `factor` multiplies them all, the defaults too: for the finer mesh of a convergence check. `doubled` asks of a whole
+    bushing for twice the mesh of its upper half, where the same is elsewhere computed on that half.
     """
 
     across: int | None = None
     along: int | None = None
     around: int | None = None
     factor: float = 1.0
+    doubled: bool = False
 
     def elements(self, given: int | None, default: int) -> int:
         """Number of elements in a direction from what was given for it, or else its default."""

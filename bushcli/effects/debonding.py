@@ -1,14 +1,67 @@
 """Debonding: part of the bond to the inner sleeve is free, from one end on.
 
 Over ``length`` from the end at the largest z the rubber no longer follows the inner sleeve. The bond is softer, and
-local strain rises at its new end. Amplitude the free length, along which the model is continuous.
+local strain rises at its new end. Amplitude the free length, along which the model is smooth. Free rubber may pass
+through the sleeve: nothing but the bond holds it.
 
 References
 ----------
 Energy release rates of cracks near bonds of rubber to metal: Rubber Chem. Technol. (2023), doi:10.5254/rct-23.611182.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
 from bushcli.effect import Effect, EffectParameter
+from geometry.ring import Ring
+
+if TYPE_CHECKING:
+    from cases.feature import Feature, Place, Values
+    from forms.law import Scalar
+
+
+# Springs of this times the shear modulus over the rubber's thickness hold the bond: 1e-8 of the stiffness is lost.
+BOND = 1e8
+# Length over which the bond's compliance grows by a factor e, over the rubber's thickness.
+EDGE = 0.03
+# Of the quadrature along the bond: the edge is narrower than an element.
+DEGREE = 20
+# Exponents beyond this add nothing to a bond that is free.
+FREE = 60.0
+
+
+def _bond(values: Values, place: Place) -> list[Scalar]:
+    """Springs between rubber and sleeve, whose compliance beyond the bond's edge grows out of all bounds.
+
+    With s the distance from the end and d = EDGE times the thickness the compliance (mm/MPa) that is added is
+    d/mu (exp((length - s)/d) - exp(-s/d)): zero everywhere without a free length, and smooth in it. It is that of the
+    rubber around the edge, d/mu, at s = length.
+    """
+    import ufl
+
+    shape = place.shape
+    if not isinstance(shape, Ring):
+        raise TypeError(f"a {type(shape).__name__} has no bond on an inner sleeve")
+    mu, width = place.shear_modulus, EDGE * shape.thickness
+    axis = 2 if place.kinematics == "cartesian" else 1
+    s = float(shape.half_length(np.zeros(1))[0]) - place.x[axis]
+    growth = ufl.exp(ufl.min_value((values["length"] - s) / width, FREE)) - ufl.exp(-s / width)
+    stiffness = 1 / (shape.thickness / (BOND * mu) + width / mu * growth)
+    slip = [u - m for u, m in zip(place.u, place.motion, strict=True)]
+    if place.kinematics == "axisymmetric_twist":
+        slip[1] *= place.x[0]
+    return [stiffness / 2 * sum(c * c for c in slip) * place.weight * place.ds("inner", DEGREE)]
+
+
+def feature() -> Feature:
+    """Return the bond as springs."""
+    from cases.feature import Feature
+
+    return Feature(surface=_bond, released=("inner",), follows=True, breaks=frozenset({"z"}))
+
 
 EFFECT = Effect(
     name="debonding",
@@ -18,4 +71,5 @@ EFFECT = Effect(
     needs="two channels: it softens torsion as its share of the length, radial more",
     rivals=("batch_stiffness",),
     source="Stress concentrations at bonds of rubber to metal (2023), doi:10.5254/rct-23.611182",
+    feature=feature,
 )

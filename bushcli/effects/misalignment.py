@@ -2,7 +2,7 @@
 
 The rubber was moulded with the inner sleeve displaced by ``offset`` in the direction of the radial load: the rubber is
 thinner on one side, without stress at rest. The radial response then differs between + and -. Amplitude the offset;
-positive towards positive radial load.
+positive towards positive radial load. Axial and torsional curves change with its square only and are left alone.
 
 References
 ----------
@@ -10,7 +10,36 @@ Kadlowec, Wineman and Hulbert (2003), Elastomer bushing response: experiments an
 163:25-38, doi:10.1007/s00707-003-1018-1.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from bushcli.effect import Effect, EffectParameter
+from geometry.ring import Ring
+from geometry.shape import Shape
+
+if TYPE_CHECKING:
+    from cases.feature import Feature, Values
+    from forms.law import Scalar
+
+
+def _moved(values: Values, x: Scalar, shape: Shape) -> Scalar:
+    """Move what is inside the rubber by the offset, what is outside not at all, and what is between in proportion."""
+    import ufl
+
+    if not isinstance(shape, Ring):
+        raise TypeError(f"a {type(shape).__name__} has no inner sleeve to be off centre")
+    r = ufl.sqrt(x[0] ** 2 + x[1] ** 2)
+    share = ufl.min_value(ufl.max_value((shape.outer_radius - r) / shape.thickness, 0), 1)
+    return ufl.as_vector([values["offset"] * share, 0, 0])
+
+
+def feature() -> Feature:
+    """Return the shape in which the rubber was moulded."""
+    from cases.feature import Feature
+
+    return Feature(stress_free=_moved, breaks=frozenset({"x"}))
+
 
 EFFECT = Effect(
     name="misalignment",
@@ -22,4 +51,6 @@ EFFECT = Effect(
     needs="a radial channel that goes to both sides",
     rivals=("bump_stop", "offset"),
     source="Kadlowec, Wineman and Hulbert (2003), Elastomer bushing response, doi:10.1007/s00707-003-1018-1",
+    modes=frozenset({"radial", "conical"}),
+    feature=feature,
 )
