@@ -1,0 +1,177 @@
+"""d(force)/d(local stiffness): what a stiffer or softer spot of the rubber would do to the curve, cell by cell.
+
+Let a factor s(x), 1 everywhere, multiply the rubber's law and its branches, but not the volumetric part. At equilibrium
+dQ/ds = v . dR/ds, with v = dx/dq the tangent's answer to a motion of the sleeve (`cases.sensitivity`): the tangent is
+symmetric, so that v is the adjoint solution too, and one back-substitution per step serves every cell. With a test
+function that is 1 in one cell and 0 elsewhere, v . dR/ds is one assembled vector.
+
+What the rubber remembers is held: that a spot which is stiffer would also remember otherwise is neglected. The sum over
+all cells is the derivative with respect to a factor on all rubber at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem, io, mesh
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from cases.equilibrium import Equilibrium
+from cases.jit import options
+from cases.march import History, march
+from cases.model import Model
+from cases.program import Program
+from cases.simulate import sweep
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The rubber's cells, of all ranks.
+
+    Attributes
+    ----------
+    points : shape (n, 2) or (n, 3)
+        Corners, mm: (R, Z) of the half-plane, or x, y, z.
+    corners : shape (m, 4) or (m, 8)
+        By cell, in tensor-product order.
+    volume : shape (m,)
+        mm^3, of the whole bushing: mirror images and the turn about the axis included.
+    """
+
+    points: Array
+    corners: NDArray[np.int64]
+    volume: Array
+
+    @property
+    def centres(self) -> Array:
+        """Mean of the corners, shape (m, 2) or (m, 3)."""
+        return np.asarray(self.points[self.corners].mean(axis=1))
+
+
+@dataclass(frozen=True)
+class Local:
+    """Derivatives along a path.
+
+    Attributes
+    ----------
+    cells : Cells
+    history : History
+    slope : shape (n, m)
+        Derivative of the force with respect to each cell's factor, at each of the history's points.
+    """
+
+    cells: Cells
+    history: History
+    slope: Array
+
+
+class LocalStiffness:
+    """Derivative of a model's force with respect to the stiffness of each cell of its rubber.
+
+    Parameters
+    ----------
+    model
+        The model.
+
+    Attributes
+    ----------
+    cells : Cells
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self._rate = fem.Function(model.space)
+        space = fem.functionspace(model.mesh.mesh, ("DG", 0))
+        self._piece = ufl.TestFunction(space)
+        inner = model.mesh.mesh
+        found = model.mesh.cells.find(model.mesh.region["rubber"])
+        own = found[found < inner.topology.index_map(inner.topology.dim).size_local]
+        self._own = space.dofmap.list[own, 0]
+        self._form = fem.form(model.potential.stiffness_force(self._rate, self._piece), jit_options=options())
+        self.cells = self._cells(own)
+
+    def __call__(self, solver: Equilibrium) -> Array:
+        """Derivatives of the force (m,) at the equilibrium that the solver has just found; collective.
+
+        Where the model has a memory, it is that of the step's beginning.
+        """
+        self._rate.x.array[:] = solver.tangent_rate()
+        return self._assembled(self._form)
+
+    def _assembled(self, form: fem.Form) -> Array:
+        # A cell's value comes from that cell alone: nothing has to be sent between ranks.
+        local = fem.assemble_vector(form).array[self._own] * self.model.multiplicity
+        return np.concatenate(self.model.comm.allgather(local))
+
+    def _cells(self, own: NDArray[np.int32]) -> Cells:
+        model = self.model
+        geometry, dimension = model.mesh.mesh.geometry, model.mesh.dimension
+        # Corners come first among the nodes of a cell of second order.
+        nodes = geometry.dofmap[own][:, : 2**dimension]
+        used, corners = np.unique(nodes, return_inverse=True)
+        parts = model.comm.allgather((geometry.x[used, :dimension], corners.reshape(nodes.shape)))
+        firsts = np.cumsum([0, *(len(points) for points, _ in parts)])
+        weight = model.strain.weight * self._piece * ufl.dx(model.mesh.mesh)
+        return Cells(
+            np.concatenate([points for points, _ in parts]),
+            np.concatenate([part + first for (_, part), first in zip(parts, firsts, strict=False)]),
+            self._assembled(fem.form(weight, jit_options=options())),
+        )
+
+
+def swept(model: Model, targets: Array) -> Local:
+    """Derivatives along the curve of a path-independent body, as `cases.simulate.sweep` follows it.
+
+    Raises
+    ------
+    NotConverged
+    """
+    stiffness, rows = LocalStiffness(model), dict[float, Array]()
+
+    def observe(solver: Equilibrium) -> None:
+        rows[solver.q] = stiffness(solver)
+
+    history = sweep(model, targets, observer=observe)
+    return Local(stiffness.cells, history, np.array([rows[float(q)] for q in history.displacement]))
+
+
+def marched(model: Model, program: Program) -> Local:
+    """Derivatives along a program, at its targets.
+
+    Raises
+    ------
+    NotConverged
+    """
+    stiffness, rows = LocalStiffness(model), list[Array]()
+    history = march(model, program, observer=lambda solver: rows.append(stiffness(solver)))
+    return Local(stiffness.cells, history, np.array(rows))
+
+
+def write_map(points: Array, corners: NDArray[np.int64], factor: Array, file: Path) -> None:
+    """Write a change of stiffness by cell as XDMF, all in one file; on one rank.
+
+    Parameters
+    ----------
+    points, corners
+        As in `Cells`.
+    factor : shape (m,)
+        Change of the factor: 0.1 is 10 % stiffer.
+    file
+        Ends in .xdmf.
+    """
+    kind = "quadrilateral" if corners.shape[1] == 4 else "hexahedron"
+    element = basix.ufl.element("Lagrange", kind, 1, shape=(points.shape[1],))
+    # By name: DOLFINx 0.9 has another order of arguments.
+    made = mesh.create_mesh(MPI.COMM_SELF, cells=corners, e=element, x=points)
+    function = fem.Function(fem.functionspace(made, ("DG", 0)), name="stiffness_change")
+    function.x.array[function.function_space.dofmap.list[:, 0]] = factor[made.topology.original_cell_index]
+    with io.XDMFFile(MPI.COMM_SELF, file, "w", encoding=io.XDMFFile.Encoding.ASCII) as out:
+        out.write_mesh(made)
+        out.write_function(function)
