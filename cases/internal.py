@@ -13,6 +13,9 @@ import basix.ufl
 import numpy as np
 from dolfinx import fem
 from numpy.typing import NDArray
+from ufl.algorithms import expand_derivatives
+from ufl.corealg.map_dag import map_expr_dag
+from ufl.corealg.multifunction import MultiFunction
 
 from cases.jit import options
 from forms.kinematics import Kinematics
@@ -70,7 +73,9 @@ class Internal:
 
     def expression(self, vector: object) -> fem.Expression:
         """Compile a UFL vector of the variables' shape, for `evaluated`."""
-        return fem.Expression(vector, self._points, jit_options=options())
+        # The number of a `variable` is part of an expression's signature, and would make every model's another one.
+        bare = map_expr_dag(_Bare(), expand_derivatives(vector))
+        return fem.Expression(bare, self._points, jit_options=options())
 
     def evaluated(self, expression: fem.Expression) -> Array:
         """Values of an expression over all points, laid out as in the arrays of `values`."""
@@ -84,3 +89,13 @@ class Internal:
     def commit(self) -> None:
         """Accept the present state as the end of the step."""
         self.values.x.array[:] = self.evaluated(self._update)
+
+
+class _Bare(MultiFunction):  # type: ignore[misc]  # UFL has no type information
+    """Takes the marks for differentiation off an expression."""
+
+    expr = MultiFunction.reuse_if_untouched
+
+    def variable(self, o: object, operand: object, _: object) -> object:
+        """The expression that is marked."""
+        return operand
