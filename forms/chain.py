@@ -61,6 +61,11 @@ def second_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: 
     return total
 
 
+def made_of(expression: Scalar, variable: Scalar) -> bool:
+    """Whether a ufl.variable occurs in an expression, inside other variables too."""
+    return any(_label(node) == variable.label() for node in _nodes(expression, lambda _: False))
+
+
 @dataclass(frozen=True)
 class _Collapse:
     """Derivatives of an energy density W(x(y)) with respect to the innermost variables y.

@@ -13,7 +13,7 @@ from functools import cached_property
 import ufl
 
 from forms.branch import Branch, Internal, Step
-from forms.chain import first_variation, second_variation
+from forms.chain import first_variation, made_of, second_variation
 from forms.kinematics import Kinematics
 from forms.law import Law, Scalar
 from forms.symmetric import Symmetric, unpacked
@@ -222,13 +222,13 @@ class Potential:
         state, along = self.body.state, self._test if direction is None else direction
         parts = []
         for term in self._terms:
-            slope = ufl.diff(term.density, parameter)
-            try:
-                parts.append(first_variation(slope, term.plain_measures, state, along) * term.dx)
-            except ValueError:
-                # The deformation itself depends on the parameter: the way round the measures.
+            if any(made_of(measure, parameter) for measure in term.plain_measures):
+                # The deformation itself depends on the parameter: first the variation, then its slope.
                 varied = first_variation(term.density, term.measures, state, along)
                 parts.append(ufl.diff(varied, parameter) * term.dx)
+            else:
+                slope = ufl.diff(term.density, parameter)
+                parts.append(first_variation(slope, term.plain_measures, state, along) * term.dx)
         parts += [
             ufl.derivative(_form_slope(surface, parameter), state, along) for surface in self.body.surfaces
         ]

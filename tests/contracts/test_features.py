@@ -1,0 +1,145 @@
+"""What every effect on rubber or assembly must do to the finite-element model: nothing when off, and with exact slopes.
+
+A new file in bushcli/effects is tested without a line here: in a radial load where it needs one to be seen, else in an
+axial one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bushcli.assembly import installed
+from bushcli.effect import ActiveEffect, Effect, effects
+from cases.march import march
+from cases.mode import modes
+from cases.model import Model
+from cases.program import Program
+from cases.simulate import Rubber, is_odd, prepare
+from forms.law import law
+from geometry.shape import Refinement, shapes
+
+COARSE = Refinement(across=2, along=4, around=8)
+# On knees a difference has an error of the first order in its step; the rounding of stiff metal and bonds is 1e-5 of what
+# small parameters change.
+DIGITS = {"friction": 1e-5, "sleeve_compliance": 2e-5, "debonding": 1e-5}
+# A bond that begins to give is a new way to move, whose slope changes within 1e-5 mm: less than differences resolve.
+BARELY_ON = {"debonding": {"length": 0.1}}
+FEATURES = [one for one in effects().values() if one.feature is not None]
+RUBBER = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 500.0)
+# Springs that hold a bond, and metal, leave more rounding than rubber does.
+SHARP = 1e-10
+# Shares of a parameter's typical value by which it is changed: large ones err by truncation, small ones by rounding.
+STEPS = 10.0 ** np.arange(0.0, -4.0, -0.5)
+# Shape of the bushing: short, so that few elements serve.
+DIMENSIONS = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 20.0}
+
+
+def mode_of(one: Effect) -> str:
+    return "radial" if "radial" in one.needs or not one.acts_on("axial") else "axial"
+
+
+def program(timed: bool) -> Program:
+    """Up, further, back and to the other side, at two rates; without memory two points are enough."""
+    if not timed:
+        return Program(np.array([0.8, 1.6]))
+    return Program(np.array([0.8, 1.6, 0.4, -0.6, 1.0]), np.array([0.8, 1.6, 4.0, 10.0, 11.0]))
+
+
+def model_with(active: list[ActiveEffect], mode: str) -> Model:
+    return prepare(shapes()["plain"](**DIMENSIONS), modes()[mode], RUBBER, COARSE, features=installed(active))
+
+
+def full(one: Effect, values: dict[str, float]) -> dict[str, float]:
+    return {f"{one.name}.{key}": value for key, value in values.items()}
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """An effect in a model, its typical values and those where it is off."""
+
+    one: Effect
+    model: Model
+    typical: dict[str, float]
+    off: dict[str, float]
+
+    def force(self, values: dict[str, float]) -> np.ndarray:
+        self.model.set_parameters(full(self.one, values))
+        return march(self.model, program(self.model.path_dependent), tolerance=SHARP).force
+
+    def slopes(self, values: dict[str, float], names: list[str]) -> np.ndarray:
+        self.model.set_parameters(full(self.one, values))
+        path = program(self.model.path_dependent)
+        return march(
+            self.model, path, tolerance=SHARP, sensitivity=[f"{self.one.name}.{n}" for n in names]
+        ).sensitivity
+
+    @property
+    def free(self) -> list[str]:
+        """Parameters that can be changed without another mesh."""
+        return [p.name for p in self.one.parameters if p.name in self.typical and not p.of_mesh]
+
+
+@cache
+def prepared(name: str) -> Prepared:
+    one = effects()[name]
+    started = ActiveEffect(one).started()
+    return Prepared(
+        one, model_with([started], mode_of(one)), dict(started.values), dict(started.off().values)
+    )
+
+
+@cache
+def plain_force(mode: str, timed: bool) -> np.ndarray:
+    return march(model_with([], mode), program(timed), tolerance=SHARP).force
+
+
+def difference(case: Prepared, at: dict[str, float], name: str, step: float) -> np.ndarray:
+    """Derivative by differences: central, or forward where the value is at its lower bound (third order)."""
+
+    def force(steps: int) -> np.ndarray:
+        return case.force(at | {name: at[name] + steps * step})
+
+    if at[name] - step >= case.one.parameter(name).lower:
+        return (force(1) - force(-1)) / (2 * step)
+    return (-11 * force(0) + 18 * force(1) - 9 * force(2) + 2 * force(3)) / (6 * step)
+
+
+def check_slopes(case: Prepared, at: dict[str, float], digits: float) -> None:
+    exact = case.slopes(at, case.free)
+    scale_of_force = np.abs(case.force(at)).max()
+    for column, name in enumerate(case.free):
+        size = case.typical[name]
+        found = np.array([difference(case, at, name, h * size) for h in STEPS])
+        # The force that a change of the parameter by its typical value is worth; none of a shape parameter when off.
+        scale = max(np.abs(exact[:, column]).max(), 1e-7 * scale_of_force / size)
+        good = np.abs(found - exact[:, column]).max(axis=1) < digits * scale
+        assert np.any(good[1:] & good[:-1]), (name, exact[:, column], found)
+
+
+@pytest.mark.parametrize("one", FEATURES, ids=lambda one: one.name)
+def test_an_effect_that_is_off_leaves_the_plain_model(one: Effect) -> None:
+    case = prepared(one.name)
+    plain = plain_force(mode_of(one), case.model.path_dependent)
+    np.testing.assert_allclose(case.force(case.off), plain, atol=1e-6 * np.abs(plain).max(), rtol=0)
+
+
+@pytest.mark.parametrize("one", FEATURES, ids=lambda one: one.name)
+def test_an_effect_acts(one: Effect) -> None:
+    case = prepared(one.name)
+    plain = plain_force(mode_of(one), case.model.path_dependent)
+    assert np.abs(case.force(case.typical) - plain).max() > 1e-4 * np.abs(plain).max()
+
+
+@pytest.mark.parametrize("one", FEATURES, ids=lambda one: one.name)
+def test_slopes_where_it_is_off(one: Effect) -> None:
+    case = prepared(one.name)
+    check_slopes(case, case.off | BARELY_ON.get(one.name, {}), DIGITS.get(one.name, 1e-6))
+
+
+@pytest.mark.parametrize("one", FEATURES, ids=lambda one: one.name)
+def test_slopes_where_it_acts(one: Effect) -> None:
+    check_slopes(prepared(one.name), prepared(one.name).typical, DIGITS.get(one.name, 1e-6))
