@@ -163,7 +163,11 @@ def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[s
 
 
 def candidate(
-    fitted: Fitted, effect: Effect, grid: Sequence[Trial], found: Sequence[tuple[Array, ...] | None], reason: str
+    fitted: Fitted,
+    effect: Effect,
+    grid: Sequence[Trial],
+    found: Sequence[tuple[Array, ...] | None],
+    reason: str,
 ) -> Candidate:
     """Make a candidate of the columns at the points of a grid."""
     usable = [(t, c) for t, c in zip(grid, found, strict=True) if c is not None]

@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 # Standard deviations of the field that are tried: up to where half of the rubber's stiffness is in question.
 SIZES = np.concatenate([[0.0], np.geomspace(1e-3, 0.5, 28)])
 SIMULATED, SEED = 4000, 20260729
-# A zone cannot be softer than by all it has, and the first order says nothing about much stiffer ones.
-SOFTEST, STIFFEST = -0.95, 3.0
+# Of the logarithm of a zone's stiffness, a tenth and the threefold: no rubber differs from itself by more.
+SOFTEST, STIFFEST = np.log(0.1), np.log(3.0)
 
 
 @dataclass(frozen=True)
@@ -42,24 +42,15 @@ class Field:
 
     Attributes
     ----------
-    factor : shape (m,)
-        Change by cell.
-    uniform : float
-        Change of all rubber alike that serves best.
-    before, after_uniform, after_local : float
-        Weighted sum of squares of the misfit, what the fitted parameters can do taken away: as it is, with the
-        uniform change, and with the field.
+    change : shape (m,)
+        By cell, beside a change of all rubber alike: logarithm of the stiffness, to first order.
     variance : float
         Of the weighted misfit's noise, by what no plausible field explains; 1 where nothing else is missing.
     p : float
         Probability that a field would help as much, where only the uniform change is true.
     """
 
-    factor: Array
-    uniform: float
-    before: float
-    after_uniform: float
-    after_local: float
+    change: Array
     variance: float
     p: float
 
@@ -98,25 +89,34 @@ def covariance(cells: Cells, length: float) -> Array:
     return np.asarray(0.5 * (found + found.T))
 
 
-@dataclass(frozen=True)
-class _Beside:
-    """Misfit and cells beside the fitted parameters and the uniform factor."""
-
-    whole: Array
-    uniform: float
-    rest: Array
-    columns: Array
-
-
-def _beside(linear: Linearised, slope: Array) -> _Beside:
+def _beside(linear: Linearised, slope: Array) -> tuple[Array, Array]:
+    """Misfit (n,) and derivatives (n, m) beside the fitted parameters and a factor on all rubber."""
     raw = slope.sum(axis=1)
     whole, columns, rest = linear.left(raw), linear.left(slope), linear.rest
+    size = float(np.linalg.norm(whole))
     # A factor that the fitted parameters can make as well is theirs.
-    if np.linalg.norm(whole) <= OWN * np.linalg.norm(raw):
-        return _Beside(np.zeros_like(whole), 0.0, rest, columns)
-    uniform = -float(whole @ rest) / float(whole @ whole)
-    unit = whole / np.linalg.norm(whole)
-    return _Beside(whole, uniform, rest + uniform * whole, columns - np.outer(unit, unit @ columns))
+    if size <= OWN * float(np.linalg.norm(raw)):
+        return rest, columns
+    unit = whole / size
+    return rest - unit * float(unit @ rest), columns - np.outer(unit, unit @ columns)
+
+
+def uniform(linear: Linearised, slope: Array, change: Array | float = 0.0) -> float:
+    """The best change of all rubber alike, beside a change (m,) by cell; 0 where the fitted parameters make it as well.
+
+    Parameters
+    ----------
+    linear, slope
+        As in `estimate`.
+    change : shape (m,)
+    """
+    raw = slope.sum(axis=1)
+    whole = linear.left(raw)
+    power = float(whole @ whole)
+    if power <= OWN**2 * float(raw @ raw):
+        return 0.0
+    rest = linear.rest + linear.left(slope @ np.broadcast_to(change, slope.shape[1]))
+    return -float(whole @ rest) / power
 
 
 def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
@@ -131,31 +131,22 @@ def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
     prior : shape (m, m)
         From `covariance`.
     """
-    beside = _beside(linear, slope)
+    rest, columns = _beside(linear, slope)
     root = np.linalg.cholesky(prior)
-    u, d, vt = np.linalg.svd(beside.columns @ root, full_matrices=False)
-    z = u.T @ beside.rest
+    u, d, vt = np.linalg.svd(columns @ root, full_matrices=False)
+    z = u.T @ rest
 
     def fitted(size: float, variance: float) -> Array:
         """Share of each direction that the field takes."""
         return np.asarray(size**2 * d**2 / (variance + size**2 * d**2))
 
-    largest = beside.rest - u @ (fitted(float(SIZES[-1]), 1.0) * z)
+    largest = rest - u @ (fitted(float(SIZES[-1]), 1.0) * z)
     variance = linear.inflation(largest)
     likelihoods = _likelihoods(z[None, :] ** 2 / variance, d**2 / variance)[0]
     size = float(SIZES[int(np.argmax(likelihoods))])
-    share = fitted(size, variance)
-    local = -root @ (vt.T @ (size**2 * d / (variance + size**2 * d**2) * z))
-    power = float(beside.whole @ beside.whole)
-    # What of the uniform factor the field does already.
-    own = float(beside.whole @ linear.left(slope @ local)) / power if power > 0 else 0.0
-    rest = beside.rest - u @ (share * z)
+    taken = size**2 * d / (variance + size**2 * d**2) * z
     return Field(
-        factor=beside.uniform - own + local,
-        uniform=beside.uniform,
-        before=float(linear.rest @ linear.rest),
-        after_uniform=float(beside.rest @ beside.rest),
-        after_local=float(rest @ rest),
+        change=-root @ (vt.T @ taken),
         variance=variance,
         p=_probability(
             float(likelihoods.max()), d**2 / variance, min(linear.freedom, linear.samples / variance)
@@ -184,8 +175,27 @@ def _probability(observed: float, signal: Array, freedom: float) -> float:
     return float((1 + reached.sum()) / (1 + SIMULATED))
 
 
-def zone_drops(linear: Linearised, slope: Array, zones: Array, variance: float) -> tuple[Array, Array]:
+@dataclass(frozen=True)
+class Zones:
     """What a change in one zone alone, beside a uniform one, would do.
+
+    Attributes
+    ----------
+    change : shape (k,)
+        Best possible one of the logarithm of the stiffness.
+    drop : shape (k,)
+        Fall of the weighted sum of squares.
+    variance : float
+        Of the weighted misfit that the best of them leaves, its memory allowed for; at least 1.
+    """
+
+    change: Array
+    drop: Array
+    variance: float
+
+
+def zoned(linear: Linearised, slope: Array, zones: Array) -> Zones:
+    """Change one zone at a time.
 
     Parameters
     ----------
@@ -193,18 +203,13 @@ def zone_drops(linear: Linearised, slope: Array, zones: Array, variance: float) 
         As in `estimate`.
     zones : shape (m, k)
         1 where a cell belongs to the zone, else 0.
-    variance
-        Of `Field`.
-
-    Returns
-    -------
-    change, drop : shape (k,)
-        Best possible change of stiffness, and fall of the sum of squares in units of the noise's variance.
     """
-    beside = _beside(linear, slope)
-    columns = beside.columns @ zones
+    rest, columns = _beside(linear, slope)
+    columns = columns @ zones
     power = np.sum(columns**2, axis=0)
-    towards = -columns.T @ beside.rest
+    towards = -columns.T @ rest
     best = np.divide(towards, power, out=np.zeros_like(power), where=power > 0)
     change = np.clip(best, SOFTEST, STIFFEST)
-    return change, (2 * change * towards - change**2 * power) / variance
+    drop = 2 * change * towards - change**2 * power
+    first = int(np.argmax(drop))
+    return Zones(change, drop, linear.inflation(rest + columns[:, first] * change[first]))

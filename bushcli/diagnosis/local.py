@@ -21,7 +21,8 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
 from bushcli.diagnosis import weighing
-from bushcli.diagnosis.field import Field, covariance, estimate, zone_drops
+from bushcli.diagnosis.field import covariance, estimate, uniform, zoned
+from bushcli.diagnosis.linearised import linearised, weighed
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import LocalMap
 from bushcli.inverse.channel import Channel
@@ -37,8 +38,6 @@ Array = NDArray[np.float64]
 LEVEL = 0.01
 # Places are told apart where their sums of squares differ by this many variances of the noise: odds of 20 to 1.
 APART = 6.0
-# One place is the whole story where it does this share of what the map does beyond a uniform factor.
-WHOLE = 0.8
 # A larger uniform factor is solved for, so often at most.
 LARGE, REPEATS = 0.02, 3
 
@@ -57,8 +56,8 @@ class Seen:
     cells : Cells
     mirrors : frozenset of {"x", "y", "z"}
         Planes at which its mesh is cut.
-    factor : float
-        Standard deviation of a factor that all forces share (`weighing`).
+    shared : float
+        Standard deviation of a factor that all its forces share (`weighing`).
     """
 
     compared: Compared
@@ -66,15 +65,20 @@ class Seen:
     slope: Array
     cells: Cells
     mirrors: Mirrors
-    factor: float = 0.0
+    shared: float
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Weighted sums of squares: of the misfit, with the best uniform factor, and with the map."""
+
+    before: float
+    uniform: float
+    local: float
 
 
 def local_map(
-    channel: Channel,
-    problem_parameters: Mapping[str, float],
-    compared: Compared,
-    jacobian: Array,
-    factor: float = 0.0,
+    channel: Channel, problem_parameters: Mapping[str, float], compared: Compared, jacobian: Array
 ) -> LocalMap:
     """Where in the rubber a change of stiffness would help one channel.
 
@@ -88,8 +92,6 @@ def local_map(
         Recorded force beside that simulated with these parameters.
     jacobian : shape (n, p)
         Of the simulated force by the fitted parameters; (n, 0) with a law that is held.
-    factor : float
-        Standard deviation of a factor that all forces of the channel share.
 
     Raises
     ------
@@ -97,53 +99,62 @@ def local_map(
         The channel is a coupon test: its deformation is the same everywhere.
     NotConverged
     """
-    return joint_map([channel], problem_parameters, [compared], [jacobian], [factor])
+    return _map([channel], problem_parameters, [compared], [jacobian], [_slopes(channel, problem_parameters)])
 
 
-def joint_map(
+def local_maps(
     channels: Sequence[Channel],
     problem_parameters: Mapping[str, float],
     compared: Sequence[Compared],
     jacobians: Sequence[Array],
-    factors: Sequence[float] | None = None,
-) -> LocalMap:
-    """Where in the rubber a change of stiffness would help all channels together, each as in `local_map`.
+) -> tuple[LocalMap, ...]:
+    """Maps of all channels together, where there are several, and of each alone; arguments as of `local_map`.
 
-    The map is drawn on the mesh that shows most of the rubber; on a half-plane it is the same all round the axis.
+    The map of all together is drawn on the mesh that shows most of the rubber; on a half-plane it is the same all round
+    the axis.
     """
-    if any(channel.coupon for channel in channels):
-        raise ValueError("a coupon has no place where its rubber could differ: maps are of bushings")
-    given = [0.0] * len(channels) if factors is None else list(factors)
-    shape, law = channels[0].model.mesh.shape, channels[0].model.law
-    parameters = dict(problem_parameters)
-    now, scale, before = list(compared), 1.0, 0.0
+    slopes = [_slopes(channel, problem_parameters) for channel in channels]
+    parts = [slice(i, i + 1) for i in range(len(channels))]
+    if len(channels) > 1:
+        parts.insert(0, slice(None))
+    return tuple(
+        _map(channels[part], problem_parameters, compared[part], jacobians[part], slopes[part])
+        for part in parts
+    )
+
+
+def _map(
+    channels: Sequence[Channel],
+    given: Mapping[str, float],
+    compared: Sequence[Compared],
+    jacobians: Sequence[Array],
+    slopes: Sequence[tuple[Array, Cells]],
+) -> LocalMap:
+    parameters, scale, before = dict(given), 1.0, 0.0
+    held = not any(jacobian.shape[1] for jacobian in jacobians)
+    shape, linear = channels[0].model.mesh.shape, channels[0].model.law.linear
     for repeat in range(REPEATS + 1):
         seen = [
-            Seen(one, jacobian, *_slopes(channel, parameters), channel.model.mesh.mirrors, factor)
-            for channel, one, jacobian, factor in zip(channels, now, jacobians, given, strict=True)
+            Seen(one, jacobian, *slope, channel.model.mesh.mirrors, _shared(channel))
+            for channel, one, jacobian, slope in zip(channels, compared, jacobians, slopes, strict=True)
         ]
         combined = _Combined(seen, shape)
-        found = combined.field
-        before = before or found.before
-        fitted = any(jacobian.shape[1] for jacobian in jacobians)
-        if fitted or abs(found.uniform) < LARGE or found.uniform < -0.9 or repeat == REPEATS:
+        before = before or combined.gains.before
+        if not held or not LARGE <= abs(combined.uniform) < 0.9 or repeat == REPEATS:
             break
-        scale *= 1.0 + found.uniform
-        parameters = {
-            key: value * (1.0 + found.uniform) if key in law.linear else value
-            for key, value in parameters.items()
-        }
-        now = [
+        factor = 1.0 + combined.uniform
+        scale *= factor
+        parameters |= {name: factor * value for name, value in parameters.items() if name in linear}
+        slopes = [_slopes(channel, parameters) for channel in channels]
+        compared = [
             replace(one, simulated=np.where(one.known, _force(channel, parameters), np.nan))
-            for channel, one in zip(channels, now, strict=True)
+            for channel, one in zip(channels, compared, strict=True)
         ]
-    field = replace(
-        found,
-        factor=scale * (1.0 + found.factor) - 1.0,
-        uniform=scale * (1.0 + found.uniform) - 1.0,
-        before=before,
-    )
-    return combined.map(field)
+    return combined.map(replace(combined.gains, before=before), scale)
+
+
+def _shared(channel: Channel) -> float:
+    return weighing.SECTION if channel.model.mesh.dimension == 2 else weighing.SOLID
 
 
 def write_map(found: LocalMap, file: Path) -> None:
@@ -189,7 +200,7 @@ def _reflected(cells: Cells, channel: Channel) -> NDArray[np.intp]:
 
 
 def _force(channel: Channel, parameters: Mapping[str, float]) -> Array:
-    return channel.at_samples(channel.solve(parameters, ()))[0]
+    return channel.at_samples(channel.solve(parameters, channel.model.law.linear[:1]))[0]
 
 
 # -- one field for all of them ---------------------------------------------------------------------------------------
@@ -205,67 +216,82 @@ class _Combined:
         )
         self.cells, self.mirrors = host.cells, host.mirrors
         slopes = [one.slope @ _onto(one.cells, one.mirrors, self.cells, self.mirrors) for one in seen]
-        compared, factors = [one.compared for one in seen], [one.factor for one in seen]
-        self.linear = weighing.linear_fit(compared, factors, [one.jacobian for one in seen])
-        self.slope = weighing.columns(compared, factors, slopes)
+        compared, jacobians = [one.compared for one in seen], [one.jacobian for one in seen]
+        shared = [one.shared for one in seen]
+        self.linear = weighing.linear_fit(compared, shared, jacobians)
+        self.slope = weighing.columns(compared, shared, slopes)
+        # The same as the samples are, a factor that they share not discounted: what a reader calls the misfit.
+        self.plain = linearised(compared, jacobians)
+        self.plain_slope = weighed(compared, slopes)
         self.field = estimate(self.linear, self.slope, covariance(self.cells, _thickness(self.cells)))
+        self.uniform = uniform(self.plain, self.plain_slope)
+        self.beside = uniform(self.plain, self.plain_slope, self.field.change)
+        self.gains = self._gained()
 
-    def map(self, field: Field) -> LocalMap:
-        """The map, in figures and words."""
-        helps = field.p < LEVEL
-        total = field.before or 1.0
+    def _gained(self) -> Gains:
+        """What is left of the misfit when the fitted parameters are free to follow."""
+
+        def left(change: Array | float) -> float:
+            along = self.plain_slope @ np.broadcast_to(change, len(self.cells.volume))
+            found = self.plain.rest + self.plain.left(along)
+            return float(found @ found)
+
+        return Gains(left(0.0), left(self.uniform), left(self.beside + self.field.change))
+
+    def map(self, gains: Gains, scale: float) -> LocalMap:
+        """The map, in figures and words, of rubber whose stiffness was first multiplied by `scale`."""
+        helps = self.field.p < LEVEL
+        total = gains.before or 1.0
+        texts = [self._gains(gains, scale, helps), self._place() if helps else "", self._part()]
         return LocalMap(
             channel=" + ".join(self.names),
             points=self.cells.points,
             cells=self.cells.corners,
-            factor=field.factor,
-            local_gain=1.0 - field.after_local / total,
-            uniform_gain=1.0 - field.after_uniform / total,
+            factor=scale * (1.0 + self.beside) * np.exp(self.field.change) - 1.0,
+            local_gain=1.0 - gains.local / total,
+            uniform_gain=1.0 - gains.uniform / total,
             helps_locally=helps,
-            text=" ".join(
-                filter(None, [self._gains(field, helps), self._place(field) if helps else "", self._part()])
-            ),
+            text=" ".join(filter(None, texts)),
         )
 
-    def _gains(self, field: Field, helps: bool) -> str:
-        everywhere = _percent(1.0 - field.after_uniform / (field.before or 1.0))
-        somewhere = _percent(1.0 - field.after_local / (field.before or 1.0))
-        factor = f" ({1.0 + field.uniform:.3g} on all rubber)" if abs(field.uniform) > 1e-3 else ""
+    def _gains(self, gains: Gains, scale: float, helps: bool) -> str:
+        everywhere, somewhere = (
+            f"{100 * max(1.0 - left / (gains.before or 1.0), 0.0):.3g} %"
+            for left in (gains.uniform, gains.local)
+        )
+        whole = scale * (1.0 + self.uniform)
+        factor = f" ({whole:.3g} on all rubber)" if abs(whole - 1.0) > 1e-3 else ""
         if helps:
             return (
                 f"A local change of stiffness takes away {somewhere} of the squared misfit, the best uniform "
-                f"one{factor} {everywhere}: the rubber is not everywhere the same (p {_chance(field.p)})."
+                f"one{factor} {everywhere}: the rubber is not everywhere the same (p {_chance(self.field.p)})."
             )
         return (
             f"A local change of stiffness does not help significantly more than a uniform one{factor}, which takes "
-            f"away {everywhere} of the squared misfit (p {_chance(field.p)}): these recordings tell of no place in "
-            "the rubber."
+            f"away {everywhere} of the squared misfit (p {_chance(self.field.p)}): these recordings tell of no place "
+            "in the rubber."
         )
 
-    def _place(self, field: Field) -> str:
-        labels, zones = _zones(self.cells, self.mirrors, self.shape)
-        change, drop = zone_drops(self.linear, self.slope, zones, field.variance)
-        best = int(np.argmax(drop))
-        rivals = [i for i in np.argsort(-drop) if drop[i] > drop[best] - APART and i != best]
-        said = f"{_change(change[best])} {labels[best]}"
-        if drop[best] * field.variance < WHOLE * (field.after_uniform - field.after_local):
-            volume = self.cells.volume @ zones
-            mean = (field.factor * self.cells.volume) @ zones / volume - field.uniform
-            largest = int(np.argmax(np.abs(mean)))
-            return (
-                "No single place makes it: the map asks most for a change "
-                f"{labels[largest]}, where the rubber would be {_change(mean[largest])} than the rest."
-            )
-        if len(rivals) + 1 > len(labels) / 2:
-            return "Where cannot be told from these recordings: most places would serve as well."
-        also = "; as well, ".join([said, *(f"{_change(change[i])} {labels[i]}" for i in rivals)])
-        return f"It would have to be {also}."
+    def _place(self) -> str:
+        labels, members = _zones(self.cells, self.mirrors, self.shape)
+        zones = zoned(self.linear, self.slope, members)
+        order = np.argsort(-zones.drop)
+        near = zones.drop[order] > zones.drop[order[0]] - APART * zones.variance
+        alike = order[near]
+        said = [f"{_change(zones.change[i])} {labels[i]}" for i in alike]
+        if len(alike) > len(labels) / 2:
+            return f"Where cannot be told from these recordings: {len(alike)} of {len(labels)} places serve as well."
+        if len(alike) > 1:
+            return f"To first order it would be {said[0]}; these recordings do not tell it from {', '.join(said[1:])}."
+        return f"To first order it would be {said[0]}."
 
     def _part(self) -> str:
-        if len(self.mirrors) == 0:
+        if not self.mirrors:
             return ""
         planes = " and ".join(f"{plane} = 0" for plane in sorted(self.mirrors))
-        return f"The mesh is cut at {planes}: the parts beyond are mirror images, and cannot be told from it."
+        return (
+            f"The mesh is cut at {planes}: what lies beyond is the mirror image, and cannot be told from it."
+        )
 
 
 def _onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
@@ -341,11 +367,8 @@ def _zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Arr
 
 
 def _change(value: float) -> str:
-    return f"{100 * abs(value):.0f} % {'stiffer' if value > 0 else 'softer'}"
-
-
-def _percent(share: float) -> str:
-    return f"{100 * max(share, 0.0):.0f} %"
+    """In words, of a change of the logarithm of the stiffness."""
+    return f"{100 * abs(np.expm1(value)):.0f} % {'stiffer' if value > 0 else 'softer'}"
 
 
 def _chance(p: float) -> str:

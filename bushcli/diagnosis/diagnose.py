@@ -1,0 +1,360 @@
+"""Locate the mismatch, say what physics was left out, model it, and show the fit improve."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case, Material
+from bushcli.condition import Condition
+from bushcli.diagnosis.held_out import HeldOut
+from bushcli.diagnosis.locate import Location, locate
+from bushcli.diagnosis.model import Fitted, Model, fit, predicted
+from bushcli.diagnosis.noise_model import Compared
+from bushcli.diagnosis.proposing import propose
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, LocalMap, Named, Quantity, Verdict
+from bushcli.diagnosis.rivals import STRONG
+from bushcli.diagnosis.say import paragraph, plausibility
+from bushcli.diagnosis.selection import Progress, Search, Selection, at_noise, hypotheses, key
+from bushcli.diagnosis.workers import Workers
+from bushcli.effect import effects, full_name
+from bushcli.errors import InputError, Problem, nearest
+from bushcli.inverse.identify import fit_coupons
+from forms.law import law, laws
+
+Array = NDArray[np.float64]
+
+# Of a normal distribution.
+CONFIDENCE = 1.96
+# An effect that, at a typical size, would change the recordings by less than this many standard errors cannot be
+# excluded by them.
+SEEN = 3.0
+
+
+def diagnose(
+    case: Case,
+    *,
+    model: str | None = None,
+    only: Sequence[str] | None = None,
+    workers: int = 1,
+    journal: Path | None = None,
+    resume: bool = False,
+    maps: bool = True,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Diagnose a case.
+
+    Parameters
+    ----------
+    case
+        With recordings. A law without parameters is fitted to them; where there are coupons it is fitted to these and
+        kept, and the first question is what the bushing's rubber has that the coupons' has not.
+    model
+        Law to begin with; the case's where None.
+    only
+        Effects to be thought of; all where None.
+    workers
+        Processes side by side; the answer does not depend on it.
+    journal
+        Folder in which every run is kept, so that a stopped diagnosis can go on.
+    resume
+        Go on with what the folder holds.
+    maps
+        Look for the place in the bushing, too.
+    progress
+        Called with the stage, what is looked at, and what came of it.
+
+    Raises
+    ------
+    InputError
+        There are no recordings, a name is unknown, or the plain law cannot be solved.
+    """
+    begin = time.perf_counter()
+    told = progress or (lambda *_: None)
+    _check(case, model, only)
+    chosen, source, first = _plain(case, model)
+    bare = replace(case, effects=())
+    with Workers(workers, journal, resume).open() as crew:
+        told("fit", chosen.law, "the plain law")
+        plain = crew.run(_first, [(bare, chosen)])[0]
+        if plain is None:
+            tried = ", ".join(f"{k} = {v:g}" for k, v in chosen.start.items())
+            raise InputError(
+                Problem(case.path.name, f"{chosen.law} cannot be solved on these recordings from {tried}")
+            )
+        search = Search(bare, crew, only, told)
+        found = search.run(plain)
+        before, after = (search.prediction(found, one) for one in (plain, found.best))
+        channels = _channels(bare, crew, found)
+        rivals = _rivals(found)
+        told("next", "test", "what would separate the rivals")
+        proposal = propose(bare, found, rivals, crew, told) if len(rivals) > 1 else None
+        made = _maps(bare, found, told) if maps else ()
+    location = locate(plain.judged)
+    remaining = locate(found.best.judged)
+    verdict = _verdict(found)
+    named = _named(bare, found)
+    diagnosis = Diagnosis(
+        case=case,
+        verdict=verdict,
+        text="",
+        law_from=source,
+        plain=_material(first, plain),
+        material=_material(first, found.best),
+        parameters=_quantities(found.best),
+        effects=named,
+        hypotheses=hypotheses(found),
+        path=tuple(_foretold(found, stage) for stage in found.stages),
+        channels=channels,
+        location=location,
+        remaining=remaining,
+        rivals=rivals,
+        next_test=proposal,
+        maps=made,
+        conditions=tuple(_conditions(found, remaining, before, after)),
+        forward_solves=sum(one.solves for one in found.refits.values()),
+        failed_solves=sum(one.failed for one in found.refits.values()),
+        seconds=time.perf_counter() - begin,
+    )
+    return replace(diagnosis, text=paragraph(diagnosis))
+
+
+# -- the plain model ----------------------------------------------------------------------------------------------
+
+
+def _check(case: Case, model: str | None, only: Sequence[str] | None) -> None:
+    if not case.recordings:
+        raise InputError(Problem(case.path.name, "there are no [[recordings]] to diagnose"))
+    if model is not None and model not in laws():
+        raise InputError(
+            Problem("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
+        )
+    for name in only or ():
+        if name not in effects():
+            known = ", ".join(effects())
+            raise InputError(
+                Problem("--effects", f'"{name}" is not an effect', nearest(name, effects()), known)
+            )
+
+
+def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "coupons", "case"], Material]:
+    """The law to begin with, where it comes from, and the case's material with it."""
+    material = (
+        case.material
+        if name in (None, case.material.law)
+        else Material(str(name), case.material.bulk_modulus)
+    )
+    chosen = law(material.law)
+    if case.coupons:
+        fitted = fit_coupons(case, material.law).material
+        return Model(material.law, dict(fitted.parameters), fixed=True, terms=fitted.terms), "coupons", fitted
+    names = material.parameter_names
+    start = {key_: chosen.parameter(key_).start for key_ in names} | dict(material.parameters)
+    return Model(material.law, start, terms=material.terms), "recordings", material
+
+
+def _first(case: Case, model: Model) -> Fitted | None:
+    return fit(case, model, rescale=True)
+
+
+def _material(material: Material, fitted: Fitted) -> Material:
+    return Material(fitted.model.law, material.bulk_modulus, dict(fitted.model.start), fitted.model.terms)
+
+
+# -- the answer ---------------------------------------------------------------------------------------------------
+
+
+def _verdict(found: Selection) -> Verdict:
+    best, reached = found.best, at_noise(found.best) is not None
+    if best.model.effects:
+        explains = reached or best.chi_square < 0.5 * found.plain.chi_square
+        return "missing_physics" if explains else "unexplained"
+    if best.model.law != found.plain.model.law:
+        return "law_too_poor" if reached or best.size < 0.5 * found.plain.size else "unexplained"
+    return "explained" if reached else "unexplained"
+
+
+def _quantities(fitted: Fitted) -> dict[str, Quantity]:
+    spread = np.sqrt(np.maximum(np.diag(fitted.covariance()), 0.0))
+    units = {p.name: (p.unit, p.meaning, None) for p in law(fitted.model.law).parameters}
+    ranges = {}
+    for one in fitted.model.effects:
+        for p in one.parameters:
+            units[full_name(one.effect, p)] = (p.unit, p.meaning, p.reciprocal)
+            ranges[full_name(one.effect, p)] = (p.lower, p.upper)
+    found = {}
+    for name, value, std in zip(fitted.names, map(float, fitted.x), map(float, spread), strict=True):
+        unit, meaning, reciprocal = units[name]
+        low, high = ranges.get(name, (-np.inf, np.inf))
+        derived = {reciprocal[0]: (1.0 / value, reciprocal[1])} if reciprocal and value else {}
+        found[name] = Quantity(
+            value,
+            std,
+            unit,
+            meaning,
+            max(low, value - CONFIDENCE * std),
+            min(high, value + CONFIDENCE * std),
+            derived,
+        )
+    return found
+
+
+def _named(case: Case, found: Selection) -> tuple[Named, ...]:
+    """The effects of the final model, each with what BIC loses without it."""
+    quantities, named = _quantities(found.best), []
+    for one in found.best.model.effects:
+        without = tuple(other for other in found.best.model.effects if other.name != one.name)
+        name = key(replace(found.best.model, effects=without), found.plain.model)
+        other = found.refits.get(name) or found.plain
+        own = {
+            p.name: quantities[full_name(one.effect, p)]
+            for p in one.parameters
+            if full_name(one.effect, p) in quantities
+        }
+        plausible, remark = plausibility(one, case)
+        named.append(
+            Named(one.name, one.effect.summary, own, other.bic() - found.best.bic(), plausible, remark)
+        )
+    return tuple(sorted(named, key=lambda item: -item.evidence))
+
+
+def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
+    """Sets of effects that explain the recordings as well as the chosen one, which comes first."""
+    chosen = tuple(found.best.model.names)
+    near = [chosen]
+    if found.best is found.plain or not chosen:
+        # Nothing is missing that these recordings could show; what they could not show may still be there.
+        scores = found.tables[0][1] if found.tables else ()
+        for score in scores:
+            parameter = effects()[score.name].amplitudes[0]
+            typical = abs(parameter.start - float(parameter.off or 0.0))
+            if not score.testable or score.detectable > SEEN / 3.0 * typical:
+                near.append((score.name,))
+        return tuple(near)
+    limit = found.best.bic() + STRONG
+    others = sorted(found.refits.items(), key=lambda item: item[1].bic())
+    for name, refit in others:
+        names = tuple(refit.model.names)
+        if refit.bic() <= limit and set(names) != set(chosen) and not set(chosen) < set(names) and name:
+            near.append(names or name)
+    return tuple(dict.fromkeys(near))
+
+
+def _channels(case: Case, crew: Workers, found: Selection) -> tuple[DiagnosedChannel, ...]:
+    masks = tuple(one.samples for one in found.held)
+    outside = crew.run(_both, [(case, found.plain.model, masks), (case, found.best.model, masks)])
+    made = []
+    for i, (plain, best) in enumerate(zip(found.plain.channels, found.best.channels, strict=True)):
+        recording, span = plain.recording, float(np.ptp(plain.recording.force))
+        held = found.held[i]
+        made.append(
+            DiagnosedChannel(
+                name=plain.name,
+                mode=recording.mode,
+                recording=recording,
+                before=plain.simulated,
+                after=best.simulated,
+                before_percent=_percent(plain, span),
+                after_percent=_percent(best, span),
+                noise_percent=100.0 * plain.noise.sigma / span,
+                held_out=held.samples,
+                held_out_text=held.text,
+                held_out_before=_held(outside[0], i, held, span),
+                held_out_after=_held(outside[1], i, held, span),
+                path=_smooth(recording),
+            )
+        )
+    return tuple(made)
+
+
+def _both(case: Case, model: Model, masks: tuple[Array, ...]) -> tuple[Compared, ...] | None:
+    if not any(mask.any() for mask in masks):
+        return None
+    partly = fit(case, model, masks)
+    return None if partly is None else predicted(case, partly)
+
+
+def _smooth(recording: object) -> Array:
+    from bushcli.recording import Recording, displacement_noise
+    from bushcli.schedule import schedule
+
+    assert isinstance(recording, Recording)
+    steps = schedule(recording.time, recording.displacement, displacement_noise(recording))
+    clock = np.arange(len(recording.displacement), dtype=float) if recording.time is None else recording.time
+    return steps.path(clock)
+
+
+def _percent(channel: Compared, span: float) -> float:
+    misfit = channel.misfit[channel.known]
+    return 100.0 * float(np.sqrt(np.mean(misfit**2))) / span
+
+
+def _held(answer: tuple[Compared, ...] | None, i: int, held: HeldOut, span: float) -> float:
+    if answer is None or not held.samples.any():
+        return float("nan")
+    return 100.0 * float(np.sqrt(np.mean(answer[i].misfit[held.samples] ** 2))) / span
+
+
+def _maps(case: Case, found: Selection, told: Progress) -> tuple[LocalMap, ...]:
+    from bushcli.diagnosis.local import local_map
+
+    if case.geometry.specimen == "coupon" or at_noise(found.plain) is not None:
+        return ()
+    channels, _ = found.plain.model.task(case).channels()
+    made = []
+    for channel, compared, jacobian in zip(
+        channels, found.plain.channels, found.plain.jacobians, strict=True
+    ):
+        told("map", compared.name, "where in the rubber a change would help")
+        made.append(local_map(channel, found.plain.model.start, compared, jacobian))
+    return tuple(made)
+
+
+def _foretold(found: Selection, stage: object) -> object:
+    """The stage with the prediction of what was held out, where it was made later."""
+    from bushcli.diagnosis.result import Stage
+
+    assert isinstance(stage, Stage)
+    name = tuple(sorted(stage.effects))
+    if stage.law != found.plain.model.law:
+        name = (f"law: {stage.law}", *name)
+    return replace(stage, held_out=found.predictions.get(name, stage.held_out))
+
+
+def _conditions(found: Selection, remaining: Location, before: float, after: float) -> list[Condition]:
+    made = []
+    if found.best.model.effects and at_noise(found.best) is None:
+        made.append(
+            Condition(
+                "misfit_above_noise",
+                f"the final model still misses the recordings by {found.best.size:.2g} times the noise",
+                "what is left is not in the catalogue, or the mesh or the calibration is worse than assumed: see where "
+                "it remains",
+            )
+        )
+    if np.isfinite(before) and np.isfinite(after) and found.best.model.effects and after >= before:
+        made.append(
+            Condition(
+                "no_better_prediction",
+                f"what was held out is predicted no better with the effects ({after:.2g} against {before:.2g} of the noise)",
+                "record another cycle, or another channel, and diagnose again",
+            )
+        )
+    if not found.best.converged:
+        made.append(
+            Condition(
+                "not_converged",
+                "the search for the final model's parameters ended before it had converged",
+                "begin with other start values in [material.parameters]",
+            )
+        )
+    return made
+
+
+Values = Mapping[str, float]

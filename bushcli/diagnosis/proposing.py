@@ -1,0 +1,185 @@
+"""The recording that would tell rivals apart: each rival foretells every recording of a menu, and the cheapest decides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case
+from bushcli.diagnosis.discriminate import Prediction, next_test, separate
+from bushcli.diagnosis.menu import Proposal, menu
+from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.result import NextTest
+from bushcli.diagnosis.rivals import TOLD_APART
+from bushcli.diagnosis.say import label
+from bushcli.diagnosis.selection import Selection
+from bushcli.diagnosis.workers import Workers
+from bushcli.direct import rubber_of
+from bushcli.effect import ActiveEffect, acting, effects, full_name
+from bushcli.simulation import Simulation
+from cases.march import NotConverged
+from cases.mode import modes
+from geometry.ring import Ring
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, str, str], None]
+
+# Rivals that are looked at, the chosen one among them.
+MOST_RIVALS = 4
+# Where a mode has not been recorded: travel as a share of the rubber's thickness, or rad; seconds from rest to there.
+SHARE = {"axial": 0.6, "radial": 0.3}
+TURN = 0.2
+SECONDS = 20.0
+# Noise to be expected of a mode that has not been recorded, as a share of the force range.
+NOISE = 3e-3
+SAMPLES = 12
+
+
+def propose(
+    case: Case, found: Selection, rivals: Sequence[tuple[str, ...]], crew: Workers, told: Progress
+) -> NextTest | None:
+    """The cheapest recording that separates rivals; None where none on the menu does."""
+    models = _models(found, rivals[:MOST_RIVALS])
+    if len(models) < 2:
+        return None
+    for recorded in (True, False):
+        proposals = _menu(case, found, recorded)
+        questions = [
+            (case, model, fitted, proposal) for proposal in proposals for model, fitted in models.values()
+        ]
+
+        def heard(i: int, _: object, proposals: Sequence[Proposal] = proposals) -> None:
+            if i % len(models) == 0:
+                told("next", "test", proposals[i // len(models)].name)
+
+        answers = crew.run(_foretell, questions, heard)
+        separations = []
+        for i, proposal in enumerate(proposals):
+            part = answers[i * len(models) : (i + 1) * len(models)]
+            known = {name: one for name, one in zip(models, part, strict=True) if one is not None}
+            if len(known) > 1:
+                span = max(float(np.ptp(one.force)) for one in known.values())
+                separations.append(separate(proposal, known, _sigma(found, proposal, span)))
+        best = next_test(separations)
+        if best is not None and (best.decides or not recorded):
+            pairs = tuple(
+                pair
+                for pair, distance in best.distances.items()
+                if distance >= TOLD_APART and pair[0] < pair[1]
+            )
+            return NextTest(
+                name=best.proposal.name,
+                channel=best.proposal.channel,
+                points=best.proposal.points,
+                rates=best.proposal.rates,
+                holds=best.proposal.holds,
+                minutes=best.proposal.cost,
+                separates=pairs or (best.pair,),
+                distance=best.worst,
+                text=_words(best.proposal, best.worst, tuple(models)),
+            )
+    return None
+
+
+def _models(found: Selection, rivals: Sequence[tuple[str, ...]]) -> dict[str, tuple[Model, Fitted]]:
+    """Each rival with values: as refitted, or at a typical size where there is nothing to fit it to."""
+    made: dict[str, tuple[Model, Fitted]] = {}
+    for names in rivals:
+        refit = found.refits.get(tuple(sorted(names)))
+        if names == tuple(found.best.model.names):
+            refit = found.best
+        if refit is None:
+            added = [ActiveEffect(effects()[name]).started() for name in names if name in effects()]
+            if len(added) != len(names):
+                continue
+            made[label(names)] = (replace(found.plain.model, effects=tuple(added)), found.plain)
+        else:
+            made[label(names)] = (refit.model, refit)
+    return made
+
+
+def _menu(case: Case, found: Selection, recorded: bool) -> list[Proposal]:
+    """Recordings of the modes that have been recorded, or of the others."""
+    mounted = [channel.recording.mode for channel in found.plain.channels]
+    amplitudes: dict[str, float] = {}
+    rate: dict[str, float] = {}
+    for channel in found.plain.channels:
+        q, t = channel.recording.displacement, channel.recording.time
+        reach = float(np.abs(q).max())
+        amplitudes[channel.recording.mode] = reach
+        path = float(np.abs(np.diff(q)).sum())
+        rate[channel.recording.mode] = path / float(t[-1] - t[0]) if t is not None else reach / SECONDS
+    if not recorded:
+        others = {}
+        if isinstance(case.geometry, Ring):
+            others = {
+                name: share * case.geometry.thickness for name, share in SHARE.items() if name not in mounted
+            }
+            if "torsional" not in mounted:
+                others["torsional"] = TURN
+        rate = {name: reach / SECONDS for name, reach in others.items()}
+        amplitudes = others
+    return list(menu(amplitudes, rate, mounted))
+
+
+def _foretell(case: Case, model: Model, fitted: Fitted, proposal: Proposal) -> Prediction | None:
+    """What a rival expects of a recording, with derivatives by its parameters; None where it cannot be solved."""
+    time, q = proposal.program(SAMPLES)
+    task = model.task(case)
+    simulation = Simulation(
+        case.geometry,
+        modes()[proposal.channel],
+        rubber_of(task.material),
+        case.mesh.refinement,
+        acting(model.effects, proposal.channel, proposal.channel),
+        time,
+        q,
+        None,
+    )
+    values: dict[str, float] = dict(model.start)
+    for one in model.effects:
+        values |= {full_name(one.effect, p): one.values[p.name] for p in one.parameters}
+    names = tuple(task.names)
+    try:
+        answer = simulation.solve(values, names)
+    except (NotConverged, ArithmeticError):
+        return None
+    return Prediction(answer.force, answer.slope, _information(names, fitted))
+
+
+def _information(names: Sequence[str], fitted: Fitted) -> Array:
+    """What the present recordings know of the parameters; nothing of those that were not fitted."""
+    slope = np.zeros((len(fitted.linear.jacobian), len(names)))
+    for i, name in enumerate(names):
+        if name in fitted.names:
+            slope[:, i] = fitted.linear.jacobian[:, fitted.names.index(name)]
+    return np.asarray(slope.T @ slope)
+
+
+def _sigma(found: Selection, proposal: Proposal, span: float) -> float:
+    for channel in found.plain.channels:
+        if channel.recording.mode == proposal.channel:
+            return channel.noise.sigma
+    return NOISE * span
+
+
+def _words(proposal: Proposal, distance: float, rivals: Sequence[str]) -> str:
+    unit, factor = ("deg", 180.0 / np.pi) if modes()[proposal.channel].rotational else ("mm", 1.0)
+    points = ", ".join(f"{factor * q:.3g}" for q in proposal.points)
+    rates = sorted({float(f"{factor * v:.3g}") for v in proposal.rates})
+    holds = sorted({h for h in proposal.holds if h > 0})
+    text = f"{proposal.channel} through {points} {unit} at {' and '.join(f'{v:g}' for v in rates)} {unit}/s"
+    if holds:
+        text += f", holding for {' and '.join(f'{h:g}' for h in holds)} s"
+    told = (
+        f"it would separate {', '.join(rivals)}"
+        if distance >= TOLD_APART
+        else "it comes nearest to separating " + ", ".join(rivals)
+    )
+    return f"{text} (about {proposal.cost:.0f} minutes); {told} (by {distance:.3g} standard errors at least)."
+
+
+Known = Mapping[str, Prediction]

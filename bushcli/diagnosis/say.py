@@ -1,0 +1,134 @@
+"""A diagnosis in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bushcli.casefile import Case
+from bushcli.diagnosis.result import Diagnosis, Named, Quantity
+from bushcli.diagnosis.words import sentences
+from bushcli.effect import ActiveEffect, effects
+
+# An amplitude beyond this many times an ordinary one is remarkable, and so is a parameter at its bound.
+REMARKABLE = 20.0
+AT_BOUND = 1e-3
+
+
+def plausibility(active: ActiveEffect, case: Case) -> tuple[bool, str]:
+    """Whether an effect's identified values are those of a real bushing, and why not."""
+    del case
+    for parameter in active.effect.amplitudes:
+        if parameter.name not in active.values:
+            continue
+        value, off = active.values[parameter.name], float(parameter.off or 0.0)
+        size, ordinary = abs(value - off), abs(parameter.start - off)
+        if size > REMARKABLE * ordinary:
+            return False, (
+                f"{parameter.name} = {value:.3g} {parameter.unit} is more than {REMARKABLE:g} times what is usual "
+                f"({parameter.start:g})"
+            )
+    for parameter in active.parameters:
+        value = active.values[parameter.name]
+        near = AT_BOUND * max(abs(value), 1e-9)
+        if parameter.off is None and parameter.scan:
+            if value <= parameter.lower + near or value >= parameter.upper - near:
+                return False, f"{parameter.name} = {value:.3g} {parameter.unit} lies at its bound"
+        elif value >= parameter.upper - near:
+            return False, f"{parameter.name} = {value:.3g} {parameter.unit} lies at its bound"
+    return True, ""
+
+
+def paragraph(diagnosis: Diagnosis) -> str:
+    """One paragraph: what was found, where, how much it helps, and what cannot be told."""
+    parts = [_opening(diagnosis)]
+    if diagnosis.verdict != "explained":
+        parts += list(sentences(diagnosis.location))[:2]
+    if diagnosis.effects:
+        parts.append(_effects(diagnosis.effects))
+        parts.append(_gain(diagnosis))
+        parts += [f"{one.name}: {one.remark}." for one in diagnosis.effects if not one.plausible]
+    elif diagnosis.verdict == "law_too_poor":
+        parts.append(_gain(diagnosis))
+    if diagnosis.verdict == "unexplained":
+        parts.append("Nothing in the catalogue of effects, alone or with others, explains it.")
+    parts.append(_rivals(diagnosis))
+    if diagnosis.next_test is not None:
+        parts.append(f"Next test: {diagnosis.next_test.text}")
+    return " ".join(part for part in parts if part)
+
+
+def _opening(diagnosis: Diagnosis) -> str:
+    law = diagnosis.plain.law
+    channels = " and ".join(channel.name for channel in diagnosis.channels)
+    origin = {
+        "recordings": f"The {law} law alone, fitted to the recording{'s' if len(diagnosis.channels) > 1 else ''}",
+        "coupons": f"The {law} law fitted to the coupon tests",
+        "case": f"The {law} law of the case",
+    }[diagnosis.law_from]
+    if diagnosis.verdict == "explained":
+        return (
+            f"{origin} ({channels}), reaches the noise: nothing is missing that these recordings could show."
+        )
+    if diagnosis.verdict == "law_too_poor":
+        return (
+            f"{origin} ({channels}), misses more than noise because the law is too poor: {diagnosis.material.law} describes "
+            "the same rubber without any further physics."
+        )
+    if diagnosis.verdict == "unexplained":
+        return f"{origin} ({channels}), misses more than noise."
+    names = " and ".join(one.name for one in diagnosis.effects)
+    return f"{origin} ({channels}), leaves out {names}."
+
+
+def _effects(named: Sequence[Named]) -> str:
+    told = []
+    for one in named:
+        values = ", ".join(_value(name, quantity) for name, quantity in one.parameters.items())
+        told.append(f"{one.summary} ({one.name}: {values})")
+    return " ".join(told)
+
+
+def _value(name: str, quantity: Quantity) -> str:
+    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+    for other, (value, other_unit) in quantity.derived.items():
+        share = quantity.std / abs(quantity.value) if quantity.value else float("nan")
+        spread = f" ± {100 * share:.2g} %" if np.isfinite(share) else ""
+        return f"{other} = {value:.3g}{'' if other_unit == '1' else ' ' + other_unit}{spread}"
+    return f"{name} = {quantity.value:.3g} ± {quantity.std:.2g}{unit}"
+
+
+def _gain(diagnosis: Diagnosis) -> str:
+    told = []
+    for channel in diagnosis.channels:
+        text = (
+            f"{channel.name} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % of the force range "
+            f"(noise {channel.noise_percent:.2g} %"
+        )
+        if np.isfinite(channel.held_out_before) and np.isfinite(channel.held_out_after):
+            text += f"; {channel.held_out_text}, held out: from {channel.held_out_before:.2g} to {channel.held_out_after:.2g} %"
+        told.append(text + ")")
+    what = "With it" if len(diagnosis.effects) == 1 else "With them" if diagnosis.effects else "With that law"
+    return f"{what} the misfit falls: " + ", ".join(told) + "."
+
+
+def _rivals(diagnosis: Diagnosis) -> str:
+    others = [" with ".join(one) for one in diagnosis.rivals[1:]]
+    if not others:
+        return ""
+    if diagnosis.verdict == "explained":
+        return f"What these recordings could not show if it were there: {', '.join(others)}."
+    if not diagnosis.effects:
+        return ""
+    return f"These recordings cannot tell it from: {', '.join(others)}."
+
+
+def label(names: Sequence[str]) -> str:
+    """A set of effects in words."""
+    return " + ".join(names) if names else "no effect"
+
+
+def needs(name: str) -> str:
+    """What a recording must contain for an effect to be identified."""
+    return effects()[name].needs

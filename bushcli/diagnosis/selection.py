@@ -1,0 +1,391 @@
+"""From the plain law to the model that explains the recordings: one effect at a time, while it pays.
+
+Each round screens the whole catalogue to first order beside the model at hand, refits the most promising effects
+together with the law, and takes the one with the best BIC, provided it also predicts what it was not fitted to no worse.
+Then every earlier effect has to prove itself again. A richer law stands among the candidates, so that physics is not
+called for what a law can do. The search ends at the noise, or where nothing pays any more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case
+from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials
+from bushcli.diagnosis.criterion import NoiseTest, noise_test
+from bushcli.diagnosis.held_out import HeldOut, held_out
+from bushcli.diagnosis.model import Fitted, Model, fit, predicted
+from bushcli.diagnosis.result import Hypothesis, Stage
+from bushcli.diagnosis.rivals import STRONG, Combination, forward
+from bushcli.diagnosis.score import Candidate, Score, screen
+from bushcli.diagnosis.weighing import whitened
+from bushcli.diagnosis.workers import Workers
+from bushcli.effect import effects
+from forms.law import laws
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, str, str], None]
+"""Called with the stage, what is looked at, and what came of it."""
+
+# Effects that are refitted in each round, and points of an effect's grid from which its refit begins.
+REFITTED, BEGINNINGS = 4, 2
+# An effect is refitted if it promises this share of what the best one promises, and a second beginning, this share of
+# what its own best point promises.
+SHARE, SECOND = 0.05, 0.8
+# Effects in one model, at most.
+MOST = 3
+# Worse prediction of what was held out than without the effect, as a factor, that is put down to chance.
+NO_WORSE = 1.05
+# A score test that promises less than this fall of chi square is not followed.
+PROMISING = 10.0
+# Laws that are tried in place of a poorer one: name and, where it has optional terms, their number.
+RICHER = (("yeoh", None), ("ogden", 2))
+# Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
+# the literature accepts of a model is far above it.
+AT_NOISE = 1.05
+
+
+@dataclass
+class Selection:
+    """What the search has found so far.
+
+    Attributes
+    ----------
+    plain, best : Fitted
+        The plain law, and the model at hand.
+    stages : list of Stage
+    tables : list of (candidates, scores)
+        Of each round, the first beside the plain law.
+    refits : dict
+        Names of effects (and "law: ...") -> fit, of all models that were refitted.
+    combined : tuple of Combination
+        Effects and pairs of them to first order beside the plain law.
+    held : tuple of HeldOut
+    """
+
+    plain: Fitted
+    best: Fitted
+    stages: list[Stage] = field(default_factory=list)
+    tables: list[tuple[list[Candidate], tuple[Score, ...]]] = field(default_factory=list)
+    refits: dict[tuple[str, ...], Fitted] = field(default_factory=dict)
+    combined: tuple[Combination, ...] = ()
+    held: tuple[HeldOut, ...] = ()
+    predictions: dict[tuple[str, ...], float] = field(default_factory=dict)
+
+
+def key(model: Model, plain: Model) -> tuple[str, ...]:
+    """Name of a model: its effects, and its law where that is not the plain one."""
+    names = tuple(sorted(model.names))
+    if model.law != plain.law:
+        return (f"law: {model.law}", *names)
+    return (*names, "law: refitted") if plain.fixed and not model.fixed else names
+
+
+def at_noise(found: Fitted) -> NoiseTest | None:
+    """The test by which the misfit is noise; None where it is not."""
+    test = noise_test(found.judged, len(found.x))
+    return test if test.is_noise or found.size <= AT_NOISE else None
+
+
+class Search:
+    """The search of one diagnosis.
+
+    Parameters
+    ----------
+    case
+    workers
+    names
+        Effects to be thought of; None = all.
+    progress
+    """
+
+    def __init__(self, case: Case, workers: Workers, names: Sequence[str] | None, progress: Progress) -> None:
+        self.case, self.workers, self.names, self.progress = case, workers, names, progress
+
+    # -- the rounds ----------------------------------------------------------------------------------------------
+
+    def run(self, plain: Fitted) -> Selection:
+        """Search from the plain law."""
+        found = Selection(plain, plain)
+        found.held = tuple(held_out(channel.recording) for channel in plain.channels)
+        found.refits[()] = plain
+        self._stage(found, "fit", plain, f"{plain.model.law} alone")
+        for _ in range(MOST):
+            table, scores = self.screened(found.best)
+            found.tables.append((table, scores))
+            if len(found.tables) == 1:
+                found.combined = forward(found.best.linear, table, 2, inflation=1.0)
+            if at_noise(found.best) is not None:
+                break
+            if not self._extended(found, table, scores):
+                return found
+            self._reduced(found)
+            if at_noise(found.best) is not None:
+                break
+        done = at_noise(found.best) is not None
+        self._stage(found, "stop", found.best, "what is left is noise" if done else "effects enough for one model")
+        return found
+
+    def screened(self, fitted: Fitted) -> tuple[list[Candidate], tuple[Score, ...]]:
+        """The catalogue beside a model, tested to first order."""
+        specimen = "coupon" if self.case.geometry.specimen == "coupon" else "bushing"
+        asked = [(effect, *trials(self.case, fitted, effect)) for effect in self._catalogue(specimen)]
+        questions = [(self.case, fitted, trial) for _, grid, _ in asked for trial in grid]
+        labels = [trial for _, grid, _ in asked for trial in grid]
+
+        def told(i: int, answer: object) -> None:
+            shape = ", ".join(f"{k} {v:.3g}" for k, v in labels[i].shape.items())
+            self.progress(
+                "screen", labels[i].effect.name, shape if answer is not None else f"{shape} cannot be solved"
+            )
+
+        answers = iter(self.workers.run(_columns, questions, told))
+        table = []
+        for effect, grid, reason in asked:
+            table.append(candidate(fitted, effect, grid, [next(answers) for _ in grid], reason))
+        return table, screen(fitted.linear, table)
+
+    def _catalogue(self, specimen: str) -> list:  # type: ignore[type-arg]
+        return list(catalogue(self.names, effects(), specimen))
+
+    def _extended(self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score]) -> bool:
+        """Refit the most promising, and take the best; whether one was taken."""
+        models = self._proposals(found, table, scores)
+        if not models:
+            self._stage(found, "stop", found.best, "nothing in the catalogue promises more")
+            return False
+        fits = self._fitted(models)
+        tried: dict[tuple[str, ...], Fitted] = {}
+        for one in fits:
+            if one is None:
+                continue
+            name = key(one.model, found.plain.model)
+            if name not in tried or one.chi_square < tried[name].chi_square:
+                tried[name] = one
+        found.refits |= {name: one for name, one in tried.items() if _better(one, found.refits.get(name))}
+        ranked = sorted(tried.values(), key=lambda one: one.bic())
+        for one in ranked:
+            gain = found.best.bic() - one.bic()
+            if gain < STRONG:
+                break
+            before, after = self.prediction(found, found.best), self.prediction(found, one)
+            added = _difference(one, found.best)
+            if np.isfinite(before) and after > NO_WORSE * before:
+                text = f"{added} fits better but predicts what was held out worse ({after:.3g} against {before:.3g} of the noise)"
+                self._stage(found, "refuse", one, text)
+                continue
+            found.best = one
+            self._stage(found, "add", one, f"{added}: BIC falls by {gain:.4g}")
+            return True
+        self._stage(
+            found, "stop", found.best, "no effect of the catalogue improves the fit enough to be believed"
+        )
+        return False
+
+    def _proposals(
+        self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score]
+    ) -> list[Model]:
+        """Models with one effect more, or a richer law, from first-order start values."""
+        best = found.best.model
+        proposed: list[Model] = []
+        grids = {one.name: one for one in table}
+        most = max((one.drop for one in scores if one.testable), default=0.0)
+        promising = [one for one in scores if one.testable and one.drop > max(PROMISING, SHARE * most)][:REFITTED]
+        for score in promising:
+            one = grids[score.name]
+            order = np.argsort(-score.drops)[:BEGINNINGS]
+            for point in order:
+                if point == order[0] or score.drops[point] > SECOND * score.drop:
+                    proposed.append(_with(best, found.best, one, int(point), score))
+        if not best.fixed:
+            for name, terms in RICHER:
+                if name != best.law and len(laws()[name].parameters) >= len(best.start):
+                    start = {
+                        p.name: p.start
+                        for p in laws()[name].parameters
+                        if terms is None or not p.optional or int(p.name[-1]) <= terms
+                    }
+                    proposed.append(replace(best, law=name, start=start, terms=terms))
+        elif best.effects:
+            proposed.append(replace(best, fixed=False))
+        return proposed
+
+    def _fitted(self, models: Sequence[Model]) -> list[Fitted | None]:
+        questions = [(self.case, model) for model in models]
+
+        def told(i: int, answer: Fitted | None) -> None:
+            label = " + ".join([models[i].law, *models[i].names])
+            self.progress(
+                "refit",
+                label,
+                "cannot be solved" if answer is None else f"misfit {answer.size:.3g} of the noise",
+            )
+
+        return self.workers.run(_refit, questions, told)
+
+    def _reduced(self, found: Selection) -> None:
+        """Leave out, one at a time, every effect that the model no longer needs."""
+        while len(found.best.model.effects) > 1:
+            model = found.best.model
+            models = [
+                replace(model, effects=tuple(one for one in model.effects if one.name != name))
+                for name in model.names[:-1]
+            ]
+            fits = [one for one in self._fitted(models) if one is not None]
+            found.refits |= {
+                key(one.model, found.plain.model): one
+                for one in fits
+                if _better(one, found.refits.get(key(one.model, found.plain.model)))
+            }
+            better = [one for one in fits if one.bic() <= found.best.bic() + STRONG]
+            if not better:
+                return
+            left = min(better, key=lambda one: one.bic())
+            gone = set(model.names) - set(left.model.names)
+            found.best = left
+            self._stage(found, "drop", left, f"{', '.join(gone)} is not needed any more")
+
+    # -- what was held out ---------------------------------------------------------------------------------------
+
+    def prediction(self, found: Selection, fitted: Fitted) -> float:
+        """Root mean square misfit over the noise on samples that the model was not fitted to; NaN where there are none."""
+        name = key(fitted.model, found.plain.model)
+        if name not in found.predictions:
+            masks = tuple(one.samples for one in found.held)
+            answer = self.workers.run(_predict, [(self.case, fitted.model, masks)])[0]
+            found.predictions[name] = _outside(answer, found.held, fitted.factors)
+        return found.predictions[name]
+
+    def _stage(self, found: Selection, action: str, fitted: Fitted, text: str) -> None:
+        kept = found.predictions.get(key(fitted.model, found.plain.model), float("nan"))
+        stage = Stage(action, fitted.model.names, fitted.model.law, fitted.bic(), fitted.size, kept, text)  # type: ignore[arg-type]
+        found.stages.append(stage)
+        self.progress(action, " + ".join([fitted.model.law, *fitted.model.names]), text)
+
+
+def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
+    """The table of all that was thought of, the best refits first, then the most promising, then what cannot be tested."""
+    scores = found.tables[0][1] if found.tables else ()
+    rows = []
+    plain = found.plain.bic()
+    for score in scores:
+        refit = found.refits.get((score.name,))
+        rows.append(
+            Hypothesis(
+                name=score.name,
+                testable=score.testable,
+                reason=score.reason,
+                drop=score.drop,
+                z=score.z,
+                p=score.p,
+                amplitude=dict(score.amplitude) | dict(score.shape) if score.testable else {},
+                refitted=refit is not None,
+                bic=float("nan") if refit is None else refit.bic() - plain,
+                misfit=float("nan") if refit is None else refit.size,
+                chosen=score.name in found.best.model.names,
+            )
+        )
+    for name, refit in found.refits.items():
+        if name and (len(name) > 1 or name[0].startswith("law")):
+            chosen = key(found.best.model, found.plain.model) == name
+            rows.append(
+                Hypothesis(
+                    " + ".join(name),
+                    True,
+                    "",
+                    float("nan"),
+                    float("nan"),
+                    float("nan"),
+                    {},
+                    True,
+                    refit.bic() - plain,
+                    refit.size,
+                    chosen,
+                )
+            )
+    return tuple(
+        sorted(
+            rows,
+            key=lambda row: (not row.testable, row.bic if row.refitted else 0.0, -np.nan_to_num(row.drop)),
+        )
+    )
+
+
+def _with(model: Model, fitted: Fitted, one: Candidate, point: int, score: Score) -> Model:
+    """The model with an effect at a point of its grid and its first-order amplitude."""
+    effect = effects()[one.name]
+    present = next((e for e in model.effects if e.name == one.name), None)
+    columns_ = fitted.linear.left(one.columns[point])
+    size = np.maximum(np.sum(columns_**2, axis=0), 1e-300)
+    asked = -(columns_.T @ fitted.linear.rest) / size
+    values: dict[str, float] = dict(present.values) if present is not None else {}
+    for name, value, sign in zip(one.amplitudes, asked, one.signs, strict=True):
+        parameter = effect.parameter(name)
+        amplitude = float(parameter.off or 0.0) + (max(value, 0.0) if sign > 0 else value)
+        # First order promises too much far from the off value.
+        most = 3.0 * abs(parameter.start)
+        amplitude = float(np.clip(amplitude, -most, most))
+        if amplitude == parameter.off:
+            amplitude = parameter.start
+        values[name] = float(np.clip(amplitude, parameter.lower, parameter.upper))
+    values |= one.points[point]
+    from bushcli.effect import ActiveEffect
+
+    active = ActiveEffect(effect, values, present.channels if present is not None else None).started()
+    others = tuple(e for e in model.effects if e.name != one.name)
+    return replace(model, effects=(*others, active))
+
+
+def _better(one: Fitted, other: Fitted | None) -> bool:
+    return other is None or one.chi_square < other.chi_square
+
+
+def _difference(one: Fitted, other: Fitted) -> str:
+    added = [name for name in one.model.names if name not in other.model.names]
+    if added:
+        return " and ".join(added)
+    if one.model.law != other.model.law:
+        return f"the law {one.model.law} in place of {other.model.law}"
+    if other.model.fixed and not one.model.fixed:
+        return "the law identified from the recordings"
+    return f"one more branch of {', '.join(one.model.names[-1:])}"
+
+
+def _outside(answer: object, held: Sequence[HeldOut], factors: Sequence[float]) -> float:
+    """Misfit over noise on the samples held out."""
+    if answer is None:
+        return float("nan")
+    total, samples = 0.0, 0.0
+    for channel, kept, factor in zip(answer, held, factors, strict=True):  # type: ignore[call-overload]
+        if not kept.samples.any():
+            continue
+        only = replace(channel, simulated=np.where(kept.samples, channel.simulated, np.nan))
+        rows = whitened(np.where(only.known, only.misfit, 0.0), only, factor)
+        total, samples = total + float(rows @ rows), samples + only.effective_samples
+    return float(np.sqrt(total / samples)) if samples else float("nan")
+
+
+# -- what is run in other processes -------------------------------------------------------------------------------
+
+
+def _columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | None:
+    return columns(case, fitted, trial)
+
+
+def _refit(case: Case, model: Model) -> Fitted | None:
+    return fit(case, model)
+
+
+def _predict(case: Case, model: Model, masks: tuple[Array, ...]) -> object:
+    """The recordings as a model foretells them that was fitted to what is not masked."""
+    if not any(mask.any() for mask in masks):
+        return None
+    partly = fit(case, model, masks)
+    return None if partly is None else predicted(case, partly)
+
+
+Given = Mapping[str, float]
