@@ -23,7 +23,8 @@ from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.say import paragraph, plausibility
 from bushcli.diagnosis.selection import Progress, Search, Selection, at_noise, hypotheses, key
 from bushcli.diagnosis.workers import Workers
-from bushcli.effect import effects, full_name
+from bushcli.effect import effects as catalogue
+from bushcli.effect import full_name
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.inverse.identify import fit_coupons
 from forms.law import law, laws
@@ -41,7 +42,7 @@ def diagnose(
     case: Case,
     *,
     model: str | None = None,
-    only: Sequence[str] | None = None,
+    effects: Sequence[str] | None = None,
     workers: int = 1,
     journal: Path | None = None,
     resume: bool = False,
@@ -57,8 +58,8 @@ def diagnose(
         kept, and the first question is what the bushing's rubber has that the coupons' has not.
     model
         Law to begin with; the case's where None.
-    only
-        Effects to be thought of; all where None.
+    effects
+        Names of those to be thought of; all where None.
     workers
         Processes side by side; the answer does not depend on it.
     journal
@@ -77,7 +78,7 @@ def diagnose(
     """
     begin = time.perf_counter()
     told = progress or (lambda *_: None)
-    _check(case, model, only)
+    _check(case, model, effects)
     chosen, source, first = _plain(case, model)
     bare = replace(case, effects=())
     with Workers(workers, journal, resume).open() as crew:
@@ -88,7 +89,7 @@ def diagnose(
             raise InputError(
                 Problem(case.path.name, f"{chosen.law} cannot be solved on these recordings from {tried}")
             )
-        search = Search(bare, crew, only, told)
+        search = Search(bare, crew, effects, told)
         found = search.run(plain)
         before, after = (search.prediction(found, one) for one in (plain, found.best))
         channels = _channels(bare, crew, found)
@@ -136,10 +137,10 @@ def _check(case: Case, model: str | None, only: Sequence[str] | None) -> None:
             Problem("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
         )
     for name in only or ():
-        if name not in effects():
-            known = ", ".join(effects())
+        if name not in catalogue():
+            known = ", ".join(catalogue())
             raise InputError(
-                Problem("--effects", f'"{name}" is not an effect', nearest(name, effects()), known)
+                Problem("--effects", f'"{name}" is not an effect', nearest(name, catalogue()), known)
             )
 
 
@@ -232,7 +233,7 @@ def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
         # Nothing is missing that these recordings could show; what they could not show may still be there.
         scores = found.tables[0][1] if found.tables else ()
         for score in scores:
-            parameter = effects()[score.name].amplitudes[0]
+            parameter = catalogue()[score.name].amplitudes[0]
             typical = abs(parameter.start - float(parameter.off or 0.0))
             if not score.testable or score.detectable > SEEN / 3.0 * typical:
                 near.append((score.name,))
