@@ -12,13 +12,10 @@ all cells is the derivative with respect to a factor on all rubber at once.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
-import basix.ufl
 import numpy as np
 import ufl
-from dolfinx import fem, io, mesh
-from mpi4py import MPI
+from dolfinx import fem
 from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
@@ -152,26 +149,3 @@ def marched(model: Model, program: Program) -> Local:
     stiffness, rows = LocalStiffness(model), list[Array]()
     history = march(model, program, observer=lambda solver: rows.append(stiffness(solver)))
     return Local(stiffness.cells, history, np.array(rows))
-
-
-def write_map(points: Array, corners: NDArray[np.int64], factor: Array, file: Path) -> None:
-    """Write a change of stiffness by cell as XDMF, all in one file; on one rank.
-
-    Parameters
-    ----------
-    points, corners
-        As in `Cells`.
-    factor : shape (m,)
-        Change of the factor: 0.1 is 10 % stiffer.
-    file
-        Ends in .xdmf.
-    """
-    kind = "quadrilateral" if corners.shape[1] == 4 else "hexahedron"
-    element = basix.ufl.element("Lagrange", kind, 1, shape=(points.shape[1],))
-    # By name: DOLFINx 0.9 has another order of arguments.
-    made = mesh.create_mesh(MPI.COMM_SELF, cells=corners, e=element, x=points)
-    function = fem.Function(fem.functionspace(made, ("DG", 0)), name="stiffness_change")
-    function.x.array[function.function_space.dofmap.list[:, 0]] = factor[made.topology.original_cell_index]
-    with io.XDMFFile(MPI.COMM_SELF, file, "w", encoding=io.XDMFFile.Encoding.ASCII) as out:
-        out.write_mesh(made)
-        out.write_function(function)

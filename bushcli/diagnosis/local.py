@@ -13,19 +13,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
+from bushcli.curve import Curve
 from bushcli.diagnosis import weighing
 from bushcli.diagnosis.field import covariance, estimate, uniform, zoned
 from bushcli.diagnosis.linearised import linearised, weighed
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import LocalMap
 from bushcli.inverse.channel import Channel
+from bushcli.recording import matching
 from cases import local
 from cases.local import Cells, Local
 from cases.program import Program
@@ -157,11 +158,6 @@ def _shared(channel: Channel) -> float:
     return weighing.SECTION if channel.model.mesh.dimension == 2 else weighing.SOLID
 
 
-def write_map(found: LocalMap, file: Path) -> None:
-    """Write a map as XDMF, for ParaView; on one rank."""
-    local.write_map(found.points, found.cells, found.factor, file)
-
-
 # -- the channels ----------------------------------------------------------------------------------------------------
 
 
@@ -173,10 +169,11 @@ def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, C
         found = local.swept(model, channel.targets)
         return _interpolated(found, channel), found.cells
     # The rig's part in the curve is left out: it does not change which cells carry the force.
-    steps, recording = simulation.steps, channel.recording
+    steps, q = simulation.steps, simulation.displacement
     found = local.marched(model, Program(steps.displacement, steps.time if steps.timed else None))
-    clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
-    return steps.interpolation(clock) @ found.slope, found.cells
+    whole = Curve(channel.recording.mode, q, q, simulation.time)
+    clock = np.arange(len(q), dtype=float) if simulation.time is None else simulation.time
+    return steps.interpolation(clock[matching(whole, channel.recording)]) @ found.slope, found.cells
 
 
 def _interpolated(found: Local, channel: Channel) -> Array:
@@ -256,8 +253,7 @@ class _Combined:
 
     def _gains(self, gains: Gains, scale: float, helps: bool) -> str:
         everywhere, somewhere = (
-            f"{100 * max(1.0 - left / (gains.before or 1.0), 0.0):.3g} %"
-            for left in (gains.uniform, gains.local)
+            _percent(1.0 - left / (gains.before or 1.0)) for left in (gains.uniform, gains.local)
         )
         whole = scale * (1.0 + self.uniform)
         factor = f" ({whole:.3g} on all rubber)" if abs(whole - 1.0) > 1e-3 else ""
@@ -312,14 +308,17 @@ def _onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
 
 def _place_of(cells: Cells, flat: bool, mirrors: Mirrors) -> Array:
     """Centres of the cells, (R, Z) or (x, y, z), with all images folded into one."""
-    corners = cells.points[cells.corners]
-    if flat and corners.shape[2] == 3:
-        corners = np.stack([np.hypot(corners[..., 0], corners[..., 1]), corners[..., 2]], axis=-1)
-    centres = corners.mean(axis=1)
+    # The mean radius of the corners: that of their mean would change with the angle that a cell takes.
+    centres = (_section(cells.points) if flat else cells.points)[cells.corners].mean(axis=1)
     names = "rz" if flat else "xyz"
     for plane in mirrors & set(names):
         centres[:, names.index(plane)] = np.abs(centres[:, names.index(plane)])
     return np.asarray(centres)
+
+
+def _section(points: Array) -> Array:
+    """(R, Z) of points in the half-plane or in space."""
+    return np.column_stack([np.linalg.norm(points[:, :-1], axis=1), points[:, -1]])
 
 
 # -- words -----------------------------------------------------------------------------------------------------------
@@ -327,22 +326,14 @@ def _place_of(cells: Cells, flat: bool, mirrors: Mirrors) -> Array:
 
 def _thickness(cells: Cells) -> float:
     """Of the rubber across, mm."""
-    return float(
-        np.ptp(_place_of(cells, True, frozenset())[:, 0])
-        if cells.points.shape[1] == 3
-        else np.ptp(cells.points[:, 0])
-    )
+    return float(np.ptp(_section(cells.points)[:, 0]))
 
 
 def _zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Array]:
     """Names of parts of the rubber, and which cells (m, k) belong to each."""
     radius, height = _place_of(cells, True, frozenset()).T
-    corners = (
-        cells.points
-        if cells.points.shape[1] == 2
-        else np.column_stack([np.hypot(cells.points[:, 0], cells.points[:, 1]), cells.points[:, 2]])
-    )
-    across = (radius - corners[:, 0].min()) / np.ptp(corners[:, 0])
+    corners = _section(cells.points)
+    across = (radius - corners[:, 0].min()) / _thickness(cells)
     end = float(np.abs(corners[:, 1]).max())
     names = ("bore", "flank") if not isinstance(shape, Ring) else ("inner bond", "outer bond")
     rings = {
@@ -369,6 +360,13 @@ def _zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Arr
 def _change(value: float) -> str:
     """In words, of a change of the logarithm of the stiffness."""
     return f"{100 * abs(np.expm1(value)):.0f} % {'stiffer' if value > 0 else 'softer'}"
+
+
+def _percent(share: float) -> str:
+    if share < 0.01:
+        return "less than 1 %"
+    # What is left of a large share is what one wants to know.
+    return f"{100 * share:.1f} %" if share > 0.9 else f"{100 * share:.0f} %"
 
 
 def _chance(p: float) -> str:

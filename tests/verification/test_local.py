@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 import ufl
 
 from cases.feature import Installed
-from cases.local import LocalStiffness, marched, swept, write_map
+from cases.local import marched, swept
 from cases.march import march
 from cases.mode import modes
 from cases.program import Program
@@ -121,20 +120,3 @@ def test_axial_shear_is_carried_where_it_is_large(rubber):
     density = (local.slope[-1] / local.cells.volume * r**2)[middle]
     # Of the midpoint's r^2 in a cell a tenth as wide as the radius: (0.1)^2 / 12 and a little more.
     np.testing.assert_allclose(density, density.mean(), rtol=5e-3)
-
-
-def test_map_file_holds_the_values_of_its_cells(tmp_path, reference_bushing, rubber):
-    model = prepare(reference_bushing, modes()["radial"], rubber("yeoh"), COARSE)
-    cells = LocalStiffness(model).cells
-    write_map(cells.points, cells.corners, cells.centres[:, 0], tmp_path / "map.xdmf")
-    tree = ElementTree.parse(tmp_path / "map.xdmf")
-    read = {
-        kind: np.array(tree.find(f".//{kind}/DataItem").text.split(), dtype=float)
-        for kind in ("Topology", "Geometry", "Attribute")
-    }
-    # The file has its own order of cells and corners.
-    corners = read["Topology"].astype(int).reshape(-1, 8)
-    centres = read["Geometry"].reshape(-1, 3)[corners].mean(axis=1)
-    assert tree.find(".//Attribute").get("Name") == "stiffness_change"
-    np.testing.assert_allclose(read["Attribute"], centres[:, 0], atol=1e-9)
-    assert len(np.unique(corners)) == len(cells.points)
