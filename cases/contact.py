@@ -11,13 +11,12 @@ Wriggers (2006), Computational Contact Mechanics, 2nd ed., Springer, section 6.3
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 import ufl
 
-from cases.feature import Feature, Place, Values
+from cases.feature import Feature, Installed, Place, Values
 from forms.law import Scalar
 from geometry.ring import Ring
 from geometry.shape import Shape
@@ -25,39 +24,30 @@ from geometry.shape import Shape
 # Stiffness of a plate over mu / thickness: a pressure of mu pushes an end beyond it by a thousandth of the thickness.
 STIFF = 1e3
 
-End = Literal["top", "bottom"]
 
-
-def snubber(
-    ends: Sequence[End] = ("top", "bottom"), fixed_to: Literal["inner", "outer"] = "outer"
-) -> Feature:
-    """Return plates before the free ends; their parameter is "gap", mm from the furthest point of the end at rest.
-
-    Parameters
-    ----------
-    ends
-        Those that have a plate.
-    fixed_to
-        Sleeve that carries the plates. A plate on the inner sleeve moves as that does.
-    """
+def plates(shape: Shape) -> tuple[Installed, ...]:
+    """Return the contact with a shape's plates; "snubber.gap" is its parameter."""
+    if not isinstance(shape, Ring) or shape.snubber is None:
+        return ()
+    ends = ("top", "bottom") if shape.snubber.ends == "both" else (shape.snubber.ends,)
+    rides = shape.snubber.fixed_to == "inner"
+    stiffness = STIFF / shape.thickness
+    half = float(shape.half_length(np.linspace(0.0, 1.0, 201, dtype=np.float64)).max())
 
     def surface(values: Values, place: Place) -> list[Scalar]:
-        stiffness = STIFF * place.shear_modulus / _thickness(place.shape)
-        half = _furthest(place.shape)
         found = []
         for end in ends:
             ds = place.ds(f"end_{end}")
-            if ds is None:
-                continue
-            beyond = _height(place, fixed_to == "inner", 1.0 if end == "top" else -1.0) - (
-                half + values["gap"]
-            )
-            found.append(pushed_back(beyond, stiffness) * place.weight * ds)
+            if ds is not None:
+                beyond = _height(place, rides, 1.0 if end == "top" else -1.0) - (half + values["gap"])
+                found.append(pushed_back(beyond, stiffness * place.shear_modulus) * place.weight * ds)
         return found
 
-    both = {"top", "bottom"} <= set(ends)
-    return Feature(
-        surface=surface, follows=fixed_to == "inner", breaks=frozenset() if both else frozenset({"z"})
+    one_end = frozenset[Literal["x", "y", "z"]]({"z"} if len(ends) == 1 else ())
+    return (
+        Installed(
+            "snubber", Feature(surface=surface, follows=rides, breaks=one_end), {"gap": shape.snubber.gap}
+        ),
     )
 
 
@@ -78,14 +68,3 @@ def _height(place: Place, rides: bool, sign: float) -> Scalar:
     R = ufl.Identity(3) + ufl.grad(place.motion)
     t = place.x + place.motion - ufl.dot(R, place.x)
     return sign * ufl.dot(ufl.dot(R, ufl.as_vector([0, 0, 1])), place.x + place.u - t)
-
-
-def _furthest(shape: Shape) -> float:
-    if not isinstance(shape, Ring):
-        raise TypeError(f"a {type(shape).__name__} has no free ends between sleeves")
-    return float(shape.half_length(np.linspace(0.0, 1.0, 201, dtype=np.float64)).max())
-
-
-def _thickness(shape: Shape) -> float:
-    assert isinstance(shape, Ring)
-    return shape.thickness

@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from cases.contact import plates
 from cases.feature import Installed
 from cases.march import TOLERANCE, History, NotConverged, Observer, Progress, march
 from cases.mode import Mode
@@ -52,13 +53,14 @@ def prepare(
         if item.feature.shape is not None:
             shape = item.feature.shape(shape, item.values)
     mesh = build(shape, dimension, mirrors, refinement, comm)
+    features = [*features, *plates(shape)]
     return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus, features)
 
 
 def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
     """Planes of symmetry of a shape that its features leave."""
     planes = shape.mirror_planes
-    for item in features:
+    for item in (*features, *plates(shape)):
         planes -= item.feature.breaks
     return planes
 

@@ -17,7 +17,7 @@ from bushcli.casefile.unit import unit
 from bushcli.effect import Effect, EffectParameter, effects
 from cases.mode import modes
 from forms.law import laws
-from geometry.shape import Sleeve, shapes
+from geometry.shape import Sleeve, Snubber, shapes
 
 PAGES = [Path(__file__).with_name(name) for name in ("case-file.md", "effects.md")]
 _ACTS = {"rubber": "In the rubber", "assembly": "In the assembly", "rig": "In the rig"}
@@ -133,6 +133,7 @@ def brought_up_to_date(page: str) -> str:
     content = {
         "shapes": shapes_text(),
         "sleeve": fields(Sleeve.model_fields),
+        "snubber": fields(Snubber.model_fields),
         "laws": laws_text(),
         "modes": modes_text(),
         "effects": effects_text(),

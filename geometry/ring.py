@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, model_validator
 from typing_extensions import override
 
-from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape, Sleeve
+from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape, Sleeve, Snubber
 
 # Defaults with which the force stays within 1 % of the converged one (measured: benchmarks/README.md).
 SECTION = Refinement(across=6)
@@ -40,6 +40,7 @@ class Ring(Shape):
     outer_radius: float = Field(gt=0, description="outer radius of the rubber, mm")
     inner_sleeve: Sleeve | None = Field(default=None, description="elastic inner sleeve; absent = rigid")
     outer_sleeve: Sleeve | None = Field(default=None, description="elastic outer sleeve; absent = rigid")
+    snubber: Snubber | None = Field(default=None, description="plates before the free ends; absent = none")
 
     axisymmetric: ClassVar[bool] = True
 

@@ -41,6 +41,20 @@ class Sleeve(BaseModel):
     )
 
 
+class Snubber(BaseModel):
+    """Rigid plates before the free ends, which the rubber meets at large travel; contact is without friction."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    gap: float = Field(ge=0, description="from the furthest point of the free end to the plate at rest, mm")
+    ends: Literal["both", "top", "bottom"] = Field(
+        default="both", description="ends that have a plate; the top is at positive z"
+    )
+    fixed_to: Literal["outer", "inner"] = Field(
+        default="outer", description="sleeve that carries the plates; on the inner one they move with it"
+    )
+
+
 @dataclass(frozen=True)
 class Refinement:
     """How fine the mesh is: rubber elements in each direction of the whole bushing (None = the shape's default).

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from forms.law import Scalar
 
 
-# Springs of this times the shear modulus over the rubber's thickness hold the bond: some 1e-7 of the stiffness is lost, 5e-7 of a radial one.
+# Springs of this times the shear modulus over the rubber's thickness hold the bond: some 1e-7 of the stiffness is lost,
+# 5e-7 of a radial one.
 BOND = 2e7
-# Length over which the bond's compliance grows by a factor e, over the rubber's thickness. With 0.03 the curve follows
-# a free boundary closer (2 % instead of 4 % of what a free length of a tenth of the thickness takes), but on the usual
-# mesh its slope by the length jumps from element to element.
+# Length over which the bond's compliance grows by a factor e, over the rubber's thickness. 0.03 brings the curve closer
+# to that of a free boundary, but on the usual mesh the slope by the length then jumps from element to element.
 EDGE = 0.05
 # Of the quadrature along the bond: the edge is narrower than an element.
 DEGREE = 20

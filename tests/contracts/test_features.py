@@ -18,13 +18,13 @@ from cases.march import march
 from cases.mode import modes
 from cases.model import Model
 from cases.program import Program
-from cases.simulate import Rubber, is_odd, prepare
+from cases.simulate import Rubber, prepare
 from forms.law import law
 from geometry.shape import Refinement, shapes
 
 COARSE = Refinement(across=2, along=4, around=8)
-# On knees a difference has an error of the first order in its step; the rounding of stiff metal and bonds is 1e-5 of what
-# small parameters change.
+# On knees a difference has an error of the first order in its step; the rounding of stiff metal and bonds is 1e-5 of
+# what small parameters change.
 DIGITS = {"friction": 1e-5, "sleeve_compliance": 2e-5, "debonding": 1e-5}
 # A bond that begins to give is a new way to move, whose slope changes within 1e-5 mm: less than differences resolve.
 BARELY_ON = {"debonding": {"length": 0.1}}
@@ -33,13 +33,13 @@ RUBBER = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 500.0)
 # Springs that hold a bond, and metal, leave more rounding than rubber does.
 SHARP = 1e-10
 # Shares of a parameter's typical value by which it is changed: large ones err by truncation, small ones by rounding.
-STEPS = 10.0 ** np.arange(0.0, -4.0, -0.5)
+STEPS = 10.0 ** np.arange(0.0, -5.0, -0.5)
 # Shape of the bushing: short, so that few elements serve.
 DIMENSIONS = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 20.0}
 
 
 def mode_of(one: Effect) -> str:
-    return "radial" if "radial" in one.needs or not one.acts_on("axial") else "axial"
+    return "radial" if one.needs.startswith("a radial channel") else "axial"
 
 
 def program(timed: bool) -> Program:
