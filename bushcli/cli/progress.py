@@ -56,24 +56,31 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
 
 
 def search_progress(run: Run) -> Callable[[Evaluation], None] | None:
-    """Progress of an identification: a line per evaluation, with the misfit, the step and the parameters.
+    """Progress of an identification, a line per evaluation: misfit, iteration, step, trust radius, parameters.
 
-    Of the fast fits to coupons every line is only shown when asked for (-v).
+    Step and radius are in units of the parameters' scales; they are left out where there is no trust region (the
+    scaling of the start, profiles, robust losses). Of the fast fits to coupons lines are shown only on request (-v).
     """
     if run.quiet or not speaks():
         return None
-    before: dict[str, float] = {}
 
     def line(found: Evaluation) -> None:
-        step = max(
-            (abs(v - before.get(k, v)) / max(abs(v), 1e-12) for k, v in found.parameters.items()), default=0.0
-        )
-        before.update(found.parameters)
-        shown = "  ".join(f"{name} {value:.5g}" for name, value in found.parameters.items())
-        rms = "no solution" if math.isnan(found.cost) else f"misfit {math.sqrt(found.cost):9.4g}"
-        run.say(
-            f"  {found.number:3d}  {rms}  step {100 * step:7.2g} %  {shown}{'  best' if found.best else ''}"
-            f"{'  profile' if found.stage == 'profile' else ''}"
-        )
+        run.say(progress_line(found))
 
     return line
+
+
+def progress_line(found: Evaluation) -> str:
+    """One evaluation in words, the columns aligned: "  4  misfit  1.064  it 2  step 0.071  radius 1.2  C10 0.118"."""
+    misfit = "no solution     " if math.isnan(found.cost) else f"misfit {math.sqrt(found.cost):9.4g}"
+    if found.stage == "profile":
+        where = "profile"
+    elif math.isnan(found.step):
+        where = f"it {found.iteration}" if found.iteration else "start"
+    elif math.isnan(found.radius):
+        where = f"it {found.iteration}  step {found.step:.2g}"
+    else:
+        where = f"it {found.iteration}  step {found.step:.2g}  radius {found.radius:.2g}"
+    shown = "  ".join(f"{name} {value:.5g}" for name, value in found.parameters.items())
+    start = f"start {found.start}  " if found.start else ""
+    return f"  {found.number:3d}  {misfit}  {start}{where:33s}  {shown}{'  best' if found.best else ''}"

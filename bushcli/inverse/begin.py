@@ -23,26 +23,27 @@ ENLARGED = (1.0, 3.0, 10.0, 30.0)
 SOLVED = 8
 
 
-def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> Array:
-    """A solvable point at the right scale, as near to the start as there is one; the start itself where there is none.
+def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> tuple[Array, Array | None]:
+    """A solvable point at the right scale, as near to the start as there is one; and where it came from.
 
     The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
-    step; what is unstable in the coupon modes is passed over without being solved.
+    step. What is unstable in the coupon modes is passed over without being solved: such a march takes long to fail.
+
+    Returns
+    -------
+    point : shape (parameters,)
+        The start itself where nothing can be solved.
+    instead : shape (parameters,) or None
+        What stands for a start that is unstable or could not be solved, before it is brought to scale.
     """
     begun = inside(start, lower, upper)
-    tried: set[bytes] = set()
-    for candidate in candidates(problem, begun, lower, upper):
-        if candidate.tobytes() in tried:
-            continue
-        # The start itself is tried whatever its stability: short curves need not reach where it is lost.
-        if tried and not is_stable(problem, candidate):
-            continue
-        if len(tried) == SOLVED:
-            break
-        tried.add(candidate.tobytes())
-        if problem.forces(candidate) is not None:
-            return scaled(problem, candidate, lower, upper)
-    return begun
+    stable = [x for x in candidates(problem, begun, lower, upper) if is_stable(problem, x)]
+    # Where all are unstable, as a fixed parameter may make them, the start still gets its chance.
+    for point in list({x.tobytes(): x for x in (*stable[:SOLVED], begun)}.values()):
+        if problem.forces(point) is not None:
+            same = np.array_equal(point, begun)
+            return scaled(problem, point, lower, upper), None if same else point
+    return begun, None
 
 
 def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> Iterator[Array]:
@@ -80,18 +81,12 @@ def scalable(problem: Problem) -> NDArray[np.bool_]:
 
 def shear(problem: Problem, x: Array) -> float:
     """Initial shear modulus, MPa."""
-    return float(problem.law.shear_modulus(**law_parameters(problem, x)))
-
-
-def law_parameters(problem: Problem, x: Array) -> dict[str, float]:
-    """The law's own parameters by name."""
-    known = {parameter.name for parameter in problem.law.parameters}
-    return {name: value for name, value in problem.parameters(x).items() if name in known}
+    return float(problem.law.shear_modulus(**problem.law_parameters(x)))
 
 
 def is_stable(problem: Problem, x: Array) -> bool:
     """Whether the law is stable in all states watched: a matter of milliseconds, where a march takes longer."""
-    tangents = moduli(problem.law, law_parameters(problem, x), problem.states)
+    tangents = moduli(problem.law, problem.law_parameters(x), problem.states)
     return bool(np.isfinite(tangents).all() and (np.linalg.eigvalsh(tangents) > 0).all())
 
 

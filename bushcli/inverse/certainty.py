@@ -1,4 +1,4 @@
-"""How well the curves determine the parameters: covariance from the misfit left, directions in words, profiles."""
+"""How well the curves determine the parameters: covariance from the misfit left, directions in words, leverage."""
 
 from __future__ import annotations
 
@@ -6,11 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
-from bushcli.inverse.local import TOLERANCE, inside
 from bushcli.inverse.problem import Problem
-from bushcli.inverse.result import Combination, Profile
+from bushcli.inverse.result import Combination
 
 Array = NDArray[np.float64]
 
@@ -19,9 +17,6 @@ Array = NDArray[np.float64]
 UNDETERMINED = 1e-3
 # A standard error above this share of the value: poorly determined, worth a profile.
 POOR = 0.2
-# Rise of the cost, in units of the noise seen, at the ends of a 95 % interval: chi square of one degree of freedom.
-RISE_95 = 3.841
-PROFILE_POINTS = 5
 
 
 def covariance(problem: Problem, x: Array) -> Array:
@@ -121,86 +116,3 @@ def _combination(names: Sequence[str], x: Array, row: Array, size: float) -> Com
             "changes the curves"
         )
     return Combination(parts, size, text)
-
-
-def profile(problem: Problem, x: Array, index: int, spread: float, lower: Array, upper: Array) -> Profile:
-    """Cost along one parameter with all others refitted, in units of the noise seen, to beyond its 95 % interval."""
-    best = problem.cost(x)
-    channels = len(problem.channels)
-    # The sum of squares that one standard deviation of the noise seen would add, autocorrelation included.
-    forces = problem.forces(x)
-    assert forces is not None
-    samples = 0.0
-    for channel, (force, _) in zip(problem.channels, forces, strict=True):
-        samples += len(force) / autocorrelation_time((force - channel.recording.force) / channel.scale)
-    unit = best / max(samples - len(x), 1.0)
-    rest = np.arange(len(x)) != index
-    reach = np.clip(x[index] + 2.5 * spread * np.linspace(-1, 1, PROFILE_POINTS), lower[index], upper[index])
-    values, rise = [], []
-    for value in np.unique(np.append(reach, x[index])):
-        if value == x[index]:
-            cost = best
-        else:
-            cost = _refitted(problem, x, index, float(value), rest, lower, upper)
-        values.append(float(value))
-        rise.append((cost - best) * channels / (unit * channels) if unit > 0 else 0.0)
-    return Profile(problem.names[index], np.array(values), np.array(rise))
-
-
-def _refitted(
-    problem: Problem, x: Array, index: int, value: float, rest: NDArray[np.bool_], lower: Array, upper: Array
-) -> float:
-    if not rest.any():
-        moved = x.copy()
-        moved[index] = value
-        return problem.cost(moved)
-
-    def whole(y: Array) -> Array:
-        full = x.copy()
-        full[rest], full[index] = y, value
-        return full
-
-    start = inside(x[rest], lower[rest], upper[rest])
-    if not np.isfinite(problem.residual(whole(start))).all():
-        return float("nan")
-    result = least_squares(
-        lambda y: problem.residual(whole(y)),
-        start,
-        jac=lambda y: problem.jacobian(whole(y))[:, rest],
-        bounds=(lower[rest], upper[rest]),
-        x_scale="jac",
-        ftol=1e-4,
-        xtol=TOLERANCE,
-        max_nfev=8,
-    )
-    return problem.cost(whole(result.x))
-
-
-def interval(found: Profile) -> tuple[float, float] | None:
-    """95 % interval where the profile crosses the limit; None where it does not on either side."""
-    good = np.isfinite(found.rise)
-    values, rise = found.values[good], found.rise[good]
-    if len(values) < 3:
-        return None
-    middle = int(np.argmin(rise))
-    left = _crossing(values[: middle + 1][::-1], rise[: middle + 1][::-1])
-    right = _crossing(values[middle:], rise[middle:])
-    return (
-        None
-        if left is None and right is None
-        else (
-            float("-inf") if left is None else left,
-            float("inf") if right is None else right,
-        )
-    )
-
-
-def _crossing(values: Array, rise: Array) -> float | None:
-    above = np.flatnonzero(rise >= RISE_95)
-    if not len(above) or above[0] == 0:
-        return None
-    i = int(above[0])
-    # The profile is close to a parabola: interpolate its root linearly.
-    roots = np.sqrt(np.maximum(rise[[i - 1, i]], 0.0))
-    share = (np.sqrt(RISE_95) - roots[0]) / (roots[1] - roots[0])
-    return float(values[i - 1] + share * (values[i] - values[i - 1]))

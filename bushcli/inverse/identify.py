@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,17 +20,21 @@ from bushcli.inverse.begin import first_point
 from bushcli.inverse.channel import Answer, Channel
 from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.journal import Journal
-from bushcli.inverse.local import Minimum, inside
+from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import Problem, Progress
-from bushcli.inverse.result import EndPoint, Estimate, Fit, FittedCurve, Weighting
+from bushcli.inverse.profile import interval, profiles_of
+from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
+from bushcli.inverse.result import EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
-from bushcli.inverse.verdict import conditions
+from bushcli.inverse.verdict import conditions, start_replaced
 from cases.march import NotConverged
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
 
+# Times that a search is resumed where a profile found a lower misfit.
+BETTER_ROUNDS = 3
 # A bound counts as reached within this share of the parameter's size.
 AT_BOUND = 1e-6
 
@@ -99,37 +102,56 @@ def identify(
     problem, held_out = task.problem(journal=kept, progress=progress)
     interrupted = False
     minima: list[Minimum] = []
+    instead: Array | None = None
     try:
-        begun = start if task.method == "dogleg" else first_point(problem, start, lower, upper)
+        if task.method == "dogleg":
+            begun = start
+        else:
+            begun, instead = first_point(problem, start, lower, upper)
         if not np.isfinite(problem.residual(begun)).all():
-            tried = ", ".join(f"{name} = {value:g}" for name, value in zip(task.names, begun, strict=True))
-            raise InputError(
-                Finding(
-                    task.case.path.name,
-                    f"{task.model} cannot be solved on these curves from {tried}",
-                    "",
-                    "other start values in [material.parameters]",
-                )
-            )
-        if task.method != "dogleg":
+            raise InputError(_unsolvable(task, begun))
+        if task.method == "dogleg":
+            minima.append(minimise_by_dogleg(problem, begun))
+        else:
             problem.watch(begun)
-        for point in (begun, *_further_starts(task, problem, begun, lower, upper)):
-            minima.append(_search(task, problem, point, lower, upper))
+            states = problem.states
+            minima.append(search(problem, begun, lower, upper, task.method, task.loss))
+            found = {0: problem.states}
+            points = _further_starts(task, problem, begun, lower, upper)
+            given = [
+                Assignment(number, point, states, minima[0].cost, journal, resume)
+                for number, point in enumerate(points, 1)
+            ]
+            _refine(task, problem, given, minima, found, progress)
+            problem.states = found[_best(minima)]
     except KeyboardInterrupt:
         interrupted = True
         if problem.best is None:
             raise
         cost, x = problem.best
         minima.append(Minimum(start, x, cost, 0, False, "interrupted"))
-    minima = [m for m in minima if np.isfinite(m.cost)] or minima
-    best = min(minima, key=lambda m: m.cost)
-    return _result(task, problem, held_out, best, minima, start, lower, upper, interrupted, begin)
+    best = minima[_best(minima)]
+    fit = _result(task, problem, held_out, best, minima, start, lower, upper, interrupted, begin)
+    if instead is not None:
+        told = start_replaced(dict(zip(task.names, map(float, instead), strict=True)))
+        fit = replace(fit, conditions=(*fit.conditions, told))
+    return fit
 
 
-def _search(task: Task, problem: Problem, point: Array, lower: Array, upper: Array) -> Minimum:
-    if task.method == "dogleg":
-        return minimise_by_dogleg(problem, point)
-    return search(problem, point, lower, upper, task.method, task.loss)
+def _unsolvable(task: Task, begun: Array) -> Finding:
+    tried = ", ".join(f"{name} = {value:g}" for name, value in zip(task.names, begun, strict=True))
+    return Finding(
+        task.case.path.name,
+        f"{task.model} cannot be solved on these curves from {tried}, nor from the law's own start values",
+        "",
+        "other start values in [material.parameters]",
+    )
+
+
+def _best(minima: Sequence[Minimum]) -> int:
+    """Place of the least cost; of equal ones the first."""
+    costs = [m.cost if np.isfinite(m.cost) else np.inf for m in minima]
+    return int(np.argmin(costs))
 
 
 def _further_starts(task: Task, problem: Problem, begun: Array, lower: Array, upper: Array) -> list[Array]:
@@ -139,37 +161,40 @@ def _further_starts(task: Task, problem: Problem, begun: Array, lower: Array, up
     shear = task.law.shear_modulus(**problem.law_parameters(begun))
     low, high = starts.box(begun, lower, upper, abs(shear))
     found: list[Array] = []
-    if task.globally:
-        coarse, _ = task.problem(coarse=True)
-        found.append(starts.evolved(coarse, low, high, task.seed))
-    if task.starts > 1:
-        with _coarse_costs(task) as costs:
+    with coarse_costs(task) as costs:
+        if task.globally:
+            found.append(starts.evolved(costs, low, high, task.seed))
+        if task.starts > 1:
             found += starts.screened(costs, task.starts - 1, low, high, task.seed)
-    return [inside(x, lower, upper) for x in found if np.isfinite(problem.cost(inside(x, lower, upper)))]
+    return found
 
 
-@contextmanager
-def _coarse_costs(task: Task) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
-    """Cost of many parameter sets on the coarse mesh, by as many processes as the task has workers."""
-    if task.workers == 1:
-        coarse, _ = task.problem(coarse=True)
-        yield lambda points: [coarse.cost(x) for x in points]
-        return
-    with starts.pool(task.workers, _begin_worker, (task,)) as executor:
-        yield lambda points: list(executor.map(_worker_cost, points))
+def _refine(
+    task: Task,
+    problem: Problem,
+    given: Sequence[Assignment],
+    minima: list[Minimum],
+    states: dict[int, Array],
+    progress: Progress | None,
+) -> None:
+    """Refine further starts, and take over what they found as if the problem had searched itself."""
 
+    def told(evaluation: Evaluation) -> None:
+        if progress is not None:
+            progress(replace(evaluation, number=problem.sweeps + evaluation.number))
 
-_worker: list[Problem] = []
+    def done(found: Refined) -> None:
+        before = problem.sweeps
+        problem.evaluations += [replace(e, number=before + e.number) for e in found.evaluations]
+        problem.forward_solves += found.forward_solves
+        problem.failed_solves += found.failed_solves
+        if found.answers is None:
+            return
+        problem.learn(found.minimum.x, found.answers)
+        states[len(minima)] = found.states
+        minima.append(found.minimum)
 
-
-def _begin_worker(task: Task) -> None:
-    from mpi4py import MPI
-
-    _worker[:] = [task.problem(coarse=True, comm=MPI.COMM_SELF)[0]]
-
-
-def _worker_cost(x: Array) -> float:
-    return _worker[0].cost(x)
+    refined(task, problem.channels, given, done, told)
 
 
 def _result(
@@ -184,18 +209,15 @@ def _result(
     interrupted: bool,
     begin: float,
 ) -> Fit:
-    x = best.x
     searched = problem.sweeps, problem.forward_solves, problem.failed_solves
     problem.stage = "profile"
-    spread = np.sqrt(np.maximum(np.diag(covariance := certainty.covariance(problem, x)), 0.0))
+    best, profiles = _profiled(task, problem, best, lower, upper, interrupted)
+    x = best.x
+    covariance = certainty.covariance(problem, x)
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     singular, undetermined = certainty.directions(problem, x)
-    profiles = []
-    if not interrupted and task.source == "recordings" and task.method != "dogleg":
-        for i, name in enumerate(task.names):
-            poor = spread[i] > certainty.POOR * abs(x[i])
-            if poor and len(x) > 1 and name != "compliance":
-                profiles.append(certainty.profile(problem, x, i, float(spread[i]), lower, upper))
-    intervals = {found.name: certainty.interval(found) for found in profiles}
+    intervals = {found.name: interval(found) for found in profiles}
+    limits = {found.name: found.limits for found in profiles}
     estimates = {
         name: Estimate(
             float(x[i]),
@@ -204,6 +226,7 @@ def _result(
             float(upper[i]),
             _at_bound(float(x[i]), float(lower[i]), float(upper[i])),
             intervals.get(name),
+            limits.get(name, ("misfit", "misfit")),
         )
         for i, name in enumerate(task.names)
     }
@@ -247,6 +270,29 @@ def _result(
         ),
     )
     return replace(fit, conditions=conditions(fit, task, best, interrupted))
+
+
+def _profiled(
+    task: Task, problem: Problem, best: Minimum, lower: Array, upper: Array, interrupted: bool
+) -> tuple[Minimum, list[Profile]]:
+    """The best point, which a profile may have improved, and profiles where standard errors would mislead."""
+    found: dict[int, Profile] = {}
+    if interrupted or task.source != "recordings" or task.method == "dogleg":
+        return best, []
+    try:
+        for _ in range(BETTER_ROUNDS):
+            found.clear()
+            covariance = certainty.covariance(problem, best.x)
+            better = profiles_of(problem, best, covariance, lower, upper, found)
+            if better is None:
+                break
+            # The search had ended too early: from here it goes further down.
+            on = search(problem, better, lower, upper, task.method, task.loss)
+            best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
+    except KeyboardInterrupt:
+        # What is wanted of the search is there: an interval less is no reason to lose it.
+        pass
+    return best, [found[index] for index in sorted(found)]
 
 
 def _end_points(task: Task, minima: list[Minimum]) -> tuple[EndPoint, ...]:

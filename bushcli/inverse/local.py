@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from bushcli.inverse.problem import Problem
+from bushcli.inverse.problem import ACTIVE, Problem
 from bushcli.inverse.radius import Follower, Trial
 
 Array = NDArray[np.float64]
@@ -44,6 +44,8 @@ class Minimum:
         What ended the search.
     beside_failure : bool
         Steps that would lower the misfit further lead to parameters that cannot be solved.
+    at_edge : bool
+        The law's stability holds the search back from a lower misfit.
     """
 
     start: Array
@@ -53,6 +55,7 @@ class Minimum:
     converged: bool
     message: str
     beside_failure: bool = False
+    at_edge: bool = False
 
 
 class Stopped(Exception):
@@ -174,7 +177,14 @@ def minimise(
         problem.trial = None
     beside = watched.failed > 0 and loss == "linear" and promise(problem, x, lower, upper) > STATIONARY
     return Minimum(
-        start, x, problem.cost(x), watched.iterations, bool(ended and not beside), message, bool(beside)
+        start,
+        x,
+        problem.cost(x),
+        watched.iterations,
+        bool(ended and not beside),
+        message,
+        bool(beside),
+        bool(problem.instability(x).max(initial=0.0) > ACTIVE),
     )
 
 

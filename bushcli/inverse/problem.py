@@ -76,8 +76,9 @@ class Problem:
         self.stage: Literal["search", "profile"] = "search"
         self.forward_solves = self.failed_solves = 0
         self.best: tuple[float, Array] | None = None
-        # What the optimiser is about to try, for the record.
+        # What the optimiser is about to try, and the start that it came from: for the record.
         self.trial: Trial | None = None
+        self.start = 0
         self._known: dict[bytes, list[Answer] | None] = {}
 
     def watch(self, x: Array) -> None:
@@ -149,6 +150,10 @@ class Problem:
         """Whether the parameters have been evaluated, so that nothing has to be solved for them."""
         return np.ascontiguousarray(x, dtype=float).tobytes() in self._known
 
+    def learn(self, x: Array, answers: list[Answer]) -> None:
+        """Take over solved curves from another problem with the same channels."""
+        self._known.setdefault(np.ascontiguousarray(x, dtype=float).tobytes(), answers)
+
     def answers(self, x: Array) -> list[Answer] | None:
         """Solved curves of all channels; None where a march did not converge."""
         key = np.ascontiguousarray(x, dtype=float).tobytes()
@@ -180,7 +185,7 @@ class Problem:
         best = bool(np.isfinite(cost) and (self.best is None or cost < self.best[0]))
         if best:
             self.best = (cost, x.copy())
-        found = Evaluation(len(self.evaluations) + 1, self.parameters(x), cost, best, self.stage)
+        found = Evaluation(len(self.evaluations) + 1, self.parameters(x), cost, best, self.stage, self.start)
         if self.trial is not None:
             trial = self.trial
             found = replace(found, iteration=trial.iteration, step=trial.step, radius=trial.radius)

@@ -2,8 +2,8 @@
 
 `scipy.optimize.least_squares` tells none of it while it runs. But its trials are all it asks for, and the rules by
 which the radius follows from them are short and without randomness: they are followed here, beside the optimiser. A
-test compares with SciPy's own radii. Lengths are in the optimiser's units: each parameter over its scale (the largest norm
-that its column of the Jacobian has had, so that a length of one changes the weighted misfit by about one), near
+test compares with SciPy's own radii. Lengths are in the optimiser's units: each parameter over its scale (the largest
+norm that its column of the Jacobian has had, so that a length of one changes the weighted misfit by about one), near
 bounds also over the distance to them.
 
 References

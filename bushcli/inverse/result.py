@@ -17,6 +17,7 @@ from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 Weighting = Literal["absolute", "relative"]
+Limit = Literal["misfit", "stability", "unsolvable", "bound", "open"]
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,10 @@ class Estimate:
     at_bound : bool
         Whether the value lies on one.
     interval : tuple of float, optional
-        95 % interval by profile likelihood, for a parameter that the curves determine poorly.
+        95 % interval by profile likelihood, where a standard error would mislead: one of the parameters is poorly
+        determined, or the search ended at the edge of stability or of what can be solved.
+    limits : tuple of str
+        What ends the interval below and above, see `Profile`.
     """
 
     value: float
@@ -41,6 +45,7 @@ class Estimate:
     upper: float
     at_bound: bool
     interval: tuple[float, float] | None = None
+    limits: tuple[Limit, Limit] = ("misfit", "misfit")
 
 
 @dataclass(frozen=True)
@@ -126,11 +131,22 @@ class EndPoint:
 
 @dataclass(frozen=True)
 class Profile:
-    """Cost along one parameter, all others refitted: values, cost less the best one's in units of the noise seen."""
+    """Cost along one parameter, all others refitted.
+
+    Attributes
+    ----------
+    name : str
+    values, rise : shape (n,)
+        Values of the parameter, and the cost less the best one's in units of the noise seen.
+    limits : tuple of str
+        What ends the profile below and above: "misfit", the rise itself; "stability", a law that would be unstable in
+        the rubber; "unsolvable", marches that fail; "bound"; "open", nothing within reach.
+    """
 
     name: str
     values: Array
     rise: Array
+    limits: tuple[Limit, Limit] = ("misfit", "misfit")
 
 
 @dataclass(frozen=True)

@@ -72,12 +72,28 @@ def search(
 
 def watch(problem: Problem, x: Array) -> bool:
     """Whether the law is unstable in states that the rubber reaches at `x`; if so they join those of the problem."""
-    try:
-        reached = [c.reached(problem.parameters(x)) for c in problem.channels if not c.coupon]
-    except NotConverged:
-        return False
-    if not reached or problem.instability(x, states := np.concatenate(reached)).max() < ACTIVE:
+    states = reached(problem, x)
+    if not is_unstable(problem, x, states):
         return False
     problem.states = np.concatenate([problem.states, states])
     problem.best = (problem.cost(x), x.copy())
     return True
+
+
+def is_stable_there(problem: Problem, x: Array) -> bool:
+    """Whether the law is stable in the states that the rubber reaches at `x`."""
+    return not is_unstable(problem, x, reached(problem, x))
+
+
+def is_unstable(problem: Problem, x: Array, states: Array) -> bool:
+    """Whether the law is unstable, or nearly so, in any of the states, shape (n, 3)."""
+    return bool(problem.instability(x, states).max(initial=0.0) > ACTIVE)
+
+
+def reached(problem: Problem, x: Array) -> Array:
+    """Principal stretches, shape (n, 3), that the rubber reaches at parameters that can be solved."""
+    try:
+        found = [c.reached(problem.parameters(x)) for c in problem.channels if not c.coupon]
+    except NotConverged:
+        found = []
+    return np.concatenate(found) if found else np.zeros((0, 3))

@@ -11,17 +11,13 @@ Storn and Price (1997), J. Global Optim. 11:341-359, doi:10.1023/A:1008202821328
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import get_context
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse.problem import Problem
-
 Array = NDArray[np.float64]
+Costs = Callable[[Sequence[Array]], list[float]]
 
 # Factor about the scaled start within which starts are spread.
 SPREAD = 10.0
@@ -56,9 +52,7 @@ def from_unit(unit: Array, low: Array, high: Array) -> Array:
     return np.asarray(np.where(low > 0, safe * ratio**unit, low + unit * (high - low)))
 
 
-def screened(
-    costs: Callable[[Sequence[Array]], list[float]], count: int, low: Array, high: Array, seed: int
-) -> list[Array]:
+def screened(costs: Costs, count: int, low: Array, high: Array, seed: int) -> list[Array]:
     """The best `count` of a larger hypercube, by their cost on the coarse mesh."""
     candidates = list(hypercube(SCREENED * count, low, high, seed))
     found = costs(candidates)
@@ -66,16 +60,19 @@ def screened(
     return [candidates[i] for _, i in order[:count]]
 
 
-def evolved(problem: Problem, low: Array, high: Array, seed: int) -> Array:
-    """Best point of differential evolution on the coarse mesh; a set that cannot be solved is never the better one."""
+def evolved(costs: Costs, low: Array, high: Array, seed: int) -> Array:
+    """Best point of differential evolution on the coarse mesh; a set that cannot be solved is never the better one.
+
+    A generation is evaluated as a whole: so many processes may share it, and none of them changes it.
+    """
     from scipy.optimize import differential_evolution
 
-    def cost(unit: Array) -> float:
-        value = problem.cost(from_unit(unit, low, high))
-        return value if np.isfinite(value) else float("inf")
+    def mapped(_: object, units: Iterable[Array]) -> list[float]:
+        found = costs([from_unit(np.asarray(unit), low, high) for unit in units])
+        return [cost if np.isfinite(cost) else float("inf") for cost in found]
 
     found = differential_evolution(
-        cost,
+        _never,
         [(0.0, 1.0)] * len(low),
         rng=np.random.default_rng(seed),
         popsize=POPULATION,
@@ -83,16 +80,11 @@ def evolved(problem: Problem, low: Array, high: Array, seed: int) -> Array:
         init="latinhypercube",
         polish=False,
         tol=1e-3,
+        updating="deferred",
+        workers=mapped,
     )
     return from_unit(np.asarray(found.x), low, high)
 
 
-@contextmanager
-def pool(
-    workers: int, initialise: Callable[..., None], arguments: tuple[object, ...]
-) -> Iterator[ProcessPoolExecutor]:
-    """Processes that build their own models once; started afresh, because MPI and PETSc do not survive a fork."""
-    with ProcessPoolExecutor(
-        workers, mp_context=get_context("spawn"), initializer=initialise, initargs=arguments
-    ) as executor:
-        yield executor
+def _never(unit: Array) -> float:
+    raise AssertionError("generations are evaluated as a whole")

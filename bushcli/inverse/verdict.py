@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from bushcli.condition import Condition
+from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.result import EndPoint, Fit, FittedCurve
 from bushcli.inverse.task import Task
@@ -14,6 +17,9 @@ from cases.mode import modes
 USUAL_STRETCHES = (0.5, 2.0)
 # A fitted recording this far from its curve, percent of the force range, and this many times its noise, is no fit.
 POOR_FIT, POOR_NOISE = 3.0, 3.0
+# A fitted recording this many times its noise from its curve is not met to its noise; the noise is an estimate too, to
+# 10 % where there are 60 samples.
+ABOVE_NOISE = 1.5
 # Two ends are equally good when their costs differ by less than this share, distinct when a parameter does by that.
 EQUAL_COST, DISTINCT = 0.05, 0.10
 # Share of failed trials from which on they are worth a word; the result counts them in any case.
@@ -35,6 +41,15 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
                 "run it again with --resume",
             )
         )
+    elif best.beside_failure:
+        found.append(
+            Condition(
+                "beside_failure",
+                "the search ended beside parameters that cannot be solved: the misfit would fall further there; the "
+                "intervals are from profiles and end where solutions do",
+                "a law with fewer parameters, --starts 8, or leave out the largest displacements",
+            )
+        )
     elif not fit.converged:
         found.append(
             Condition(
@@ -45,9 +60,11 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
         )
     found += _stuck(fit, best)
     found += _poor(fit)
+    found += _above_noise(fit, task)
     found += _bounds(fit)
     found += _tests(fit, task)
     found += _stability(fit)
+    found += _edge(best)
     found += _undetermined(fit, task)
     found += _delicate(fit, task)
     found += _several(fit.end_points)
@@ -61,6 +78,17 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
             )
         )
     return tuple(found)
+
+
+def start_replaced(instead: Mapping[str, float]) -> Condition:
+    """The start values could not be solved, and others were taken."""
+    listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())
+    return Condition(
+        "start_replaced",
+        "with the start values the law is unstable or could not be solved; the search began from the shape of "
+        f"{listed}",
+        "nothing, if the fit is good; else other start values in [material.parameters], or --starts 8",
+    )
 
 
 def _stuck(fit: Fit, best: Minimum) -> list[Condition]:
@@ -95,6 +123,41 @@ def _poor(fit: Fit) -> list[Condition]:
             "poor_fit",
             f"a minimum, but the curves are not met: rms {listed}",
             "another law (--model all), other starts (--starts 8); if none helps, physics is missing from the model",
+        )
+    ]
+
+
+def _above_noise(fit: Fit, task: Task) -> list[Condition]:
+    above = [
+        curve
+        for curve in fit.curves
+        if not curve.held_out
+        and not _poorly(curve)
+        and curve.rms_percent > ABOVE_NOISE * max(curve.noise_percent, 100 * NOISE_FLOOR)
+    ]
+    if not above or not fit.converged or task.source != "recordings":
+        return []
+    listed = ", ".join(f"{c.name} {c.rms_percent:.2g} % (noise {c.noise_percent:.2g} %)" for c in above)
+    return [
+        Condition(
+            "misfit_above_noise",
+            f"the curves are met closely, but not to their noise: rms {listed}. Something small is not in the model, "
+            "and the standard errors and intervals do not cover what it does to the parameters",
+            "refine the mesh (bushcli direct --mesh-check), check dimensions and load cells (`leverage` says what an "
+            "error of 1 % does), or try another law (--model all)",
+        )
+    ]
+
+
+def _edge(best: Minimum) -> list[Condition]:
+    if not best.at_edge:
+        return []
+    return [
+        Condition(
+            "at_stability_limit",
+            "the misfit would be lower with a law that is unstable in the strained rubber: the parameters are held at "
+            "the edge of stability, where standard errors do not hold and intervals are one-sided",
+            "a recording to a larger displacement or with less noise; or a law with fewer parameters",
         )
     ]
 

@@ -54,7 +54,9 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
         {"start": dict(e.start), "parameters": dict(e.parameters), "cost": e.cost, "message": e.message}
         for e in best.end_points
     ]
-    document["profiles"] = [{"name": p.name, "values": p.values, "rise": p.rise} for p in best.profiles]
+    document["profiles"] = [
+        {"name": p.name, "values": p.values, "rise": p.rise, "limits": list(p.limits)} for p in best.profiles
+    ]
     document["evaluations"] = [
         {
             "number": e.number,
@@ -62,6 +64,10 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
             "cost": e.cost,
             "best": e.best,
             "stage": e.stage,
+            "start": e.start,
+            "iteration": e.iteration,
+            "step": e.step,
+            "radius": e.radius,
         }
         for e in best.evaluations
     ]

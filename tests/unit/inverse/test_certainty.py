@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.inverse.certainty import RISE_95, autocorrelation_time, interval, leverage
-from bushcli.inverse.result import Profile
+from bushcli.inverse.certainty import autocorrelation_time, leverage
 
 
 def test_white_noise_has_no_memory():
@@ -37,36 +36,6 @@ def test_nothing_to_correlate(error):
 
 def test_autocorrelation_is_limited_by_the_recording():
     assert autocorrelation_time(np.linspace(-1, 1, 100)) <= 25.0
-
-
-@pytest.mark.parametrize("points", [5, 6, 9])
-def test_interval_of_a_parabola_is_exact(points):
-    """Rise ((v - m) / s)^2 crosses 3.841 at m +- 1.96 s; its root is linear, so interpolation is exact."""
-    m, s = 0.7, 0.02
-    values = np.unique(np.append(m + 2.5 * s * np.linspace(-1, 1, points), m))
-    low, high = interval(Profile("C10", values, ((values - m) / s) ** 2))
-    assert low == pytest.approx(m - np.sqrt(RISE_95) * s, rel=1e-12)
-    assert high == pytest.approx(m + np.sqrt(RISE_95) * s, rel=1e-12)
-
-
-def test_interval_that_is_open_on_one_side():
-    values = np.linspace(-1.0, 1.0, 5)
-    low, high = interval(Profile("C30", values, np.where(values > 0, 16 * values**2, 0.1 * values**2)))
-    assert low == -np.inf
-    assert 0 < high < 1
-
-
-def test_no_interval_where_nothing_is_crossed():
-    values = np.linspace(-1.0, 1.0, 5)
-    assert interval(Profile("C30", values, 0.1 * values**2)) is None
-
-
-def test_points_that_could_not_be_refitted_do_not_count():
-    values = np.linspace(-2.5, 2.5, 11)
-    rise = values**2
-    rise[[0, 10]] = np.nan
-    low, high = interval(Profile("C20", values, rise))
-    assert (low, high) == pytest.approx((-np.sqrt(RISE_95), np.sqrt(RISE_95)), rel=1e-9)
 
 
 class Linear:

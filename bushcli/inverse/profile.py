@@ -1,0 +1,350 @@
+"""Profile likelihood: the misfit along one parameter with all others refitted, and the interval that it gives.
+
+Unlike a standard error a profile knows that the misfit is no parabola, that a law has to be stable, and that some
+parameters cannot be solved. It goes outward from the best value on either side until the misfit has risen enough, by
+steps that the profile's own slope suggests; where a point cannot be solved, or the law is unstable in the states that
+the rubber reaches there, the step is halved, and what remains is said.
+
+References
+----------
+Venzon and Moolgavkar (1988), J. R. Stat. Soc. C 37:87-94, doi:10.2307/2347496 (profile likelihood).
+Kent (1982), Biometrika 69:19-27, doi:10.1093/biomet/69.1.19 (its scale where the weights are not the noise's).
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from bushcli.inverse.certainty import POOR
+from bushcli.inverse.local import TOLERANCE, Minimum, Stopped, Watched, inside
+from bushcli.inverse.problem import Problem
+from bushcli.inverse.result import Limit, Profile
+from bushcli.inverse.search import is_stable_there, is_unstable, reached
+
+Array = NDArray[np.float64]
+
+# Rise of the cost, in units of the noise seen, at the ends of a 95 % interval: chi square of one degree of freedom.
+RISE_95 = 3.841
+# Roots of the rise aimed at: half way, and a little beyond the end, so that the end is interpolated.
+AIMS = (1.1, 2.2)
+# Roots of the rise on both sides of the end that are further apart than this are not interpolated between.
+APART = 1.4
+# A root of the rise below this is no rounding: the search had not ended where it should.
+BETTER = 0.2
+# Points a side that can be solved, and halvings towards one that cannot.
+POINTS, HALVINGS = 8, 3
+# A point of which instability alone makes so many times the rise that ends the interval is not solved.
+FAR = 4.0
+# A refit is close enough when a further step would lower the rise by less than this: hundredths of the interval.
+CLOSE = 0.02
+# Steps of the linearised misfit, one or two are the rule; then evaluations of a trust region.
+STEPS, EVALUATIONS = 3, 8
+# A step goes no further from the best value than this many times as far as the one before.
+GROWTH = 4.0
+
+
+@dataclass(frozen=True)
+class _Point:
+    """A refitted point: value, root of the rise, all parameters, and what of the rise is instability."""
+
+    value: float
+    root: float
+    x: Array
+    instability: float
+
+
+def noise_unit(problem: Problem, x: Array, covariance: Array, index: int) -> float:
+    """Rise of the cost at one standard error of a parameter: with it the profile knows of autocorrelation, too."""
+    forces = problem.forces(x)
+    assert forces is not None
+    rows = np.vstack(
+        [
+            slope / (channel.scale * np.sqrt(len(force)))[:, None]
+            for channel, (force, slope) in zip(problem.channels, forces, strict=True)
+        ]
+    )
+    inverse = np.linalg.pinv(rows.T @ rows / len(problem.channels), rcond=1e-14)
+    unit = float(covariance[index, index] / inverse[index, index]) if inverse[index, index] > 0 else 0.0
+    # Curves that are met exactly have no noise; the smallest number keeps the rise finite.
+    return unit if np.isfinite(unit) and unit > 0 else max(problem.cost(x), 1e-300) / problem.samples
+
+
+def worth_a_profile(problem: Problem, best: Minimum, covariance: Array) -> list[int]:
+    """Parameters of which a standard error would mislead.
+
+    All of the law's where one of them is poorly determined, or the search ended at the edge of stability or of what can
+    be solved: they are bent together. Of others (effects) those that are poorly determined themselves; the compliance
+    has its own words.
+    """
+    x = best.x
+    if len(x) < 2:
+        return []
+    own = problem.law_parameters(x)
+    poor = [bool(s > POOR * abs(v)) for s, v in zip(np.sqrt(np.abs(np.diag(covariance))), x, strict=True)]
+    held = best.beside_failure or best.at_edge
+    bent = held or any(p for p, name in zip(poor, problem.names, strict=True) if name in own)
+    names = problem.names
+    return [i for i, name in enumerate(names) if (bent if name in own else poor[i] and name != "compliance")]
+
+
+def profiles_of(
+    problem: Problem, best: Minimum, covariance: Array, lower: Array, upper: Array, found: dict[int, Profile]
+) -> Array | None:
+    """Fill in the profiles worth having, by index; or return a better point than the best as soon as one is found.
+
+    States in which the law was found unstable on the way lead the later profiles around what cannot be solved. Those
+    that ended there before are done again.
+    """
+    again = list(worth_a_profile(problem, best, covariance))
+    while again:
+        known = len(problem.states)
+        for index in again:
+            found[index], better = profile(problem, best.x, index, covariance, lower, upper)
+            if better is not None:
+                return better
+        again = [
+            index
+            for index in again
+            if len(problem.states) > known and {"stability", "unsolvable"} & {*found[index].limits}
+        ]
+    return None
+
+
+def profile(
+    problem: Problem, x: Array, index: int, covariance: Array, lower: Array, upper: Array
+) -> tuple[Profile, Array | None]:
+    """Cost along one parameter with all others refitted, in units of the noise seen, to beyond its 95 % interval.
+
+    Parameters
+    ----------
+    problem
+    x : shape (parameters,)
+        The best point.
+    index
+        Of the parameter.
+    covariance : shape (parameters, parameters)
+        At the best point: where to look first.
+    lower, upper : shape (parameters,)
+
+    Returns
+    -------
+    profile : Profile
+    better : shape (parameters,) or None
+        A point of lower misfit than the best one, where one was found by the way.
+    """
+    unit = noise_unit(problem, x, covariance, index)
+    spread = float(np.sqrt(max(covariance[index, index], 0.0)))
+    if not np.isfinite(spread) or spread == 0.0:
+        spread = 0.05 * max(abs(float(x[index])), 1e-3)
+    along = _Along(problem, x, index, unit, lower, upper)
+    (below, down), (above, up) = (along.side(sign * spread) for sign in (-1.0, 1.0))
+    points = [*reversed(below), _Point(float(x[index]), 0.0, x, 0.0), *above]
+    found = Profile(
+        problem.names[index],
+        np.array([point.value for point in points]),
+        np.array([np.sign(point.root) * point.root**2 for point in points]),
+        (down, up),
+    )
+    lowest = min(points, key=lambda point: point.root)
+    return found, lowest.x if lowest.root < -BETTER else None
+
+
+class _Along:
+    """The way along one parameter."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        x: Array,
+        index: int,
+        unit: float,
+        lower: Array,
+        upper: Array,
+    ) -> None:
+        self.problem, self.x, self.index, self.unit = problem, x, index, unit
+        self.lower, self.upper = lower, upper
+        self.best = problem.cost(x)
+        self.rest = np.arange(len(x)) != index
+
+    def side(self, spread: float) -> tuple[list[_Point], Limit]:
+        """Points outward from the best one, which is left out, and what ends them; `spread` has the side's sign."""
+        points = [_Point(float(self.x[self.index]), 0.0, self.x, 0.0)]
+        end = float((self.lower if spread < 0 else self.upper)[self.index])
+        wall, reason, halvings = None, None, 0
+        while len(points) <= POINTS:
+            value = self._next(points, spread, wall)
+            value = max(value, end) if spread < 0 else min(value, end)
+            if value == points[-1].value:
+                return points[1:], "bound"
+            found = self._refitted(points, value)
+            if isinstance(found, _Point):
+                points.append(found)
+                if found.root**2 >= RISE_95:
+                    return self._closed(points)
+                continue
+            wall, reason, halvings = value, found, halvings + 1
+            if halvings > HALVINGS:
+                return points[1:], reason
+        return points[1:], "open" if reason is None else reason
+
+    def _next(self, points: list[_Point], spread: float, wall: float | None) -> float:
+        """The value to try: where the roots so far lead to the next one aimed at, and no nearer to a wall than half."""
+        last = points[-1]
+        if len(points) == 1:
+            value = last.value + AIMS[0] * spread
+        else:
+            gone = last.value - points[0].value
+            slope = (last.root - points[-2].root) / (last.value - points[-2].value) * np.sign(spread)
+            aim = next((a for a in AIMS if last.root < 0.8 * a), AIMS[-1])
+            step = (aim - last.root) / slope if slope > 0 else np.inf
+            value = last.value + np.sign(spread) * min(step, (GROWTH - 1) * abs(gone))
+        if wall is None:
+            return float(value)
+        half = 0.5 * (last.value + wall)
+        return float(min(value, half) if spread > 0 else max(value, half))
+
+    def _closed(self, points: list[_Point]) -> tuple[list[_Point], Limit]:
+        """A point between the last two where the rise is too steep to interpolate; and what made it rise."""
+        for _ in range(2):
+            inner, outer = points[-2], points[-1]
+            if outer.root - inner.root < APART:
+                break
+            found = self._refitted(points[:-1], 0.5 * (inner.value + outer.value))
+            if not isinstance(found, _Point):
+                break
+            points[-1:] = [found, outer] if found.root**2 < RISE_95 else [found]
+        last = points[-1]
+        return points[1:], "stability" if last.instability > 0.5 * last.root**2 else "misfit"
+
+    def _refitted(self, points: list[_Point], value: float) -> _Point | Limit:
+        """Refit all others from where the last point leads; or why that failed."""
+        last = points[-1]
+        start = inside(last.x, self.lower, self.upper)
+        start[self.index] = value
+        found = self._minimum(last.x, start)
+        if isinstance(found, str):
+            return found
+        if not is_stable_there(self.problem, found):
+            # The best point itself must stay what it is.
+            states = reached(self.problem, found)
+            if is_unstable(self.problem, self.x, states):
+                return "stability"
+            self.problem.states = np.concatenate([self.problem.states, states])
+            found = self._minimum(last.x, start)
+            if isinstance(found, str):
+                return found
+            if not is_stable_there(self.problem, found):
+                return "stability"
+        rise = (self.problem.cost(found) - self.best) / self.unit
+        return _Point(value, float(np.sign(rise) * np.sqrt(abs(rise))), found, self._instability(found))
+
+    def _instability(self, x: Array) -> float:
+        """Rise by instability alone."""
+        rows = self.problem.instability(x)
+        return float(rows @ rows) / len(self.problem.channels) / self.unit
+
+    def _minimum(self, known: Array, start: Array) -> Array | Limit:
+        """The best others for the value of the parameter in `start`, by steps from a point that is solved.
+
+        Curves are linear enough over such a step, and stability costs nothing: so a step minimises the linearised
+        misfit with the law's stability as it is. One or two of them are enough; what a further one would gain is
+        known without another evaluation. Where they do not serve, the trust region takes over.
+        """
+        x, moved = known, self._step(known, start)
+        if self._instability(moved) > FAR * RISE_95:
+            return "stability"
+        for _ in range(STEPS):
+            if not np.isfinite(self.problem.residual(moved)).all():
+                return "unsolvable"
+            if x is not known and self.problem.cost(moved) >= self.problem.cost(x):
+                break
+            x, moved = moved, self._step(moved, moved)
+            if self.problem.cost(x) - self._expected(x, moved) < CLOSE * self.unit:
+                return x
+        return self._searched(x)
+
+    def _step(self, known: Array, start: Array) -> Array:
+        """From `start`, all others where the misfit, linear about `known`, and the instability are least together."""
+        rest, samples = self.rest, self.problem.samples
+        if not rest.any():
+            return start
+        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
+        size = np.linalg.norm(slope[:, rest], axis=0)
+        size[size == 0] = 1.0
+
+        def whole(y: Array) -> Array:
+            full = start.copy()
+            full[rest] = y / size
+            return full
+
+        def rows(y: Array) -> Array:
+            x = whole(y)
+            return np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
+
+        result = least_squares(
+            rows, start[rest] * size, bounds=(self.lower[rest] * size, self.upper[rest] * size), x_scale="jac"
+        )
+        return whole(result.x)
+
+    def _expected(self, known: Array, x: Array) -> float:
+        """Cost at `x` by the misfit linear about `known`."""
+        samples = self.problem.samples
+        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
+        rows = np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
+        return float(rows @ rows) / len(self.problem.channels)
+
+    def _searched(self, start: Array) -> Array:
+        rest = self.rest
+
+        def whole(y: Array) -> Array:
+            full = start.copy()
+            full[rest] = y
+            return full
+
+        watched = Watched(self.problem, None, patience=2)
+        with suppress(Stopped):
+            least_squares(
+                lambda y: watched.residual(whole(y)),
+                start[rest],
+                jac=lambda y: self.problem.jacobian(whole(y))[:, rest],
+                bounds=(self.lower[rest], self.upper[rest]),
+                x_scale="jac",
+                ftol=1e-4,
+                xtol=TOLERANCE,
+                max_nfev=EVALUATIONS,
+            )
+        self.problem.trial = None
+        return watched.best[1]
+
+
+def interval(found: Profile) -> tuple[float, float] | None:
+    """95 % interval: where the profile crosses the limit, or ends at a bound, in instability, or unsolved.
+
+    An end that the profile did not reach is infinite; None where neither was reached.
+    """
+    good = np.isfinite(found.rise)
+    values, rise = found.values[good], found.rise[good]
+    if len(values) < 2:
+        return None
+    middle = int(np.argmin(np.abs(rise)))
+    down = _end(values[: middle + 1][::-1], rise[: middle + 1][::-1], found.limits[0])
+    up = _end(values[middle:], rise[middle:], found.limits[1])
+    if down is None and up is None:
+        return None
+    return float("-inf") if down is None else down, float("inf") if up is None else up
+
+
+def _end(values: Array, rise: Array, limit: Limit) -> float | None:
+    above = np.flatnonzero(rise >= RISE_95)
+    if not len(above) or above[0] == 0:
+        return None if limit in ("misfit", "open") else float(values[-1])
+    i = int(above[0])
+    # The root of the rise is close to a straight line.
+    roots = np.sqrt(np.maximum(rise[[i - 1, i]], 0.0))
+    share = (np.sqrt(RISE_95) - roots[0]) / (roots[1] - roots[0])
+    return float(values[i - 1] + share * (values[i] - values[i - 1]))

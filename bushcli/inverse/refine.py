@@ -1,0 +1,230 @@
+"""Further starts: found on a coarse mesh, refined on the fine one, shared among processes.
+
+Every start is searched by itself, from the same states watched and with its own record of evaluations, so that
+neither the number of processes nor their order makes a difference. The first start's misfit, known before, is what
+hopeless ones are measured by.
+"""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.inverse.channel import Answer, Channel
+from bushcli.inverse.journal import Journal
+from bushcli.inverse.local import Minimum, inside
+from bushcli.inverse.problem import Problem, Progress
+from bushcli.inverse.result import Evaluation
+from bushcli.inverse.search import search
+from bushcli.inverse.task import Task
+
+Array = NDArray[np.float64]
+
+# A start is given up when after so many evaluations its misfit (root of the cost) is still this many times the first
+# start's and the last few evaluations have not halved it.
+HOPELESS_AFTER, HOPELESS_RATIO, LAST_FEW = 8, 3.0, 4
+
+INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """A start to be refined: its number (from 1), where it begins, and what it is measured by."""
+
+    number: int
+    point: Array
+    states: Array
+    reference: float
+    journal: Path | None
+    resume: bool
+
+
+@dataclass(frozen=True)
+class Refined:
+    """What came of a start, with all that the caller needs to go on as if it had searched itself."""
+
+    minimum: Minimum
+    states: Array
+    answers: list[Answer] | None
+    evaluations: tuple[Evaluation, ...]
+    forward_solves: int
+    failed_solves: int
+
+
+class _GivenUp(Exception):
+    """Ends a search from its progress."""
+
+
+def refine(
+    task: Task,
+    channels: list[Channel],
+    given: Assignment,
+    progress: Progress | None = None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Refined:
+    """Search from one start."""
+    costs: list[float] = []
+
+    def follow(found: Evaluation) -> None:
+        if progress is not None:
+            progress(found)
+        costs.append(found.cost)
+        if stopped():
+            raise _GivenUp(INTERRUPTED)
+        if is_hopeless(costs, given.reference):
+            raise _GivenUp("given up: the misfit stays far above the first start's")
+
+    kept = None
+    if given.journal is not None:
+        file = given.journal.with_name(f"{given.journal.stem}-start-{given.number}{given.journal.suffix}")
+        identity = {**task.identity(), "number": given.number, "point": given.point.tolist()}
+        kept = Journal(file, identity, given.resume)
+    problem = task.pose(channels, kept, follow)
+    problem.states, problem.start = given.states, given.number
+    _, lower, upper = task.vectors()
+    begun = inside(given.point, lower, upper)
+    nowhere = Minimum(begun, begun, float("nan"), 0, False, "the start cannot be solved")
+    assert task.method != "dogleg"
+    try:
+        ended = (
+            search(problem, begun, lower, upper, task.method, task.loss)
+            if np.isfinite(problem.cost(begun))
+            else nowhere
+        )
+    except (_GivenUp, KeyboardInterrupt) as reason:
+        cost, x = problem.best or (float("nan"), begun)
+        ended = Minimum(begun, x, cost, 0, False, str(reason) or INTERRUPTED)
+    answers = problem.answers(ended.x) if np.isfinite(ended.cost) else None
+    return Refined(
+        ended,
+        problem.states,
+        answers,
+        tuple(problem.evaluations),
+        problem.forward_solves,
+        problem.failed_solves,
+    )
+
+
+def is_hopeless(costs: Sequence[float], reference: float) -> bool:
+    """Whether a search with these costs so far, NaN where there was no solution, is not worth going on with."""
+    if len(costs) < HOPELESS_AFTER:
+        return False
+    best, before = (_least(part) for part in (costs, costs[:-LAST_FEW]))
+    return best > HOPELESS_RATIO**2 * reference and best > 0.25 * before
+
+
+def _least(costs: Sequence[float]) -> float:
+    return min((cost for cost in costs if np.isfinite(cost)), default=float("inf"))
+
+
+# -- shared among processes ----------------------------------------------------------------------------------------
+
+
+@contextmanager
+def coarse_costs(task: Task) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
+    """Cost of many parameter sets on the coarse mesh, by as many processes as the task has workers."""
+    if task.workers == 1:
+        coarse, _ = task.problem(coarse=True)
+        yield lambda points: [coarse.cost(x) for x in points]
+        return
+    with _pool(task, coarse=True) as (executor, _):
+        yield lambda points: list(executor.map(_worker_cost, points))
+
+
+def refined(
+    task: Task,
+    channels: list[Channel],
+    given: Sequence[Assignment],
+    done: Callable[[Refined], None],
+    progress: Progress | None,
+) -> None:
+    """Refine starts, one after the other or shared among the task's workers.
+
+    Parameters
+    ----------
+    channels
+        Used where there is one worker; others make their own.
+    done
+        Called with what came of each start, in their order.
+    progress
+        Called after each evaluation; with several workers, when its start is finished.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After `done` has had what the running starts had found.
+    """
+    if task.workers == 1 or len(given) < 2:
+        for one in given:
+            found = refine(task, channels, one, progress)
+            done(found)
+            if found.minimum.message == INTERRUPTED:
+                raise KeyboardInterrupt
+        return
+    with _pool(task, coarse=False, most=len(given)) as (executor, stop):
+        futures = [executor.submit(_worker_refine, one) for one in given]
+        left = list(futures)
+        try:
+            while left:
+                _hand_over(left[0].result(), done, progress)
+                left.pop(0)
+        except KeyboardInterrupt:
+            stop.set()
+            for future in left:
+                future.cancel()
+            for future in left:
+                _collect(future, done, progress)
+            raise
+
+
+def _collect(future: Future[Refined], done: Callable[[Refined], None], progress: Progress | None) -> None:
+    if not future.cancelled():
+        _hand_over(future.result(), done, progress)
+
+
+def _hand_over(found: Refined, done: Callable[[Refined], None], progress: Progress | None) -> None:
+    if progress is not None:
+        for evaluation in found.evaluations:
+            progress(evaluation)
+    done(found)
+
+
+@contextmanager
+def _pool(task: Task, coarse: bool, most: int = 256) -> Iterator[tuple[ProcessPoolExecutor, Any]]:
+    """Processes that build their own models once; started afresh, because MPI and PETSc do not survive a fork."""
+    context = get_context("spawn")
+    stop = context.Event()
+    with ProcessPoolExecutor(
+        min(task.workers, most), mp_context=context, initializer=_begin_worker, initargs=(task, coarse, stop)
+    ) as executor:
+        yield executor, stop
+
+
+_worker: dict[str, Any] = {}
+
+
+def _begin_worker(task: Task, coarse: bool, stop: Any) -> None:
+    from mpi4py import MPI
+
+    # Ctrl-C goes to the whole group of processes: the first one tells the others when to stop.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    channels, _ = task.channels(coarse=coarse, comm=MPI.COMM_SELF)
+    _worker.update(task=task, channels=channels, problem=task.pose(channels), stop=stop)
+
+
+def _worker_cost(x: Array) -> float:
+    problem: Problem = _worker["problem"]
+    return problem.cost(x)
+
+
+def _worker_refine(given: Assignment) -> Refined:
+    return refine(_worker["task"], _worker["channels"], given, None, _worker["stop"].is_set)

@@ -1,0 +1,217 @@
+"""Profiles and their intervals: parabolas in closed form, edges of stability, walls, and a best point that was none."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bushcli.inverse.local import Minimum
+from bushcli.inverse.profile import RISE_95, interval, profile, worth_a_profile
+from bushcli.inverse.result import Profile
+
+
+@pytest.mark.parametrize("points", [5, 6, 9])
+def test_interval_of_a_parabola_is_exact(points):
+    """Rise ((v - m) / s)^2 crosses 3.841 at m +- 1.96 s; its root is linear, so interpolation is exact."""
+    m, s = 0.7, 0.02
+    values = np.unique(np.append(m + 2.5 * s * np.linspace(-1, 1, points), m))
+    low, high = interval(Profile("C10", values, ((values - m) / s) ** 2))
+    assert low == pytest.approx(m - np.sqrt(RISE_95) * s, rel=1e-12)
+    assert high == pytest.approx(m + np.sqrt(RISE_95) * s, rel=1e-12)
+
+
+def test_interval_that_is_open_on_one_side():
+    values = np.linspace(-1.0, 1.0, 5)
+    rise = np.where(values > 0, 16 * values**2, 0.1 * values**2)
+    low, high = interval(Profile("C30", values, rise, ("open", "misfit")))
+    assert low == -np.inf
+    assert 0 < high < 1
+
+
+def test_no_interval_where_nothing_is_crossed():
+    values = np.linspace(-1.0, 1.0, 5)
+    assert interval(Profile("C30", values, 0.1 * values**2)) is None
+
+
+def test_points_that_could_not_be_refitted_do_not_count():
+    values = np.linspace(-2.5, 2.5, 11)
+    rise = values**2
+    rise[[0, 10]] = np.nan
+    low, high = interval(Profile("C20", values, rise))
+    assert (low, high) == pytest.approx((-np.sqrt(RISE_95), np.sqrt(RISE_95)), rel=1e-9)
+
+
+@pytest.mark.parametrize("limit", ["stability", "unsolvable", "bound"])
+def test_an_interval_ends_where_the_profile_could_not_go_on(limit):
+    values = np.linspace(-1.0, 1.0, 5)
+    rise = np.where(values > 0, 16 * values**2, 0.1 * values**2)
+    low, high = interval(Profile("C30", values, rise, (limit, "misfit")))
+    assert low == -1.0
+    assert 0 < high < 1
+
+
+# -- the way along a parameter --------------------------------------------------------------------------------------
+
+
+class Linear:
+    """One channel whose force is linear in two parameters, with noise; some parameters have no solution or no stability.
+
+    `wall(x)` says where nothing can be solved, `edge(x)` returns what instability adds to the misfit.
+    """
+
+    names = ("a", "b")
+    noise = 0.05
+
+    def __init__(self, wall=lambda x: False, edge=lambda x: 0.0, bend=0.0):
+        rng = np.random.default_rng(5)
+        q = np.linspace(0.1, 1.0, 200)
+        self.rows, self.bend, self.wall, self.edge = np.column_stack([q, q**2]), bend, wall, edge
+        force = self.curve(np.array([2.0, -0.5])) + self.noise * rng.standard_normal(len(q))
+        recording = SimpleNamespace(force=force, displacement=q)
+        self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), recording=recording)]
+        self.states, self.trial, self.samples = np.zeros((1, 3)), None, len(q)
+        self.asked = []
+
+    def curve(self, x):
+        return self.rows @ x + self.bend * self.rows[:, 1] * x[1] ** 2
+
+    def forces(self, x):
+        slope = self.rows + 2 * self.bend * x[1] * np.outer(self.rows[:, 1], [0, 1])
+        return [(self.curve(x), slope)]
+
+    def law_parameters(self, x):
+        return dict(zip(self.names, x, strict=True))
+
+    parameters = law_parameters
+
+    def instability(self, x, states=None):
+        return np.array([self.edge(x)])
+
+    def residual(self, x):
+        self.asked.append(x.copy())
+        (force, _), weight = self.forces(x)[0], 1 / (self.noise * np.sqrt(self.samples))
+        value = np.append((force - self.channels[0].recording.force) * weight, self.edge(x))
+        return value * np.nan if self.wall(x) else value
+
+    def jacobian(self, x):
+        slope = self.forces(x)[0][1] / (self.noise * np.sqrt(self.samples))
+        step = 1e-7
+        edge = [(self.edge(x + step * unit) - self.edge(x)) / step for unit in np.eye(2)]
+        return np.vstack([slope, edge])
+
+    def cost(self, x):
+        return float(np.sum(self.residual(x) ** 2))
+
+    def best(self):
+        """Least squares in closed form (without bend), and the covariance of white noise as it is left."""
+        force = self.channels[0].recording.force
+        x = np.linalg.lstsq(self.rows, force, rcond=None)[0]
+        left = force - self.rows @ x
+        return x, left @ left / (self.samples - 2) * np.linalg.inv(self.rows.T @ self.rows)
+
+
+LOWER, UPPER = np.full(2, -1e3), np.full(2, 1e3)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_profile_of_a_linear_model_is_the_standard_errors_parabola(index):
+    problem = Linear()
+    x, covariance = problem.best()
+    found, better = profile(problem, x, index, covariance, LOWER, UPPER)
+    spread = np.sqrt(covariance[index, index])
+    assert found.rise == pytest.approx(((found.values - x[index]) / spread) ** 2, abs=1e-6)
+    assert interval(found) == pytest.approx(
+        x[index] + np.sqrt(RISE_95) * spread * np.array([-1, 1]), rel=1e-6
+    )
+    assert found.limits == ("misfit", "misfit")
+    assert better is None
+    # Two points a side, each solved once: the step is known from the derivatives.
+    assert len(found.values) == 5
+    assert len({point.tobytes() for point in problem.asked}) <= 6
+
+
+def test_profile_goes_on_until_the_misfit_has_risen_however_wrong_the_standard_error():
+    """A standard error a tenth as large as it should be, as beside a wall: the steps grow until the end is found."""
+    problem = Linear()
+    x, covariance = problem.best()
+    found, _ = profile(problem, x, 1, covariance, LOWER, UPPER)
+    unit = np.diag([1.0, 1.0]) * 0.1
+    # The unit of the noise goes with the covariance: ten times less of it asks for ten times less of a rise.
+    small, _ = profile(problem, x, 1, unit @ covariance @ unit, LOWER, UPPER)
+    assert interval(small)[1] - x[1] == pytest.approx(0.1 * (interval(found)[1] - x[1]), rel=1e-6)
+
+
+def test_profile_ends_at_a_wall_and_says_so():
+    problem = Linear()
+    x, covariance = problem.best()
+    spread = np.sqrt(covariance[1, 1])
+    edge = x[1] - 1.5 * spread
+    problem.wall = lambda p: p[1] < edge
+    found, _ = profile(problem, x, 1, covariance, LOWER, UPPER)
+    assert found.limits == ("unsolvable", "misfit")
+    low, high = interval(found)
+    # Halved towards it three times, from 1.1 or less.
+    assert edge <= low < edge + 0.2 * spread
+    assert high == pytest.approx(x[1] + np.sqrt(RISE_95) * spread, rel=1e-6)
+
+
+def test_profile_follows_an_edge_of_stability():
+    """Beside the edge the other parameter is no longer free: the misfit rises faster than the parabola."""
+    problem = Linear()
+    x, covariance = problem.best()
+    spread = np.sqrt(np.diag(covariance))
+    # Stable where a is below its best value plus half a standard error; b falls as a rises (correlation -0.97).
+    problem.edge = lambda p: 1e3 * max(p[0] - x[0] - 0.5 * spread[0], 0.0)
+    found, _ = profile(problem, x, 1, covariance, LOWER, UPPER)
+    low, high = interval(found)
+    assert low > x[1] - 0.9 * np.sqrt(RISE_95) * spread[1]
+    assert high == pytest.approx(x[1] + np.sqrt(RISE_95) * spread[1], rel=1e-3)
+
+
+def test_profile_ends_at_a_bound():
+    problem = Linear()
+    x, covariance = problem.best()
+    bound = x[1] + 0.5 * np.sqrt(covariance[1, 1])
+    found, _ = profile(problem, x, 1, covariance, LOWER, np.array([1e3, bound]))
+    assert found.limits == ("misfit", "bound")
+    assert interval(found)[1] == pytest.approx(bound)
+
+
+def test_profile_finds_out_that_the_best_point_was_none():
+    problem = Linear()
+    x, covariance = problem.best()
+    off = x + np.array([0.0, 3.0 * np.sqrt(covariance[1, 1])])
+    _, better = profile(problem, off, 1, covariance, LOWER, UPPER)
+    assert problem.cost(better) < problem.cost(off)
+
+
+def test_curvature_makes_the_interval_lopsided():
+    """The force bends with b: on the steeper side the interval is the shorter one."""
+    problem = Linear(bend=2.0)
+    x = np.array([2.0, -0.5])
+    covariance = np.diag([1e-4, 1e-2])
+    from scipy.optimize import least_squares
+
+    x = least_squares(problem.residual, x, problem.jacobian).x
+    slope = problem.forces(x)[0][1]
+    covariance = problem.noise**2 * np.linalg.inv(slope.T @ slope)
+    found, _ = profile(problem, x, 1, covariance, LOWER, UPPER)
+    low, high = interval(found)
+    # d(force)/db is q^2 (1 + 4 b): zero at b = -0.25, steeper below the best value of -0.5.
+    assert high - x[1] > x[1] - low
+
+
+def minimum(x, **changes):
+    return Minimum(x, x, 1.0, 3, True, "", **changes)
+
+
+def test_what_is_worth_a_profile():
+    problem, x = Linear(), np.array([2.0, -0.5])
+    well = np.diag([1e-4, 1e-4])
+    assert worth_a_profile(problem, minimum(x), well) == []
+    # One poorly determined bends all of the law's with it; so does an edge.
+    assert worth_a_profile(problem, minimum(x), np.diag([1e-4, 0.04])) == [0, 1]
+    assert worth_a_profile(problem, minimum(x, at_edge=True), well) == [0, 1]
+    assert worth_a_profile(problem, minimum(x, beside_failure=True), well) == [0, 1]
