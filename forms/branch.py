@@ -52,6 +52,12 @@ class Step:
     internal: Internal
     duration: Scalar
 
+    @property
+    def metric(self) -> Symmetric:
+        """Right Cauchy-Green tensor at the end of the step, volume included."""
+        assert self.strain.metric is not None
+        return self.strain.metric
+
 
 @dataclass(frozen=True)
 class Contribution:

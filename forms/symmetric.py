@@ -44,6 +44,11 @@ class Symmetric:
         ]
         return sum(products[1:], products[0])
 
+    def rows(self) -> tuple[tuple[Scalar, ...], ...]:
+        """All nine components."""
+        xx, yy, zz, yz, xz, xy = self.components
+        return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
     def adjugate(self) -> Symmetric:
         """The inverse times the determinant."""
         xx, yy, zz, yz, xz, xy = self.components

@@ -8,8 +8,6 @@ from forms.branch import Branch, Contribution, Internal, Step
 from forms.law import Scalar
 from forms.symmetric import Symmetric, cube_root
 
-# Beyond so many relaxation times in one step the branch is relaxed to 1e-17.
-LONGEST = 40.0
 # Below, the closed forms of the weights lose digits, and their series is exact to rounding.
 SERIES_BELOW = 0.02
 # A step without duration: short enough to be elastic, long enough to divide by.
@@ -23,11 +21,11 @@ def contribution(step: Step, *, g: Scalar, tau: Scalar) -> Contribution:
     one of the dashpot, which follows Ci' = (C' - tr(C' Ci^-1) Ci / 3) / tau. That is a linear equation for a multiple
     of Ci, M' = s C' / tau with s = (det M)^(1/3), so that with C' linear over the step
 
-        M = N + a C'_end,   N = Ci + b C'_begin,   Ci_end = M / (det M)^(1/3),
+        M = N + a C'_end,   N = exp(-y) Ci + b C'_begin,   Ci_end = M / (det M)^(1/3),
 
-    and a, b integrals of s = exp(k t / tau), k = tr(C' Ci^-1) / 3 at the beginning. The stress at the end,
-    g mu / 2 Ci_end^-1, is the derivative of 3 g mu / (2 a) (det M)^(1/3): the step has a potential. Second order
-    in the step, exact for a hold at small strain, dissipation is never negative.
+    and a, b integrals of s = exp(k t / tau), k = tr(C' Ci^-1) / 3 at the beginning, over its value exp(y) at the end.
+    The stress at the end, g mu / 2 Ci_end^-1, is the derivative of 3 g mu / (2 a) (det M)^(1/3): the step has a
+    potential. Second order in the step, exact for a hold at small strain, dissipation is never negative.
 
     References
     ----------
@@ -40,8 +38,8 @@ def contribution(step: Step, *, g: Scalar, tau: Scalar) -> Contribution:
     strain = step.strain
     a, N = _increment(step, tau)
     s = ufl.exp(-2 / 3 * ufl.ln(strain.J))
-    first = ufl.variable(N.adjugate().dot(strain.metric))
-    second = ufl.variable(N.dot(strain.metric.adjugate()))
+    first = ufl.variable(N.adjugate().dot(step.metric))
+    second = ufl.variable(N.dot(step.metric.adjugate()))
     cube = N.det() + a * (s * first + a * (s * s * second + a))
     stiffness = g * step.shear_modulus
     Ci = update(step, g=g, tau=tau)["Ci"]
@@ -60,27 +58,27 @@ def update(step: Step, *, g: Scalar, tau: Scalar) -> Internal:
 
 
 def _isochoric(step: Step) -> Symmetric:
-    return ufl.exp(-2 / 3 * ufl.ln(step.strain.J)) * step.strain.metric
+    return ufl.exp(-2 / 3 * ufl.ln(step.strain.J)) * step.metric
 
 
 def _increment(step: Step, tau: Scalar) -> tuple[Scalar, Symmetric]:
     """The weight a of C' at the end, and N."""
     Ci, C = step.internal["Ci"], step.internal["C"]
     k = ufl.max_value(Ci.adjugate().dot(C) / 3, 1)
-    y = ufl.min_value(ufl.max_value(k * step.duration / tau, SHORTEST), LONGEST)
-    growth = ufl.exp(y)
+    y = ufl.max_value(k * step.duration / tau, SHORTEST)
+    decay = ufl.exp(-y)
     small = ufl.lt(y, SERIES_BELOW)
     end = ufl.conditional(
         small,
-        y * (1 / 2 + y * (1 / 3 + y * (1 / 8 + y * (1 / 30 + y * (1 / 144 + y / 840))))),
-        (growth * (y - 1) + 1) / y,
+        y * (1 / 2 - y * (1 / 6 - y * (1 / 24 - y * (1 / 120 - y * (1 / 720 - y / 5040))))),
+        (y - 1 + decay) / y,
     )
     begin = ufl.conditional(
         small,
-        y * (1 / 2 + y * (1 / 6 + y * (1 / 24 + y * (1 / 120 + y * (1 / 720 + y / 5040))))),
-        (growth - 1 - y) / y,
+        y * (1 / 2 - y * (1 / 3 - y * (1 / 8 - y * (1 / 30 - y * (1 / 144 - y / 840))))),
+        (1 - (1 + y) * decay) / y,
     )
-    return end / k, Ci + (begin / k) * C
+    return end / k, decay * Ci + (begin / k) * C
 
 
 BRANCH = Branch(
