@@ -15,7 +15,7 @@ from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
 from bushcli.diagnosis.held_out import HeldOut
 from bushcli.diagnosis.locate import Location, locate
-from bushcli.diagnosis.model import Fitted, Model, fit, predicted
+from bushcli.diagnosis.model import Fitted, Model, fit
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.proposing import propose
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, LocalMap, Named, Quantity, Verdict
@@ -92,7 +92,7 @@ def diagnose(
         search = Search(bare, crew, effects, told)
         found = search.run(plain)
         before, after = (search.prediction(found, one) for one in (plain, found.best))
-        channels = _channels(bare, crew, found)
+        channels = _channels(found)
         rivals = _rivals(found)
         told("next", "test", "what would separate the rivals")
         proposal = propose(bare, found, rivals, crew, told) if len(rivals) > 1 else None
@@ -247,9 +247,8 @@ def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
     return tuple(dict.fromkeys(near))
 
 
-def _channels(case: Case, crew: Workers, found: Selection) -> tuple[DiagnosedChannel, ...]:
-    masks = tuple(one.samples for one in found.held)
-    outside = crew.run(_both, [(case, found.plain.model, masks), (case, found.best.model, masks)])
+def _channels(found: Selection) -> tuple[DiagnosedChannel, ...]:
+    outside = [found.foretold.get(key(one.model, found.plain.model)) for one in (found.plain, found.best)]
     made = []
     for i, (plain, best) in enumerate(zip(found.plain.channels, found.best.channels, strict=True)):
         recording, span = plain.recording, float(np.ptp(plain.recording.force))
@@ -272,13 +271,6 @@ def _channels(case: Case, crew: Workers, found: Selection) -> tuple[DiagnosedCha
             )
         )
     return tuple(made)
-
-
-def _both(case: Case, model: Model, masks: tuple[Array, ...]) -> tuple[Compared, ...] | None:
-    if not any(mask.any() for mask in masks):
-        return None
-    partly = fit(case, model, masks)
-    return None if partly is None else predicted(case, partly)
 
 
 def _smooth(recording: object) -> Array:

@@ -27,6 +27,8 @@ from cases.march import NotConverged
 
 Array = NDArray[np.float64]
 
+# Relative change of the sum of squares that ends a fit: BIC sees no smaller difference.
+TOLERANCE = 1e-4
 # No simulation is trusted to better than this share of the force range.
 FLOOR = 1e-3
 
@@ -173,7 +175,7 @@ def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tupl
     channels, _ = task.channels()
     plain = task.pose(channels)
     problem = Weighed(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
-    problem.states = plain.states
+    problem.states, problem.tolerance = plain.states, TOLERANCE
     problem.noises = tuple(_noise(channel) for channel in channels)
     problem.factors = tuple(_factor(channel) for channel in channels)
     none = [np.zeros(len(channel.recording.force), dtype=bool) for channel in channels]

@@ -19,6 +19,7 @@ from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, t
 from bushcli.diagnosis.criterion import NoiseTest, noise_test
 from bushcli.diagnosis.held_out import HeldOut, held_out
 from bushcli.diagnosis.model import Fitted, Model, fit, predicted
+from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Hypothesis, Stage
 from bushcli.diagnosis.rivals import STRONG, Combination, forward
 from bushcli.diagnosis.score import Candidate, Score, screen
@@ -65,6 +66,8 @@ class Selection:
     combined : tuple of Combination
         Effects and pairs of them to first order beside the plain law.
     held : tuple of HeldOut
+    predictions, foretold : dict
+        Of models fitted without what is held out: misfit over noise on that, and all samples as they foretell them.
     """
 
     plain: Fitted
@@ -75,6 +78,7 @@ class Selection:
     combined: tuple[Combination, ...] = ()
     held: tuple[HeldOut, ...] = ()
     predictions: dict[tuple[str, ...], float] = field(default_factory=dict)
+    foretold: dict[tuple[str, ...], tuple[Compared, ...] | None] = field(default_factory=dict)
 
 
 def key(model: Model, plain: Model) -> tuple[str, ...]:
@@ -127,7 +131,9 @@ class Search:
             if at_noise(found.best) is not None:
                 break
         done = at_noise(found.best) is not None
-        self._stage(found, "stop", found.best, "what is left is noise" if done else "effects enough for one model")
+        self._stage(
+            found, "stop", found.best, "what is left is noise" if done else "effects enough for one model"
+        )
         return found
 
     def screened(self, fitted: Fitted) -> tuple[list[Candidate], tuple[Score, ...]]:
@@ -194,7 +200,9 @@ class Search:
         proposed: list[Model] = []
         grids = {one.name: one for one in table}
         most = max((one.drop for one in scores if one.testable), default=0.0)
-        promising = [one for one in scores if one.testable and one.drop > max(PROMISING, SHARE * most)][:REFITTED]
+        promising = [one for one in scores if one.testable and one.drop > max(PROMISING, SHARE * most)][
+            :REFITTED
+        ]
         for score in promising:
             one = grids[score.name]
             order = np.argsort(-score.drops)[:BEGINNINGS]
@@ -257,6 +265,7 @@ class Search:
         if name not in found.predictions:
             masks = tuple(one.samples for one in found.held)
             answer = self.workers.run(_predict, [(self.case, fitted.model, masks)])[0]
+            found.foretold[name] = answer
             found.predictions[name] = _outside(answer, found.held, fitted.factors)
         return found.predictions[name]
 
@@ -355,12 +364,12 @@ def _difference(one: Fitted, other: Fitted) -> str:
     return f"one more branch of {', '.join(one.model.names[-1:])}"
 
 
-def _outside(answer: object, held: Sequence[HeldOut], factors: Sequence[float]) -> float:
+def _outside(answer: tuple[Compared, ...] | None, held: Sequence[HeldOut], factors: Sequence[float]) -> float:
     """Misfit over noise on the samples held out."""
     if answer is None:
         return float("nan")
     total, samples = 0.0, 0.0
-    for channel, kept, factor in zip(answer, held, factors, strict=True):  # type: ignore[call-overload]
+    for channel, kept, factor in zip(answer, held, factors, strict=True):
         if not kept.samples.any():
             continue
         only = replace(channel, simulated=np.where(kept.samples, channel.simulated, np.nan))
@@ -380,7 +389,7 @@ def _refit(case: Case, model: Model) -> Fitted | None:
     return fit(case, model)
 
 
-def _predict(case: Case, model: Model, masks: tuple[Array, ...]) -> object:
+def _predict(case: Case, model: Model, masks: tuple[Array, ...]) -> tuple[Compared, ...] | None:
     """The recordings as a model foretells them that was fitted to what is not masked."""
     if not any(mask.any() for mask in masks):
         return None
