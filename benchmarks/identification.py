@@ -141,10 +141,11 @@ def least_time(channel: Channel, names: tuple[str, ...]) -> float:
 def coverage(bench: Bench, modes: tuple[str, ...], noise: float, seeds: int) -> None:
     """How often the 95 % intervals hold the truth.
 
-    Two kinds: value +- 1.96 standard errors, and what the result reports, which is the profile's interval where the
-    standard error is above 20 % of the value. Truth is what the default mesh finds from noise-free curves, because
-    intervals speak of noise, not of the mesh.
+    Two kinds: value +- 1.96 standard errors, and what the result reports, which is the profiles' intervals where one
+    of the standard errors is above 20 % of its value or the search was held back by stability. Truth is what the
+    default mesh finds from noise-free curves, because intervals speak of noise, not of the mesh.
     """
+    begin = time.perf_counter()
     clean = identify(Task(bench.case(*modes), "yeoh"))
     fits = []
     for seed in range(seeds):
@@ -167,8 +168,14 @@ def coverage(bench: Bench, modes: tuple[str, ...], noise: float, seeds: int) -> 
             f"| {', '.join(modes)} | {noise:g} | {seeds} | {name} | {100 * np.mean(plain):.0f} "
             f"| {100 * np.mean(whole):.0f} | {profiled} |"
         )
-    stopped = sum(any(c.name == "failed_solves" for c in fit.conditions) for fit in fits)
-    print(f"\n{stopped} of {seeds} searches ended beside parameters that cannot be solved (failed_solves).")
+    for name in ("at_stability_limit", "beside_failure", "not_converged", "failed_solves"):
+        print(f"\n{name}: {sum(any(c.name == name for c in fit.conditions) for fit in fits)} of {seeds}")
+    sweeps = [np.mean([getattr(fit, name) for fit in fits]) for name in ("sweeps", "profile_sweeps")]
+    failed = np.mean([sum(not np.isfinite(e.cost) for e in fit.evaluations) for fit in fits])
+    print(
+        f"\nsweeps of the search {sweeps[0]:.1f}, of the profiles {sweeps[1]:.1f}, failed {failed:.1f}; in the mean"
+    )
+    print(f"{time.perf_counter() - begin:.0f} s")
 
 
 def main() -> int:

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.profile import RISE_95, interval, profile, worth_a_profile
@@ -56,7 +57,7 @@ def test_an_interval_ends_where_the_profile_could_not_go_on(limit):
 
 
 class Linear:
-    """One channel whose force is linear in two parameters, with noise; some parameters have no solution or no stability.
+    """One channel whose force is linear in two parameters, with noise.
 
     `wall(x)` says where nothing can be solved, `edge(x)` returns what instability adds to the misfit.
     """
@@ -132,15 +133,13 @@ def test_profile_of_a_linear_model_is_the_standard_errors_parabola(index):
     assert len({point.tobytes() for point in problem.asked}) <= 6
 
 
-def test_profile_goes_on_until_the_misfit_has_risen_however_wrong_the_standard_error():
-    """A standard error a tenth as large as it should be, as beside a wall: the steps grow until the end is found."""
+def test_a_larger_covariance_than_the_noises_scales_the_interval():
+    """Autocorrelated misfit makes the standard errors larger by its time's root: so it does the profile's interval."""
     problem = Linear()
     x, covariance = problem.best()
     found, _ = profile(problem, x, 1, covariance, LOWER, UPPER)
-    unit = np.diag([1.0, 1.0]) * 0.1
-    # The unit of the noise goes with the covariance: ten times less of it asks for ten times less of a rise.
-    small, _ = profile(problem, x, 1, unit @ covariance @ unit, LOWER, UPPER)
-    assert interval(small)[1] - x[1] == pytest.approx(0.1 * (interval(found)[1] - x[1]), rel=1e-6)
+    wide, _ = profile(problem, x, 1, 9.0 * covariance, LOWER, UPPER)
+    assert interval(wide)[1] - x[1] == pytest.approx(3.0 * (interval(found)[1] - x[1]), rel=1e-6)
 
 
 def test_profile_ends_at_a_wall_and_says_so():
@@ -190,11 +189,7 @@ def test_profile_finds_out_that_the_best_point_was_none():
 def test_curvature_makes_the_interval_lopsided():
     """The force bends with b: on the steeper side the interval is the shorter one."""
     problem = Linear(bend=2.0)
-    x = np.array([2.0, -0.5])
-    covariance = np.diag([1e-4, 1e-2])
-    from scipy.optimize import least_squares
-
-    x = least_squares(problem.residual, x, problem.jacobian).x
+    x = least_squares(problem.residual, [2.0, -0.5], problem.jacobian).x
     slope = problem.forces(x)[0][1]
     covariance = problem.noise**2 * np.linalg.inv(slope.T @ slope)
     found, _ = profile(problem, x, 1, covariance, LOWER, UPPER)

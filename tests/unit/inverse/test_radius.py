@@ -1,4 +1,4 @@
-"""Iteration, step and radius as SciPy has them, which does not tell: compared with what its own rules are called with."""
+"""Iteration, step and radius as SciPy has them, who does not tell: compared with what its own rule is called with."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_radius_and_step_are_those_of_scipy(method, start, monkeypatch):
     result = least_squares(
         asked, start, jac=derived, bounds=(LOWER, UPPER), x_scale="jac", method=method, max_nfev=40
     )
-    assert len(true) > 4
+    assert len(true) >= 2
     assert np.array(found) == pytest.approx(np.array(true), rel=1e-6, abs=1e-12)
     assert follower.iteration == result.njev - 1
 
