@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
+import sys
+from pathlib import Path
 
 # Small matrices: more BLAS threads only fight each other. Before NumPy is imported.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -65,3 +68,31 @@ def reference_bushing():
     from geometry.shape import shapes
 
     return shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+
+
+def _beside(name):
+    """A module of this folder; test folders are no packages."""
+    spec = importlib.util.spec_from_file_location(
+        f"bushcli_tests_{name}", Path(__file__).with_name(f"{name}.py")
+    )
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def diagnoses():
+    """Return the module that makes diagnoses by hand."""
+    return _beside("diagnoses")
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    """Start (or find) a headless Chromium; the test is left out where there is none."""
+    with _beside("browser").started(tmp_path_factory.mktemp("browser")) as found:
+        if found is None:
+            pytest.skip(
+                "no Chromium: set BUSHCLI_CHROMIUM to one, or run tests/with-browser (make test does)"
+            )
+        yield found

@@ -10,6 +10,7 @@ import click
 
 from bushcli import __version__
 from bushcli.cli.case import check, direct, mesh
+from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.tool import doctor, init, list_
 from bushcli.errors import nearest
@@ -43,7 +44,7 @@ def main() -> None:
     """
 
 
-for _command in (init, check, mesh, fit, direct, inverse, list_, doctor):
+for _command in (init, check, mesh, fit, direct, inverse, diagnose, list_, doctor):
     main.add_command(_command)
 
 __all__ = ["main"]

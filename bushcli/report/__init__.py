@@ -3,9 +3,18 @@
 Only `output` writes files. Matplotlib and Jinja are loaded when something is written, not before.
 """
 
+from bushcli.report.diagnosis import diagnosis_text
+from bushcli.report.diagnosis_json import diagnosis_json
 from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
 from bushcli.report.identification import inverse_json, inverse_text
-from bushcli.report.output import check_output, write_direct, write_fit, write_inverse, write_meshes
+from bushcli.report.output import (
+    check_output,
+    write_diagnosis,
+    write_direct,
+    write_fit,
+    write_inverse,
+    write_meshes,
+)
 from bushcli.report.ranking import rank
 from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
 from bushcli.report.verdict import judge
@@ -14,6 +23,8 @@ __all__ = [
     "case_json",
     "case_text",
     "check_output",
+    "diagnosis_json",
+    "diagnosis_text",
     "direct_json",
     "direct_text",
     "fit_json",
@@ -24,6 +35,7 @@ __all__ = [
     "mesh_json",
     "mesh_text",
     "rank",
+    "write_diagnosis",
     "write_direct",
     "write_fit",
     "write_inverse",

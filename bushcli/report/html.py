@@ -1,18 +1,22 @@
-"""Results -> one HTML page that opens offline: pictures and style are in it, and nothing is fetched or run.
+"""Results -> one HTML page that opens offline: pictures, style and script are in it, and nothing is fetched.
 
-Everything from a case or a recording is escaped by Jinja.
+Everything from a case or a recording is escaped by Jinja. A page with plots to zoom runs one script, which the page's
+own policy names by its digest: whatever else might be written into the page is not run.
 """
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib import resources
 from typing import Any
 
 import jinja2
+from markupsafe import Markup
 
 from bushcli.casefile import Case, Material
 from bushcli.direct import Response
@@ -35,12 +39,26 @@ from bushcli.report.verdict import judge
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page: a heading with pictures and tables under it."""
+    """A part of the page: a heading with words, plots to zoom, tables and pictures under it.
+
+    Attributes
+    ----------
+    heading : str
+    pictures, tables : sequences
+    note : str
+        Small print under the tables.
+    lines : sequence of str
+        Paragraphs under the heading.
+    plots : sequence of Markup
+        SVG with its legend, all text in it escaped.
+    """
 
     heading: str
     pictures: Sequence[Picture] = ()
     tables: Sequence[Table] = ()
     note: str = ""
+    lines: Sequence[str] = ()
+    plots: Sequence[Markup] = ()
 
 
 def direct_html(
@@ -119,8 +137,17 @@ def page(
     lines: Sequence[str],
     tone: str,
     sections: Sequence[Section],
+    source: str = "",
 ) -> str:
-    """Return the page of a result: verdict, problems, conditions, sections, provenance."""
+    """Return the page of a result: verdict, problems, conditions, sections, provenance.
+
+    Parameters
+    ----------
+    source
+        What the law was identified from, where that is not the coupon tests.
+    """
+    kept = [s for s in sections if s.pictures or s.tables or s.lines or s.plots]
+    script = _script() if any(section.plots for section in kept) else ""
     return (
         _environment()
         .get_template("report.html")
@@ -131,9 +158,11 @@ def page(
             lines=lines,
             tone=tone,
             problems=result["problems"],
-            conditions=conditions(case, material, "recordings" if result["command"] == "inverse" else ""),
+            conditions=conditions(case, material, source),
             path=str(case.path),
-            sections=[section for section in sections if section.pictures or section.tables],
+            sections=kept,
+            script=script,
+            digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
             case=json.dumps(result["case"], indent=2, ensure_ascii=False),
             versions=result["versions"],
             timings=result["timings_s"],
@@ -154,6 +183,14 @@ def _embedded(picture: Picture) -> str:
     if picture.kind in ("mesh", "deformed"):
         return "data:image/png;base64," + base64.b64encode(picture.png).decode()
     return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
+
+
+@cache
+def _script() -> Markup:
+    """The script of the zoomable plots; it holds nothing that would end its element."""
+    text = (resources.files("bushcli.report") / "templates" / "zoom.js").read_text(encoding="utf-8")
+    assert "</" not in text
+    return Markup(f"\n{text}")
 
 
 @cache

@@ -50,4 +50,6 @@ def inverse_html(
     sections.append(Section("What the curves determine", doubtful, tables, note))
     searched = [*kinds.get("convergence", []), *kinds.get("starts", [])]
     sections.append(Section("The search", searched, note=". ".join(search(best)) + "."))
-    return page(result, case, best.material, f"{found.headline}.", found.lines, found.tone, sections)
+    return page(
+        result, case, best.material, f"{found.headline}.", found.lines, found.tone, sections, "recordings"
+    )

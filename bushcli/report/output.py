@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from bushcli.casefile import Case
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
 from bushcli.direct import Response, Simulated
 from bushcli.errors import InputError, Problem
 from bushcli.inverse import Fit
@@ -137,6 +138,32 @@ def write_inverse(
         files[f"{picture.name}.svg"] = _bytes(picture.svg)
     files[REPORT] = _text(inverse_html(result, case, fits, pictures))
     return _write(directory, files, case)
+
+
+def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis) -> tuple[Path, ...]:
+    """Write a diagnosis: result.json, a CSV of the curves per channel, maps for ParaView, pictures, report.
+
+    Raises
+    ------
+    InputError
+        As `write_direct`.
+    """
+    from bushcli.report.diagnosis_field import map_vtu
+    from bushcli.report.diagnosis_html import diagnosis_html
+    from bushcli.report.figures.diagnosis import diagnosis_figures
+
+    names = file_names([channel.name for channel in found.channels])
+    files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
+    for channel in found.channels:
+        files[f"{names[channel.name]}-diagnosis.csv"] = _diagnosed(channel)
+    for one in found.maps:
+        files[f"{names[one.channel]}-bushing-map.vtu"] = _text(map_vtu(one))
+    pictures = diagnosis_figures(found, names)
+    for picture in pictures:
+        files[f"{picture.name}.png"] = _bytes(picture.png)
+        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files[REPORT] = _text(diagnosis_html(result, found, pictures))
+    return _write(directory, files, found.case)
 
 
 def write_meshes(
@@ -272,6 +299,19 @@ def _comparison(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
         (q, f"recorded_{force}", f"simulated_{force}"),
         (shown.shown(found.displacement), found.simulated - found.difference, found.simulated),
     )
+
+
+def _diagnosed(channel: DiagnosedChannel) -> Callable[[Path], None]:
+    """Recorded force, that of the plain law and that of the final model; with the time where there is one."""
+    shown = quantities(channel.mode)
+    q, force = shown.csv_names
+    recorded = channel.recording
+    names = [q, f"recorded_{force}", f"plain_{force}", f"final_{force}", "held_out"]
+    columns = [shown.shown(recorded.displacement), recorded.force, channel.before, channel.after]
+    columns.append(channel.held_out.astype(float))
+    if recorded.time is not None:
+        names, columns = ["time_s", *names], [recorded.time, *columns]
+    return _table(names, columns)
 
 
 def _table(names: Sequence[str], columns: Sequence[np.ndarray[Any, Any]]) -> Callable[[Path], None]:

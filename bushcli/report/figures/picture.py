@@ -31,6 +31,10 @@ Kind = Literal[
     "starts",
     "cycles",
     "holds",
+    "diagnosed",
+    "record_map",
+    "bushing_map",
+    "next_test",
 ]
 
 # Okabe and Ito's palette, told apart with any colour vision: https://jfly.uni-koeln.de/color/

@@ -1,0 +1,82 @@
+"""The command that says what a model leaves out: diagnose."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import click
+
+from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, speaks
+from bushcli.errors import InputError, Problem
+
+
+@click.command()
+@click.option("--model", metavar="LAW", help="Law of the plain model instead of the case's.")
+@click.option(
+    "--effects",
+    "wanted",
+    metavar="NAME[,NAME...]",
+    help="Look for these effects only (see `bushcli list effects`).",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    default=1,
+    show_default=True,
+    help="Processes that share the refits.",
+)
+@click.option("--resume", is_flag=True, help="Go on with the fits of the last run into the same -o DIR.")
+@click.option("--no-maps", is_flag=True, help="No map of the misfit in the bushing.")
+@click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
+@on_a_case
+def diagnose(
+    run: Run,
+    model: str | None,
+    wanted: str | None,
+    workers: int,
+    resume: bool,
+    no_maps: bool,
+    strict: bool,
+) -> int:
+    """Say where the simulation of CASE misses its recordings, and what physics was left out.
+
+    The physics is modelled, and the fit shown before and after. With -o DIR each fit is kept in
+    DIR/history-diagnose, from which --resume goes on after an interruption.
+    """
+    from bushcli import report
+    from bushcli.diagnosis.diagnose import diagnose as find
+
+    case = run.load()
+    if resume and run.output is None:
+        raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
+    with run.timed("diagnose"):
+        found = find(
+            case,
+            model=model,
+            effects=None if wanted is None else [name.strip() for name in wanted.split(",") if name.strip()],
+            workers=workers,
+            journal=run.output / "history-diagnose" if run.output else None,
+            resume=resume,
+            maps=not no_maps,
+            progress=_progress(run),
+        )
+    result = report.diagnosis_json(found, run.timings())
+    run.show(report.diagnosis_text(found))
+    run.emit(result)
+    if run.output and speaks():
+        report.write_diagnosis(run.output, result, found)
+        run.say(f"wrote {run.output}")
+    return NEGATIVE if strict and found.verdict != "explained" else DONE
+
+
+def _progress(run: Run) -> Callable[[str, str, str], None] | None:
+    """A line per step on stderr: seconds so far, stage, effect, misfit."""
+    if run.quiet or not speaks():
+        return None
+    begin = time.perf_counter()
+
+    def line(stage: str, what: str, text: str) -> None:
+        run.say(f"  {time.perf_counter() - begin:5.0f} s  {stage:10s} {what:30s} {text}".rstrip())
+
+    return line

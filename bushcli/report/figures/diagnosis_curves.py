@@ -1,0 +1,231 @@
+"""Recording, plain law and final model of a diagnosed channel, with what is mismatched: to zoom, and as a picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from bushcli.diagnosis.locate import Mismatch
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
+from bushcli.diagnosis.words import sentence
+from bushcli.report.figures.picture import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    RED,
+    legend,
+    literal,
+    new_figure,
+    style,
+)
+from bushcli.report.figures.plot import Plot, Region, Series
+from bushcli.report.quantity import percent, quantities
+
+Array = NDArray[np.float64]
+
+# Up to this many samples are drawn one by one; more of them are a line.
+_SEPARATE = 80
+# A plain law that leaves the recording by more than this share of its force range runs out of the picture.
+_LEAVES = 0.6
+_COLOURS = {"stiff": RED, "soft": GREEN}
+
+
+def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
+    """Force over displacement; each mismatch is the area between recording and plain law, numbered."""
+    units = quantities(channel.mode)
+    recorded = channel.recording
+    q, path = units.shown(recorded.displacement), units.shown(channel.path)
+    few = len(q) <= _SEPARATE
+    series = [Series("before", _label("plain law", channel.before_percent), path, channel.before)]
+    if changed(channel):
+        series.append(Series("after", _label("final model", channel.after_percent), path, channel.after))
+    series.append(Series("recorded", "recorded", q, recorded.force, dots=few))
+    regions = []
+    for i, mismatch in numbered(found, channel):
+        outlines = [
+            np.concatenate(
+                [
+                    np.stack([q[run], recorded.force[run]], axis=1),
+                    np.stack([path[run], channel.before[run]], axis=1)[::-1],
+                ]
+            )
+            for run in _runs(mismatch.samples & np.isfinite(channel.before))
+        ]
+        worst = _worst(channel, mismatch)
+        at = (float(q[worst]), float((recorded.force[worst] + channel.before[worst]) / 2))
+        said = sentence(mismatch, len(found.channels))
+        regions.append(Region(i, _sense(mismatch), said, outlines, at))
+    return Plot(
+        f"curve-{found.channels.index(channel)}",
+        f"{channel.name}: recorded and simulated {units.force} over {units.displacement}",
+        units.displacement_label,
+        units.force_label,
+        _padded(np.concatenate([q, path]), 0.03),
+        _force_limits(channel),
+        series,
+        regions,
+    )
+
+
+def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
+    """Misfit over time (or the samples) before and after, against the noise."""
+    x = _abscissa(channel)
+    before, after = misfit_percent(channel)
+    series = [Series("before", "plain law", x, before)]
+    if changed(channel):
+        series.append(Series("after", "final model", x, after))
+    regions = []
+    for i, mismatch in numbered(found, channel):
+        runs = _runs(mismatch.samples & np.isfinite(before))
+        outlines = [
+            np.concatenate([np.stack([x[run], before[run]], axis=1), [[x[run][-1], 0.0], [x[run][0], 0.0]]])
+            for run in runs
+        ]
+        worst = _worst(channel, mismatch)
+        regions.append(
+            Region(
+                i,
+                _sense(mismatch),
+                sentence(mismatch, len(found.channels)),
+                outlines,
+                (float(x[worst]), float(before[worst])),
+            )
+        )
+    noise = 2 * channel.noise_percent
+    nan = float("nan")
+    bands = [(nan, nan, -noise, noise, "noise")]
+    bands += [(x[run][0], x[run][-1], nan, nan, "held") for run in _runs(channel.held_out)]
+    misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
+    return Plot(
+        f"misfit-{found.channels.index(channel)}",
+        f"{channel.name}: misfit over time",
+        _abscissa_label(channel),
+        "misfit [% of range]",
+        _padded(x, 0.01),
+        _padded(np.concatenate(misfits), 0.06),
+        series,
+        regions,
+        bands,
+        height=280.0,
+        brief=True,
+    )
+
+
+def diagnosed_title(channel: DiagnosedChannel) -> str:
+    """What the picture shows."""
+    name = channel.name[:1].upper() + channel.name[1:]
+    if not changed(channel):
+        return f"{name}: {percent(channel.before_percent)} rms, noise {percent(channel.noise_percent)}"
+    before, after = percent(channel.before_percent), percent(channel.after_percent)
+    return f"{name}: {before} rms before, {after} after, noise {percent(channel.noise_percent)}"
+
+
+def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
+    """Draw the curves with what is mismatched; below, the misfit over time against the noise."""
+    plots = curve_plot(found, channel), time_plot(found, channel)
+    drawn = {
+        "recorded": {"color": BLACK, "lw": 0.9, "zorder": 3},
+        "before": {"color": ORANGE, "lw": 1.6, "zorder": 2},
+        "after": {"color": BLUE, "lw": 2.4, "alpha": 0.75, "zorder": 2.5},
+    }
+    with style():
+        figure = new_figure(7.6, 6.8)
+        panels = figure.subplots(2, 1, height_ratios=(2.4, 1))
+        for axes, plot in zip(panels, plots, strict=True):
+            axes.axhline(0, color=GREY, lw=0.8, zorder=1)
+            for x0, x1, y0, y1, key in plot.bands:
+                if key == "noise":
+                    axes.axhspan(y0, y1, color=LIGHT, lw=0, label="noise (± 2 standard deviations)")
+                else:
+                    axes.axvspan(x0, x1, color="#fff3d6", lw=0, zorder=0)
+            for region in plot.regions:
+                for outline in region.outlines:
+                    colour = _COLOURS[region.key]
+                    axes.fill(outline[:, 0], outline[:, 1], color=colour, alpha=0.28, lw=0, zorder=1.5)
+                axes.annotate(
+                    str(region.number),
+                    region.at,
+                    ha="center",
+                    va="center",
+                    fontsize=9,
+                    fontweight="bold",
+                    color="white",
+                    zorder=5,
+                    bbox={"boxstyle": "circle,pad=0.25", "fc": _COLOURS[region.key], "ec": "white"},
+                )
+            for one in plot.series:
+                look = dict(drawn[one.key])
+                if one.dots:
+                    look |= {"lw": 0, "marker": "o", "ms": 3.5}
+                axes.plot(one.x, one.y, label=one.label, **look)
+            axes.set(xlabel=plot.x_label, ylabel=plot.y_label, xlim=plot.x, ylim=plot.y)
+        panels[1].set_ylabel("simulated -\nrecorded [%]")
+        panels[0].set_title(literal(diagnosed_title(channel)))
+        legend(panels[0], loc="upper left")
+        figure.align_ylabels(list(panels))
+        return figure
+
+
+def changed(channel: DiagnosedChannel) -> bool:
+    """Whether the final model is another one than the plain law."""
+    return not np.allclose(channel.before, channel.after, equal_nan=True)
+
+
+def numbered(found: Diagnosis, channel: DiagnosedChannel) -> list[tuple[int, Mismatch]]:
+    """The mismatches of a channel with their numbers among those of all channels, from 1."""
+    return [(i, one) for i, one in enumerate(found.location.mismatch, start=1) if one.channel == channel.name]
+
+
+def misfit_percent(channel: DiagnosedChannel) -> tuple[Array, Array]:
+    """Simulated minus recorded force before and after, in percent of the recorded force range."""
+    unit = 100.0 / float(np.ptp(channel.recording.force))
+    force = channel.recording.force
+    return unit * (channel.before - force), unit * (channel.after - force)
+
+
+def _abscissa(channel: DiagnosedChannel) -> Array:
+    if channel.recording.time is None:
+        return np.asarray(np.arange(1.0, len(channel.before) + 1.0))
+    return channel.recording.time
+
+
+def _abscissa_label(channel: DiagnosedChannel) -> str:
+    return "time [s]" if channel.recording.time is not None else "sample"
+
+
+def _label(what: str, rms: float) -> str:
+    return f"{what}: {percent(rms)} rms"
+
+
+def _sense(mismatch: Mismatch) -> str:
+    return "stiff" if mismatch.sign in ("too_stiff", "too_high") else "soft"
+
+
+def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> int:
+    size = np.abs(channel.before - channel.recording.force)
+    return int(np.argmax(np.where(mismatch.samples & np.isfinite(size), size, -1.0)))
+
+
+def _runs(marked: NDArray[np.bool_]) -> list[slice]:
+    """Stretches of two or more neighbouring samples that are marked."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
+    return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 2]
+
+
+def _padded(values: Array, share: float) -> tuple[float, float]:
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    margin = share * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def _force_limits(channel: DiagnosedChannel) -> tuple[float, float]:
+    both = np.concatenate([channel.recording.force, channel.after])
+    low, high = float(np.nanmin(both)), float(np.nanmax(both))
+    reach = _LEAVES * (high - low)
+    before = channel.before
+    ends = [max(low - reach, float(np.nanmin(before))), min(high + reach, float(np.nanmax(before)))]
+    return _padded(np.array([low, high, *ends]), 0.05)
