@@ -17,8 +17,6 @@ Array = NDArray[np.float64]
 Method = Literal["trf", "dogbox", "dogleg"]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
-# A relative change of the cost or of the parameters below this ends the search: far below what noise can tell.
-TOLERANCE = 1e-7
 MAX_EVALUATIONS = 200
 # A misfit of this many standard deviations is where a robust loss begins to discount.
 ROBUST_AT = 2.0
@@ -165,8 +163,8 @@ def minimise(
             method=method,
             loss=loss,
             f_scale=ROBUST_AT / np.sqrt(mean_samples),
-            ftol=TOLERANCE,
-            xtol=TOLERANCE,
+            ftol=problem.tolerance,
+            xtol=problem.tolerance,
             gtol=1e-12,
             max_nfev=MAX_EVALUATIONS,
         )

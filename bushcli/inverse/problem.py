@@ -35,6 +35,9 @@ STABILITY_EDGE = 0.005
 ACTIVE = 1e-3
 STABILITY_STATES = 24
 
+# A relative change of the cost or of the parameters below this ends the search: far below what noise can tell.
+TOLERANCE = 1e-7
+
 Progress = Callable[[Evaluation], None]
 
 
@@ -79,6 +82,7 @@ class Problem:
         # What the optimiser is about to try, and the start that it came from: for the record.
         self.trial: Trial | None = None
         self.start = 0
+        self.tolerance = TOLERANCE
         self._known: dict[bytes, list[Answer] | None] = {}
 
     def watch(self, x: Array) -> None:

@@ -111,8 +111,9 @@ class Task:
         return {full_name(one.effect, p): one.values[p.name] for one in self.effects for p in one.parameters}
 
     def is_fixed(self, name: str) -> bool:
-        """Whether a parameter keeps its start value: by its name, or by that of its effect."""
-        return name in self.fixed or name.partition(".")[0] in self.fixed
+        """Whether a parameter keeps its start value: by its name or its effect's, or because it shapes the mesh."""
+        meshed = {full_name(one.effect, p) for one in self.effects for p in one.parameters if p.of_mesh}
+        return name in self.fixed or name.partition(".")[0] in self.fixed or name in meshed
 
     @property
     def names(self) -> tuple[str, ...]:
