@@ -1,0 +1,89 @@
+"""Make, diagnose and score recordings with a concealed effect."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+# Two processes share the machine: threads of the linear algebra would only wait for each other.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "concealed.md"
+
+
+def make(options: argparse.Namespace) -> int:
+    """Make what is not there yet; say nothing about what it is."""
+    from benchmarks.concealed.batch import make_all
+
+    seeds = range(options.seed, options.seed + options.count)
+    for line in make_all(options.folder, seeds, options.workers):
+        print(line, flush=True)
+    return 0
+
+
+def run(options: argparse.Namespace) -> int:
+    """Diagnose what is not diagnosed yet."""
+    from benchmarks.concealed.run import run_all
+
+    for line in run_all(
+        options.folder,
+        options.command.split(),
+        options.workers,
+        options.timeout,
+        options.count,
+        options.again,
+    ):
+        print(line, flush=True)
+    return 0
+
+
+def score(options: argparse.Namespace) -> int:
+    """Compare truth and results."""
+    from benchmarks.concealed.report import document
+    from benchmarks.concealed.score import read
+
+    found = read(options.folder)
+    if not found:
+        print(f"{options.folder}: no recordings", file=sys.stderr)
+        return 1
+    text = document(found)
+    print(text)
+    if options.output:
+        options.output.write_text(text, encoding="utf-8")
+    return 0
+
+
+def main() -> int:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.concealed", description=__doc__)
+    actions = parser.add_subparsers(required=True, metavar="make|run|score")
+    one = actions.add_parser("make", help="make recordings")
+    one.add_argument("--count", type=int, default=100)
+    one.add_argument("--seed", type=int, default=1000, help="the first; others follow one by one")
+    one.add_argument("--workers", type=int, default=2)
+    one.set_defaults(act=make)
+    one.add_argument("folder", type=Path, metavar="DIR")
+    two = actions.add_parser("run", help="diagnose them, each in a process of its own")
+    two.add_argument("--command", default="bushcli diagnose", help="default: %(default)s")
+    two.add_argument("--workers", type=int, default=2)
+    two.add_argument(
+        "--timeout", type=float, default=1800.0, help="seconds per recording (default: %(default)g)"
+    )
+    two.add_argument("--count", type=int, default=None, help="no more than so many now")
+    two.add_argument("--again", action="store_true", help="also those that failed or ran out of time")
+    two.add_argument("folder", type=Path, metavar="DIR")
+    two.set_defaults(act=run)
+    three = actions.add_parser("score", help="compare truth and results, write the tables")
+    three.add_argument("folder", type=Path, metavar="DIR")
+    three.add_argument(
+        "-o", "--output", type=Path, default=DOCUMENT, help="default: docs/concealed.md of this checkout"
+    )
+    three.set_defaults(act=score)
+    options = parser.parse_args()
+    return int(options.act(options))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

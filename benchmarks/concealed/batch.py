@@ -1,0 +1,27 @@
+"""Making many recordings in processes of their own; it imports nothing heavy, least of all MPI, into the first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+
+
+def make_all(folder: Path, seeds: Sequence[int], workers: int) -> Iterator[str]:
+    """Make the recordings that are not there yet; yields a line for each, which says nothing about what it is."""
+    missing = [seed for seed in seeds if not (folder / "truth" / f"{seed:07d}.json").exists()]
+    # Spawned: MPI does not survive a fork.
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        for done in as_completed([pool.submit(_make, seed, folder) for seed in missing]):
+            yield done.result()
+
+
+def _make(seed: int, folder: Path) -> str:
+    from benchmarks.concealed.make import Unsuitable, make
+
+    try:
+        truth = make(seed, folder)
+    except Unsuitable as failure:
+        return f"{seed}: none: {failure}"
+    return f"{truth.name}: {truth.seconds:.0f} s, attempt {truth.attempt + 1}"

@@ -1,0 +1,197 @@
+"""Draw specimens, and which effects are concealed: everything from the seed, nothing from what was drawn before.
+
+Kinds come in decks of 25 consecutive seeds, shuffled, so that every effect of the catalogue comes up equally often:
+each once alone, five recordings without any, three pairs, one effect from outside the catalogue.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.concealed.truth import Kind, Specimen
+from bushcli.effect import Effect, effects
+from cases.stability import coupon_limits
+from forms.law import law
+
+NOTHINGS, PAIRS, OUTSIDERS = 5, 3, 1
+# How often a recording that could be poor is.
+POOR = 0.35
+# Effects that one way, or one way and back, shows at all: the law's parameters imitate the others (Truth.strength).
+SEEN_ON = {
+    "ramp": ("bump_stop", "free_play", "friction", "offset"),
+    "loop": (
+        "bump_stop",
+        "free_play",
+        "friction",
+        "mullins",
+        "offset",
+        "permanent_set",
+        "time_lag",
+        "viscoelasticity",
+    ),
+}
+# Channels that an effect asks for (`Effect.needs`); the others are content with one.
+NEEDS: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "compressibility": (("axial", "radial"), ("axial", "torsional", "radial")),
+    "cure_shrinkage": (("axial", "radial"), ("axial", "torsional", "radial")),
+    "sleeve_compliance": (("axial", "radial"), ("axial", "torsional", "radial")),
+    "swaging": (("axial", "radial"), ("axial", "torsional", "radial")),
+    "misalignment": (("radial",), ("axial", "radial")),
+    "debonding": (("axial", "torsional"), ("axial", "radial")),
+    "rig_compliance": (("axial", "torsional"), ("axial", "radial")),
+    "batch_stiffness": (("axial",), ("axial", "torsional")),
+}
+ANY = (("axial",), ("axial",), ("axial", "torsional"), ("axial", "radial"))
+# Of one channel's rig: another value in each channel.
+ALONE = (("axial",), ("axial",), ("radial",))
+# Stretches between which a law has to be stable: local ones in the bushings below reach 0.6 and 1.7.
+STABLE = (0.45, 2.4)
+
+
+@dataclass(frozen=True)
+class Concealed:
+    """What is to be made.
+
+    Attributes
+    ----------
+    kind
+    names : tuple of str
+        Of the effects.
+    program : str
+    channels : tuple of str
+    coupons : bool
+    """
+
+    kind: Kind
+    names: tuple[str, ...]
+    program: str
+    channels: tuple[str, ...]
+    coupons: bool
+
+
+def deck() -> list[tuple[Kind, str]]:
+    """Kinds of 25 recordings, and the effect of those with one."""
+    singles: list[tuple[Kind, str]] = [("single", name) for name in effects()]
+    rest: list[tuple[Kind, str]] = [
+        *[("none", "")] * NOTHINGS,
+        *[("pair", "")] * PAIRS,
+        *[("outside", "")] * OUTSIDERS,
+    ]
+    return singles + rest
+
+
+def concealed(seed: int) -> Concealed:
+    """What a seed conceals."""
+    cards = deck()
+    order = np.random.default_rng([seed // len(cards), 1]).permutation(len(cards))
+    kind, name = cards[order[seed % len(cards)]]
+    rng = np.random.default_rng([seed, 2])
+    if kind == "pair":
+        return _pair(rng)
+    if kind == "outside":
+        return Concealed(kind, (), "rich", ("axial",), False)
+    coupons = name == "batch_stiffness" or (kind == "none" and rng.random() < 0.2)
+    poor = [program for program, seen in SEEN_ON.items() if kind == "none" or name in seen]
+    if poor and not coupons and rng.random() < POOR:
+        return Concealed(kind, (name,) if name else (), str(rng.choice(poor)), ("axial",), False)
+    return Concealed(kind, (name,) if name else (), "rich", _channels(rng, (name,) if name else ()), coupons)
+
+
+def _pair(rng: np.random.Generator) -> Concealed:
+    """Two effects that are not each other's rivals, on channels that serve both."""
+    names = [name for name in effects() if name != "batch_stiffness"]
+    while True:
+        one, two = sorted(str(name) for name in rng.choice(names, 2, replace=False))
+        rivals = two in effects()[one].rivals or one in effects()[two].rivals
+        lonely = of_channel(effects()[one]) or of_channel(effects()[two])
+        many = [n for n in (one, two) if n in NEEDS and all(len(c) > 1 for c in NEEDS[n])]
+        if not rivals and not (lonely and many):
+            return Concealed("pair", (one, two), "rich", _channels(rng, (one, two)), False)
+
+
+def _channels(rng: np.random.Generator, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Channels that serve all the effects: the longest of those that each asks for."""
+    asked = []
+    for name in names or ("",):
+        lonely = bool(name) and of_channel(effects()[name])
+        menu = NEEDS.get(name, ALONE if lonely else ANY)
+        asked.append(menu[rng.integers(len(menu))])
+    if "misalignment" in names and any(n and of_channel(effects()[n]) for n in names):
+        return ("radial",)
+    return max(asked, key=len)
+
+
+def of_channel(effect: Effect) -> bool:
+    """Whether an effect belongs to the rig of one channel."""
+    return any(parameter.of_channel for parameter in effect.parameters)
+
+
+def specimen(rng: np.random.Generator, channels: tuple[str, ...]) -> Specimen:
+    """Draw a bushing, a stable law and amplitudes."""
+    inner, thickness = float(rng.uniform(8.0, 14.0)), float(rng.uniform(6.0, 11.0))
+    length = float(rng.uniform(2.8, 4.5)) * thickness
+    dimensions = {"inner_radius": _round(inner), "outer_radius": _round(inner + thickness)}
+    if rng.random() < 0.7:
+        shape = "plain"
+        dimensions["length"] = _round(length)
+    else:
+        shape = "tapered"
+        dimensions |= {
+            "inner_length": _round(length),
+            "outer_length": _round(length * rng.uniform(0.75, 0.95)),
+        }
+    name, parameters = stable_law(rng)
+    # Shear of the rubber: the displacement over the thickness, and at the inner bond in torsion.
+    turn = 2 * (inner + thickness) ** 2 / ((inner + thickness) ** 2 - inner**2)
+    reach = {
+        "axial": rng.uniform(0.35, 0.65) * thickness,
+        "radial": rng.uniform(0.08, 0.15) * thickness,
+        "torsional": rng.uniform(0.3, 0.6) / turn,
+    }
+    bulk = math.inf if rng.random() < 0.3 else 2000.0
+    return Specimen(shape, dimensions, name, parameters, bulk, {c: float(reach[c]) for c in channels})
+
+
+def stable_law(rng: np.random.Generator) -> tuple[str, dict[str, float]]:
+    """Draw a law and constants (MPa) that are stable in all coupon tests between the stretches STABLE."""
+    name = str(rng.choice(["yeoh", "ogden", "mooney_rivlin", "gent"], p=[0.64, 0.12, 0.12, 0.12]))
+    while True:
+        mu = float(rng.uniform(0.5, 1.6))
+        if name == "yeoh":
+            values = {
+                "C10": mu / 2,
+                "C20": -mu / 2 * rng.uniform(0.01, 0.12),
+                "C30": mu / 2 * rng.uniform(0.003, 0.03),
+            }
+        elif name == "ogden":
+            share, first, second = rng.uniform(0.7, 0.95), rng.uniform(1.3, 3.5), -rng.uniform(1.5, 3.5)
+            # The initial shear modulus is sum mu_i alpha_i / 2.
+            values = {
+                "mu1": 2 * mu * share / first,
+                "alpha1": first,
+                "mu2": 2 * mu * (1 - share) / second,
+                "alpha2": second,
+            }
+        elif name == "mooney_rivlin":
+            share = rng.uniform(0.03, 0.3)
+            values = {"C10": mu / 2 * (1 - share), "C01": mu / 2 * share}
+        else:
+            values = {"mu": mu, "Jm": rng.uniform(8.0, 50.0)}
+        values = {key: _round(float(value), 4) for key, value in values.items()}
+        if stable(name, values):
+            return name, values
+
+
+def stable(name: str, parameters: Mapping[str, float]) -> bool:
+    """Whether a law is stable between the stretches STABLE."""
+    limits = coupon_limits(law(name), parameters, lower=STABLE[0], upper=STABLE[1])
+    return all(low == 0.0 and high == math.inf for low, high in limits.values())
+
+
+def _round(value: float, digits: int = 3) -> float:
+    """So many significant digits, as in a drawing."""
+    return float(f"{value:.{digits}g}")

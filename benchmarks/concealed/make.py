@@ -1,0 +1,337 @@
+"""Make recordings: draw, size the effect by what it shows, compute with the finer model, add noise, write.
+
+Nothing that can be seen from outside depends on the kind: names, files and keys are those of any user; only coupon
+tests, where the law is held to them, are given to some.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.concealed import draw, programs
+from benchmarks.concealed.simulate import Channel, force
+from benchmarks.concealed.sizes import SIZES, Situation, sized
+from benchmarks.concealed.strength import apart, strength
+from benchmarks.concealed.truth import FAINT, LARGEST, Specimen, Truth, write_truth
+from bushcli.curve import Curve
+from bushcli.effect import ActiveEffect, effect, effects
+from bushcli.recording import write_curve_csv
+from bushcli.rig import NoEquilibrium
+from bushcli.segment import segment
+from cases.march import NotConverged
+from cases.stability import nominal_stress
+from forms.law import law
+
+Array = NDArray[np.float64]
+
+# Percent of the recorded range.
+NOISE = (0.1, 1.0)
+# Of the displacement's transducer, over the amplitude.
+DISPLACEMENT_NOISE = 2e-4
+# Where the default mesh is off by more standard errors than this, the noise is raised until it is not: a recording
+# cleaner than the model would be a test of the mesh, which `bushcli direct --mesh-check` is for.
+MESH = 2.0
+# Two effects whose best fits are nearer than this look alike: chi square differs by 16 at most.
+TOLD = 4.0
+# Seconds of a slow way over the amplitude.
+SLOW = (30.0, 120.0)
+ATTEMPTS = 12
+# From this attempt on a poor program becomes a rich one: on some bushings nothing can be seen on one way.
+GIVE_UP_POOR = 4
+# First cycle of another stiffness, of an effect that is in no catalogue.
+STEP_CYCLE = 4
+COUPONS = {"uniaxial": 2.2, "planar": 2.0, "equibiaxial": 1.7}
+COUPON_NOISE = 0.1
+
+
+class Unsuitable(Exception):
+    """What was drawn cannot be seen, or cannot be computed."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A specimen with its programs, and what the plain model says of them.
+
+    Attributes
+    ----------
+    specimen : Specimen
+    channels : tuple of Channel
+    plain, fine : tuple of (n,) arrays
+        Plain force by the default mesh and by the finer one.
+    sigma : tuple of float
+        Noise of the force, by channel.
+    slopes : tuple of (n, parameters) arrays
+        Derivatives by the law's parameters; no columns where coupons hold the law.
+    fast : float
+        Seconds of the fastest way over the amplitude, first channel.
+    """
+
+    specimen: Specimen
+    channels: tuple[Channel, ...]
+    plain: tuple[Array, ...]
+    fine: tuple[Array, ...]
+    sigma: tuple[float, ...]
+    slopes: tuple[Array, ...]
+    fast: float
+
+    def weighed(self, values: Sequence[Array]) -> Array:
+        """All channels' values over their noise, one after the other."""
+        return np.concatenate([v / s for v, s in zip(values, self.sigma, strict=True)])
+
+    @property
+    def taken(self) -> list[Array]:
+        """What the law's parameters can do."""
+        return [self.weighed(self.slopes)]
+
+    @property
+    def mesh(self) -> float:
+        """By how many standard errors the default mesh is off."""
+        return strength(self.weighed([b - a for a, b in zip(self.plain, self.fine, strict=True)]), self.taken)
+
+    def change(self, active: Sequence[ActiveEffect]) -> Array:
+        """What effects change, weighed, by the default mesh."""
+        moved = [force(self.specimen, c, active, finer=False)[0] for c in self.channels]
+        return self.weighed([b - a for a, b in zip(self.plain, moved, strict=True)])
+
+    def situation(self, name: str) -> Situation:
+        """What the usual values of an effect depend on here."""
+        shape = self.specimen.dimensions
+        acting = [i for i, c in enumerate(self.channels) if effect(name).acts_on(c.name)]
+        first = self.channels[acting[0]]
+        amplitude, thickness = (
+            self.specimen.amplitude[first.name],
+            shape["outer_radius"] - shape["inner_radius"],
+        )
+        straight = [
+            float(np.abs(f).max()) / self.specimen.amplitude[c.name]
+            for c, f in zip(self.channels, self.plain, strict=True)
+            if c.name != "torsional"
+        ]
+        strain = max(
+            self.specimen.amplitude[c.name] * (_turn(shape) if c.name == "torsional" else 1 / thickness)
+            for c in self.channels
+        )
+        return Situation(
+            thickness=thickness,
+            length=shape.get("length", shape.get("inner_length", 0.0)),
+            amplitude=amplitude,
+            force=float(np.abs(self.plain[acting[0]]).max()),
+            stiffness=max(straight, default=1.0),
+            duration=float(first.time[-1]),
+            fast=self.fast,
+            shear=float(law(self.specimen.law).shear_modulus(**self.specimen.parameters)),
+            strain=strain,
+        )
+
+
+def _turn(shape: Mapping[str, float]) -> float:
+    """Shear strain at the inner bond per radian of torsion."""
+    a, b = shape["inner_radius"], shape["outer_radius"]
+    return 2 * b**2 / (b**2 - a**2)
+
+
+def make(seed: int, folder: Path) -> Truth:
+    """Make the recording of a seed, if it is not there yet.
+
+    Raises
+    ------
+    Unsuitable
+        No attempt could be computed and seen.
+    """
+    plan = draw.concealed(seed)
+    begin, given_up = time.perf_counter(), []
+    for attempt in range(ATTEMPTS):
+        rng = np.random.default_rng([seed, 3, attempt])
+        chosen = replace(plan, program="rich") if attempt >= GIVE_UP_POOR and plan.names else plan
+        try:
+            bench = _bench(rng, chosen)
+            truth, forces = _conceal(rng, chosen, bench)
+        except (NotConverged, NoEquilibrium, Unsuitable) as failure:
+            given_up.append(f"{type(failure).__name__}: {failure}")
+            continue
+        truth = replace(truth, seed=seed, attempt=attempt, given_up=tuple(given_up))
+        noise = _write(rng, folder, truth, bench, forces)
+        truth = replace(truth, noise=noise, seconds=round(time.perf_counter() - begin, 1))
+        (folder / "truth").mkdir(parents=True, exist_ok=True)
+        write_truth(truth, folder / "truth" / f"{truth.name}.json")
+        return truth
+    raise Unsuitable(f"seed {seed}: " + "; ".join(given_up))
+
+
+def _bench(rng: np.random.Generator, plan: draw.Concealed) -> Bench:
+    specimen = draw.specimen(rng, plan.channels)
+    slow = float(rng.uniform(*SLOW))
+    channels, fast = [], slow
+    for i, name in enumerate(plan.channels):
+        kind = plan.program if i == 0 else "short"
+        legs = programs.PROGRAMS[kind](rng)
+        if i == 0:
+            fast = slow / max(leg.pace for leg in legs)
+        t, q = programs.path(legs, specimen.amplitude[name], slow, programs.SAMPLES[kind])
+        channels.append(Channel(name, t, q))
+    names = () if plan.coupons else tuple(specimen.parameters)
+    answers = [force(specimen, c, finer=False, names=names) for c in channels]
+    fine = tuple(force(specimen, c, finer=True)[0] for c in channels)
+    level = float(np.exp(rng.uniform(*np.log(NOISE))))
+    shares = level / 100 * rng.uniform(0.7, 1.4, len(channels))
+    sigma = tuple(float(s * np.ptp(f)) for s, f in zip(shares, fine, strict=True))
+    plain, slopes = tuple(a[0] for a in answers), tuple(a[1] for a in answers)
+    bench = Bench(specimen, tuple(channels), plain, fine, sigma, slopes, fast)
+    if bench.mesh > MESH:
+        bench = replace(bench, sigma=tuple(s * bench.mesh / MESH for s in sigma))
+    return bench
+
+
+def _conceal(rng: np.random.Generator, plan: draw.Concealed, bench: Bench) -> tuple[Truth, list[Array]]:
+    """The truth, but for what is known when it is written, and the noise-free forces by the finer model."""
+    truth = Truth(
+        seed=0,
+        attempt=0,
+        kind=plan.kind,
+        program=plan.program,
+        coupons=plan.coupons,
+        specimen=bench.specimen,
+        effects={},
+        strength={},
+        look_alikes=(),
+        mesh=bench.mesh,
+        noise={},
+    )
+    if plan.kind == "none":
+        return truth, list(bench.fine)
+    if plan.kind == "outside":
+        return _step(rng, truth, bench)
+    active: list[ActiveEffect] = []
+    changes: list[Array] = []
+    for name in plan.names:
+        one, change = _large_enough(rng, name, bench, [*bench.taken, *changes])
+        active.append(one)
+        changes.append(change)
+    found = {}
+    for i, one in enumerate(active):
+        others = [c for k, c in enumerate(changes) if k != i]
+        found[one.name] = round(strength(changes[i], [*bench.taken, *others]), 2)
+        if found[one.name] < FAINT:
+            raise Unsuitable(f"{one.name} shows by {found[one.name]:.1f} standard errors only")
+    alike = _look_alikes(rng, active[0], changes[0], bench) if plan.kind == "single" else ()
+    forces = [force(bench.specimen, c, active, finer=True)[0] for c in bench.channels]
+    values = {one.name: dict(one.values) for one in active}
+    return replace(truth, effects=values, strength=found, look_alikes=alike), forces
+
+
+def _large_enough(
+    rng: np.random.Generator, name: str, bench: Bench, taken: Sequence[Array]
+) -> tuple[ActiveEffect, Array]:
+    """An effect as large as drawn, in standard errors, or as its range allows; and what it changes.
+
+    Raises
+    ------
+    Unsuitable
+        Not even the largest can be seen.
+    """
+    sizes = SIZES[name]
+    values = sizes.values(rng, bench.situation(name))
+    wanted = float(np.exp(rng.uniform(np.log(1.1 * FAINT), np.log(LARGEST))))
+    size, found, change = 1.0, 0.0, np.zeros(0)
+    # Most effects are nearly linear in their size; the second correction serves those that are not.
+    for _ in range(3):
+        change = bench.change([sized(name, values, size)])
+        found = strength(change, taken)
+        best = float(np.clip(size * wanted / max(found, 1e-9), sizes.least, sizes.most))
+        if abs(np.log(best / size)) < 0.25:
+            break
+        size = best
+    else:
+        change = bench.change([sized(name, values, size)])
+        found = strength(change, taken)
+    if found < FAINT:
+        raise Unsuitable(f"{name} shows by {found:.1f} standard errors only")
+    return sized(name, values, size), change
+
+
+def _look_alikes(
+    rng: np.random.Generator, concealed: ActiveEffect, change: Array, bench: Bench
+) -> tuple[str, ...]:
+    """Other effects that cannot be told from the concealed one, with usual values of their shape parameters.
+
+    Memory is left out in three dimensions, where it costs too much; what is left out only makes the score stricter.
+    """
+    names = [c.name for c in bench.channels]
+    alike = []
+    for name, other in effects().items():
+        memory = name in ("friction", "mullins", "viscoelasticity")
+        held = bench.slopes[0].shape[1] == 0
+        if name == concealed.name or (name == "batch_stiffness" and not held):
+            continue
+        if not any(other.acts_on(n) for n in names) or (memory and "radial" in names):
+            continue
+        size = 0.3
+        try:
+            there = bench.change([sized(name, SIZES[name].values(rng, bench.situation(name)), size)])
+        except (NotConverged, NoEquilibrium):
+            continue
+        one_sided = all(p.off == p.lower for p in other.amplitudes)
+        if apart(change, there, bench.taken, one_sided) < TOLD:
+            alike.append(name)
+    return tuple(alike)
+
+
+def _step(rng: np.random.Generator, truth: Truth, bench: Bench) -> tuple[Truth, list[Array]]:
+    """A stiffness that falls once, after the third cycle: no effect of the catalogue."""
+    channel, plain = bench.channels[0], bench.fine[0]
+    begin = next(b.start for b in segment(channel.displacement, channel.time) if b.cycle >= STEP_CYCLE)
+    after = np.where(np.arange(len(plain)) >= begin, 1.0, 0.0)
+    usual = strength(bench.weighed([-0.1 * after * bench.plain[0]]), bench.taken)
+    wanted = float(np.exp(rng.uniform(np.log(2 * FAINT), np.log(LARGEST))))
+    loss = float(np.clip(0.1 * wanted / usual, 0.02, 0.4))
+    shown = usual * loss / 0.1
+    if shown < FAINT:
+        raise Unsuitable(f"the step shows by {shown:.1f} standard errors only")
+    step = {"cycle": float(STEP_CYCLE), "factor": round(1.0 - loss, 4)}
+    forces = [plain * (1.0 - after * (1.0 - step["factor"]))]
+    return replace(truth, strength={"stiffness_step": round(shown, 2)}, step=step), forces
+
+
+# -- files -------------------------------------------------------------------------------------------------------
+
+
+def _write(
+    rng: np.random.Generator, folder: Path, truth: Truth, bench: Bench, forces: Sequence[Array]
+) -> dict[str, float]:
+    """Write what a user would have, and return the noise of each channel, percent of the recorded range."""
+    case = folder / "cases" / truth.name
+    part = case.with_suffix(f".{os.getpid()}")
+    part.mkdir(parents=True, exist_ok=True)
+    specimen, noise = truth.specimen, {}
+    text = [f'title = "bushing {truth.name}"', "", "[geometry]", f'shape = "{specimen.shape}"']
+    text += [f"{key} = {value:g}" for key, value in specimen.dimensions.items()]
+    text += ["", "[material]", f'law = "{specimen.law}"', f"bulk_modulus = {specimen.bulk_modulus:g}"]
+    if specimen.law == "ogden":
+        text.append("terms = 2")
+    for channel, exact, sigma in zip(bench.channels, forces, bench.sigma, strict=True):
+        measured = exact + sigma * rng.standard_normal(len(exact))
+        spread = DISPLACEMENT_NOISE * specimen.amplitude[channel.name]
+        q = channel.displacement + spread * rng.standard_normal(len(exact))
+        write_curve_csv(part / f"{channel.name}.csv", Curve(channel.name, q, measured, channel.time))
+        noise[channel.name] = round(100 * sigma / float(np.ptp(measured)), 4)
+        text += ["", "[[recordings]]", f'mode = "{channel.name}"', f'file = "{channel.name}.csv"']
+    if truth.coupons:
+        for mode, largest in COUPONS.items():
+            stretch = np.linspace(1.0, largest, 31)[1:]
+            stress = nominal_stress(law(specimen.law), specimen.parameters, mode, stretch)
+            stress = stress + COUPON_NOISE / 100 * stress.max() * rng.standard_normal(len(stress))
+            write_curve_csv(part / f"{mode}.csv", Curve(mode, stretch - 1.0, stress))
+            text += ["", "[[coupons]]", f'mode = "{mode}"', f'file = "{mode}.csv"']
+    (part / "case.toml").write_text("\n".join(text) + "\n", encoding="utf-8")
+    if case.exists():
+        shutil.rmtree(case)
+    part.rename(case)
+    return noise

@@ -1,0 +1,266 @@
+"""Scores -> docs/concealed.md."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+
+from benchmarks.concealed.score import (
+    Count,
+    Item,
+    Target,
+    intervals,
+    named,
+    outcome,
+    ratio,
+    rivals,
+    targets,
+)
+from benchmarks.concealed.truth import CLEAR, FAINT, LARGE, Truth
+
+RULES = """\
+# Concealed effects
+
+What `bushcli diagnose` finds in recordings of which it does not know what they conceal. Everything here is computed
+by
+
+```sh
+{command}
+```
+
+`make` draws a bushing, a stable law, a program, a noise level and an effect from the seed, computes the recording
+with third-order elements on another mesh and with other steps than the tool takes, adds noise to force and
+displacement, and writes the case as a user would have it. `run` starts `bushcli diagnose` on it, in a process that
+has the case and nothing else. `score` reads both, afterwards, and writes this page. A run that is killed goes on
+where it was.
+
+## What is concealed
+
+Every 25 seeds conceal, in an order of their own, each of the 16 effects of the catalogue once alone, five times
+nothing, three pairs, and once a fall of the stiffness after the third cycle, which is in no catalogue. Rich programs
+have cycles of growing amplitude to both sides, a hold and two rates, and the channels that the effect asks for
+(`bushcli list effects`); poor ones are a single way, or a way there and back, in one channel. Noise is 0.1 to 1 % of
+the recorded force range, more where the default mesh alone is off by more than two standard errors.
+
+An effect's *strength* is the change of the noise-free curves, in units of the noise, that is left when the law's
+parameters (and the other effect of a pair) have been refitted: chi square falls by its square. Sizes are drawn
+between a strength of {faint:g} and 120, as far as the effect's usual range allows: *faint* below {clear:g}, *clear*
+below {large:g}, *large* above. What cannot be seen at all is drawn again. *Look-alikes* are the other effects that,
+at their best, stay within four standard errors of the noise-free recording: nobody can tell those from the truth.
+They are sought with one usual size and one set of shape parameters each, scaled; effects with memory not in radial
+channels.
+
+## Rules
+
+- *Right*: the set of effects that is named is the one that was concealed, no more and no less, or that set is among
+  `rivals`.
+- *Named outright*: the former. The target is asked of rich programs without look-alikes; all rich programs stand
+  below.
+- *False alarm*: nothing was concealed and the verdict is anything but `explained`.
+- *Misfit after*: of the worst channel, over the noise that was added, wherever the truth is in the catalogue.
+- *Held out*: the sum of squares over the noise, on what the fits had not seen, after against before; where effects
+  are named, right or wrong.
+- *Intervals*: of all parameters of the effects, shape parameters too, where exactly the concealed effects are named.
+- *Outside the catalogue*: the verdict is `unexplained`, and more than half of the misfit that is located is "too
+  soft" in cycles before the fall or "too stiff" in cycles after it.
+- No result (failed, out of time) is wrong everywhere. Intervals in brackets are Wilson's, 95 %.
+"""
+
+WORDS = {
+    "named": "named",
+    "rival": "among the rivals",
+    "extra": "named, with more beside it",
+    "part": "a part of it",
+    "other": "another effect",
+    "missed": "missed: explained",
+    "law_too_poor": "law too poor",
+    "unexplained": "unexplained",
+    "explained": "explained",
+    "false_alarm": "false alarm",
+    "located": "unexplained, located",
+    "not_located": "not unexplained, or not located",
+    "no_result": "no result",
+}
+
+
+def document(items: Sequence[Item]) -> str:
+    """The whole page."""
+    seeds = sorted(item.truth.seed for item in items)
+    count = seeds[-1] - seeds[0] + 1
+    command = "\n".join(
+        f"setup/enter python -m benchmarks.concealed {rest}"
+        for rest in (f"make --count {count} --seed {seeds[0]} DIR", "run DIR", "score DIR")
+    )
+    parts = [
+        RULES.format(command=command, faint=FAINT, clear=CLEAR, large=LARGE),
+        _scores(items, seeds),
+        _by(items, "By effect", "effect", _effect_of),
+        _by(items, "By size", "strength", lambda t: [t.size] if t.size and t.kind != "outside" else []),
+        _by(items, "By program", "program", lambda t: [f"{t.program}, {', '.join(t.specimen.amplitude)}"]),
+        _confusion(items),
+        _intervals(items),
+        _failures(items),
+        _times(items),
+    ]
+    return "\n".join(parts)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
+
+
+def shown(count: Count) -> str:
+    """A count with its share and interval."""
+    if not count.all:
+        return "none"
+    low, high = count.wilson()
+    return f"{count.good} of {count.all}: {100 * count.share:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
+
+
+def _scores(items: Sequence[Item], seeds: Sequence[int]) -> str:
+    def goal(target: Target) -> str:
+        if target.least is not None:
+            return f"at least {100 * target.least:.0f} %"
+        return "" if target.most is None else f"at most {100 * target.most:.0f} %"
+
+    reached = {True: "yes", False: "**no**", None: ""}
+    rows = [[t.text, shown(t.count), goal(t), reached[t.reached]] for t in targets(items)]
+    title = f"## Scores\n\n{len(items)} recordings, seeds {seeds[0]} to {seeds[-1]}.\n\n"
+    return title + table(["score", "", "target", "reached"], rows)
+
+
+def _effect_of(truth: Truth) -> list[str]:
+    if truth.kind == "single":
+        return [f"`{name}`" for name in truth.effects]
+    return {"none": ["nothing"], "pair": ["a pair"], "outside": ["outside the catalogue"]}[truth.kind]
+
+
+def _by(items: Sequence[Item], title: str, head: str, keys: Callable[[Truth], Sequence[str]]) -> str:
+    """Right answers by a property of the truth; several keys count several times."""
+    groups: dict[str, list[Item]] = {}
+    for item in items:
+        for key in keys(item.truth):
+            groups.setdefault(key, []).append(item)
+    rows = []
+    for key, group in sorted(groups.items()):
+        found = Counter(outcome(item) for item in group)
+        outright = found["named"] + found["explained"] + found["located"]
+        ratios = [r for r in map(ratio, group) if r is not None]
+        rest = ", ".join(
+            f"{n} {WORDS[o]}"
+            for o, n in found.most_common()
+            if o not in ("named", "rival", "explained", "located")
+        )
+        typical = f"{statistics.median(ratios):.2f}" if ratios else ""
+        rows.append([key, str(len(group)), str(outright), str(found["rival"]), rest, typical])
+    columns = [
+        head,
+        "recordings",
+        "right outright",
+        "among the rivals",
+        "otherwise",
+        "misfit / noise, median",
+    ]
+    return f"## {title}\n\n" + table(columns, rows)
+
+
+def _answer(item: Item) -> str:
+    if item.result is None:
+        return "no result"
+    found = named(item.result)
+    return " + ".join(sorted(found)) if found else item.result["verdict"].replace("_", " ")
+
+
+def _confusion(items: Sequence[Item]) -> str:
+    """Truth by answer; only what occurs, as lists are shorter than a matrix of mostly zeros."""
+    rows = []
+    truths = sorted({_secret(i.truth) for i in items})
+    for truth in truths:
+        answers = Counter(_answer(i) for i in items if _secret(i.truth) == truth)
+        said = ", ".join(
+            f"{'**' * (a == truth)}{a}{'**' * (a == truth)} {n}" for a, n in answers.most_common()
+        )
+        rows.append([truth, str(sum(answers.values())), said])
+    return "## What was said of what\n\nRight answers in bold.\n\n" + table(["concealed", "", "said"], rows)
+
+
+def _secret(truth: Truth) -> str:
+    """The truth in the words of `_answer`."""
+    if truth.kind == "none":
+        return "explained"
+    return " + ".join(sorted(truth.effects)) if truth.effects else "unexplained"
+
+
+def _intervals(items: Sequence[Item]) -> str:
+    groups: dict[str, list[bool]] = {}
+    for item in items:
+        for one in intervals(item):
+            groups.setdefault(one.parameter, []).append(one.holds)
+    rows = [[f"`{name}`", f"{sum(holds)} of {len(holds)}"] for name, holds in sorted(groups.items())]
+    return "## Intervals that hold the truth\n\n" + table(["parameter", ""], rows)
+
+
+def _failures(items: Sequence[Item]) -> str:
+    good = ("named", "rival", "explained", "located")
+    rows = [
+        [item.truth.name, _concealed(item.truth), _answer(item), WORDS[outcome(item)], _reason(item)]
+        for item in items
+        if outcome(item) not in good
+    ]
+    title = "## Misses\n\nEach is made again by its seed alone: `make --count 1 --seed SEED DIR`.\n\n"
+    if not rows:
+        return title + "None.\n"
+    return title + table(["seed", "concealed (strength)", "said", "outcome", "what else is known"], rows)
+
+
+def _concealed(truth: Truth) -> str:
+    parts = [f"{name} ({strength:.0f})" for name, strength in truth.strength.items()]
+    return ", ".join(parts) or "nothing"
+
+
+def _reason(item: Item) -> str:
+    """What truth and result say about a miss."""
+    truth, result, parts = item.truth, item.result, []
+    parts.append(f"{truth.program}, {', '.join(truth.specimen.amplitude)}, {truth.specimen.law}")
+    if truth.look_alikes:
+        parts.append(f"look-alikes {', '.join(truth.look_alikes)}")
+    if truth.mesh > 1:
+        parts.append(f"default mesh off by {truth.mesh:.1f}")
+    if result is None:
+        run = item.run
+        ended = "out of time" if run is None or run.code is None else f"exit code {run.code}"
+        last = run.stderr.strip().splitlines()[-1:] if run else []
+        return "; ".join([*parts, ended, *(line.replace("|", "/")[:120] for line in last)])
+    after = ratio(item)
+    if after is not None and math.isfinite(after):
+        parts.append(f"misfit {after:.2f} of the noise")
+    for one in result.get("hypotheses") or []:
+        if one["name"] in truth.effects:
+            parts.append(
+                f"score test of {one['name']}: z {one['z']:.0f}"
+                if one["testable"]
+                else f"{one['name']}: {one['reason']}"
+            )
+    if rivals(result):
+        parts.append("rivals " + " or ".join(" + ".join(sorted(r)) or "none" for r in rivals(result)))
+    return "; ".join(parts)
+
+
+def _times(items: Sequence[Item]) -> str:
+    groups: dict[str, list[float]] = {}
+    for item in items:
+        if item.run is not None:
+            groups.setdefault(", ".join(item.truth.specimen.amplitude), []).append(item.run.seconds)
+    rows = [
+        [key, str(len(s)), f"{statistics.median(s):.0f}", f"{max(s):.0f}", f"{sum(s) / 3600:.2f}"]
+        for key, s in sorted(groups.items())
+    ]
+    making = sum(item.truth.seconds for item in items) / 3600
+    total = sum(sum(s) for s in groups.values()) / 3600
+    note = f"\nHours of one process: {making:.2f} to make all of them, {total:.2f} to diagnose them.\n"
+    columns = ["channels", "recordings", "median, s", "longest, s", "together, h"]
+    return "## Time per diagnosis\n\n" + table(columns, rows) + note

@@ -1,0 +1,150 @@
+"""Diagnose every recording in a process of its own, and keep what it says.
+
+The command is given the case file alone, in a folder beside which no truth lies. A recording that is done (or failed,
+or ran out of time) is not done again, so that a killed run goes on where it was.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+# Of what a failed command wrote to stderr.
+TAIL = 2000
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a diagnosis went.
+
+    Attributes
+    ----------
+    seconds : float
+        Of wall clock.
+    code : int or None
+        Exit code; None where it ran out of time.
+    result : bool
+        Whether there is a result.json.
+    stderr : str
+        The end of it, without a result.
+    """
+
+    seconds: float
+    code: int | None
+    result: bool
+    stderr: str
+
+
+def run_all(
+    folder: Path,
+    command: Sequence[str],
+    workers: int = 2,
+    timeout: float = 1800.0,
+    count: int | None = None,
+    again: bool = False,
+) -> Iterator[str]:
+    """Diagnose what is not diagnosed yet; yields a line for each.
+
+    Parameters
+    ----------
+    folder
+        With ``cases``; ``results`` is made beside it.
+    command
+        To which ``CASE --json -o OUT`` is added.
+    workers
+        Recordings at the same time.
+    timeout
+        Seconds for each.
+    count
+        No more than so many; None = all.
+    again
+        Whether to repeat those that left no result.
+    """
+    todo = []
+    for case in sorted((folder / "cases").glob("*/case.toml")):
+        done = folder / "results" / case.parent.name / "run.json"
+        if not done.exists() or (again and not read_run(done).result):
+            todo.append(case)
+    todo = todo[:count]
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = {pool.submit(run_one, case, folder, command, timeout): case.parent.name for case in todo}
+        for job in as_completed(jobs):
+            found = job.result()
+            how = (
+                "done" if found.result else "out of time" if found.code is None else f"exit code {found.code}"
+            )
+            yield f"{jobs[job]}: {how}, {found.seconds:.0f} s"
+
+
+def run_one(case: Path, folder: Path, command: Sequence[str], timeout: float) -> Run:
+    """Diagnose one recording; the files appear whole or not at all."""
+    kept = folder / "results" / case.parent.name
+    kept.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        # A copy: whatever the command might look for around its case, there is nothing.
+        copy, out = Path(scratch) / "case", Path(scratch) / "out"
+        shutil.copytree(case.parent, copy)
+        begin = time.perf_counter()
+        code, stdout, stderr = _call(
+            [*command, str(copy / "case.toml"), "--json", "-o", str(out)], copy, timeout
+        )
+        seconds = round(time.perf_counter() - begin, 1)
+        text = (out / "result.json").read_text("utf-8") if (out / "result.json").exists() else stdout
+    result = code is not None and _is_result(text)
+    if result:
+        _replace(kept / "result.json", text)
+    found = Run(seconds, code, result, "" if result else stderr[-TAIL:])
+    _replace(kept / "run.json", json.dumps(asdict(found), indent=1) + "\n")
+    return found
+
+
+def read_run(file: Path) -> Run:
+    """Read a run.json."""
+    return Run(**json.loads(file.read_text("utf-8")))
+
+
+def _call(command: Sequence[str], folder: Path, timeout: float) -> tuple[int | None, str, str]:
+    """Exit code (None = out of time), stdout, stderr; its children end with it."""
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    with subprocess.Popen(
+        command,
+        cwd=folder,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        try:
+            stdout, stderr = process.communicate(timeout=timeout)
+        except BaseException as stopped:
+            # Its own session: what it started goes with it, out of time or interrupted.
+            os.killpg(process.pid, signal.SIGKILL)
+            stdout, stderr = process.communicate()
+            if not isinstance(stopped, subprocess.TimeoutExpired):
+                raise
+            return None, stdout, stderr
+        return process.returncode, stdout, stderr
+
+
+def _is_result(text: str) -> bool:
+    try:
+        return "verdict" in json.loads(text)
+    except (ValueError, TypeError):
+        return False
+
+
+def _replace(file: Path, text: str) -> None:
+    part = file.with_suffix(".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(file)

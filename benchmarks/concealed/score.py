@@ -1,0 +1,285 @@
+"""Compare what was concealed with what was said; the rules are in words in `report.RULES`."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from benchmarks.concealed.run import Run, read_run
+from benchmarks.concealed.truth import Truth, read_truth
+
+Outcome = Literal[
+    "named",
+    "rival",
+    "extra",
+    "part",
+    "other",
+    "missed",
+    "law_too_poor",
+    "unexplained",
+    "explained",
+    "false_alarm",
+    "located",
+    "not_located",
+    "no_result",
+]
+Result = Mapping[str, Any]
+
+REACHED, HALF = 1.3, 0.5
+NORMAL = 1.959964
+
+
+@dataclass(frozen=True)
+class Item:
+    """A recording: its truth, the result (None where there is none) and how the diagnosis went (None = not yet)."""
+
+    truth: Truth
+    result: Result | None
+    run: Run | None
+
+
+@dataclass(frozen=True)
+class Count:
+    """So many of so many."""
+
+    good: int
+    all: int
+
+    @property
+    def share(self) -> float:
+        """NaN of none."""
+        return self.good / self.all if self.all else math.nan
+
+    def wilson(self, z: float = NORMAL) -> tuple[float, float]:
+        """95 % interval of the share.
+
+        References
+        ----------
+        Wilson (1927), J. Am. Stat. Assoc. 22:209-212, doi:10.1080/01621459.1927.10502953.
+        """
+        if not self.all:
+            return 0.0, 1.0
+        n, p = self.all, self.share
+        middle = (p + z**2 / (2 * n)) / (1 + z**2 / n)
+        half = z / (1 + z**2 / n) * math.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+        return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def read(folder: Path) -> list[Item]:
+    """All recordings of a folder whose diagnosis has ended, by name."""
+    items = []
+    for file in sorted((folder / "truth").glob("*.json")):
+        kept = folder / "results" / file.stem
+        if not (kept / "run.json").exists():
+            continue
+        result = kept / "result.json"
+        items.append(
+            Item(
+                read_truth(file),
+                json.loads(result.read_text("utf-8")) if result.exists() else None,
+                read_run(kept / "run.json"),
+            )
+        )
+    return items
+
+
+def named(result: Result) -> frozenset[str]:
+    """Effects that a result names."""
+    return frozenset(one["name"] for one in result["effects"])
+
+
+def rivals(result: Result) -> list[frozenset[str]]:
+    """Sets of effects that a result holds for equally possible."""
+    return [frozenset(names) for names in result.get("rivals") or []]
+
+
+def outcome(item: Item) -> Outcome:
+    """What came of a recording, in one word."""
+    truth, result = item.truth, item.result
+    if result is None:
+        return "no_result"
+    found, concealed = named(result), frozenset(truth.effects)
+    if truth.kind == "outside":
+        return "located" if result["verdict"] == "unexplained" and located(truth, result) else "not_located"
+    if truth.kind == "none":
+        return "explained" if result["verdict"] == "explained" and not found else "false_alarm"
+    if found == concealed:
+        return "named"
+    if concealed in rivals(result):
+        return "rival"
+    if result["verdict"] in ("law_too_poor", "unexplained"):
+        return "law_too_poor" if result["verdict"] == "law_too_poor" else "unexplained"
+    if not found:
+        return "missed"
+    if found > concealed:
+        return "extra"
+    return "part" if found & concealed else "other"
+
+
+def located(truth: Truth, result: Result) -> bool:
+    """Whether most of the misfit that is located lies where the step puts it.
+
+    The stiffness falls with the cycle `step`: a law fitted to all cycles is too soft before it and too stiff from it
+    on. A part that reaches over the step, or that is too high or too low, does not count as right.
+    """
+    step, right, total = int(truth.step["cycle"]), 0.0, 0.0
+    for part in result["mismatch"]:
+        first, last = part["cycle"]
+        total += part["share"]
+        before, after = last < step, first >= step
+        if (before and part["sign"] == "too_soft") or (after and part["sign"] == "too_stiff"):
+            right += part["share"]
+    return total > 0 and right > HALF * total
+
+
+def ratio(item: Item) -> float | None:
+    """Largest misfit after, of all channels, over the noise that was added."""
+    if item.result is None:
+        return None
+    after = item.result["misfit"]["after"]
+    return max(after[name] / noise for name, noise in item.truth.noise.items())
+
+
+def held_out(item: Item) -> bool | None:
+    """Whether what was held out is met better than by the plain law; None where nothing was held out."""
+    if item.result is None:
+        return None
+    misfit, noise = item.result["misfit"], item.truth.noise
+    before, after = (
+        [(misfit[key][n], noise[n]) for n in noise if misfit[key].get(n) is not None]
+        for key in ("held_out_before", "held_out_after")
+    )
+    if not before or not after:
+        return None
+    return sum((m / s) ** 2 for m, s in after) < sum((m / s) ** 2 for m, s in before)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A true parameter and what was said of it."""
+
+    recording: str
+    parameter: str
+    truth: float
+    lower: float
+    upper: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the truth is inside."""
+        return self.lower <= self.truth <= self.upper
+
+
+def intervals(item: Item) -> list[Interval]:
+    """The intervals of the effects' parameters, where all effects are named and no other; held values are left out."""
+    if item.result is None or outcome(item) != "named" or not item.truth.effects:
+        return []
+    found = []
+    for one in item.result["effects"]:
+        for name, truth in item.truth.effects[one["name"]].items():
+            said = one["parameters"].get(name)
+            if said is None or not said.get("std"):
+                continue
+            lower, upper = said.get("lower"), said.get("upper")
+            lower = said["value"] - NORMAL * said["std"] if lower is None else lower
+            upper = said["value"] + NORMAL * said["std"] if upper is None else upper
+            found.append(Interval(item.truth.name, f"{one['name']}.{name}", truth, lower, upper))
+    return found
+
+
+@dataclass(frozen=True)
+class Target:
+    """A line of the table of scores: what is counted, over what, and the share to reach."""
+
+    text: str
+    count: Count
+    least: float | None = None
+    most: float | None = None
+
+    @property
+    def reached(self) -> bool | None:
+        """Whether the share is what was to be reached; None where nothing was, or nothing was counted."""
+        if not self.count.all or (self.least is None and self.most is None):
+            return None
+        if self.least is not None:
+            return self.count.share >= self.least
+        return self.most is not None and self.count.share <= self.most
+
+
+def tellable(truth: Truth) -> bool:
+    """Whether the recordings can tell the effect from every other, by `Truth.look_alikes`."""
+    return truth.rich and not truth.look_alikes
+
+
+def targets(items: Sequence[Item]) -> list[Target]:
+    """All scores."""
+    concealed = [i for i in items if i.truth.kind in ("single", "pair")]
+    nothing = [i for i in items if i.truth.kind == "none"]
+    outside = [i for i in items if i.truth.kind == "outside"]
+    known = [i for i in items if i.truth.kind != "outside"]
+    reached = [ratio(i) for i in known]
+    better = [held_out(i) for i in concealed if i.result is not None and named(i.result)]
+    inside = [one for i in concealed for one in intervals(i)]
+    return [
+        Target("right physics named, or among the rivals", _count(concealed, _right), least=0.95),
+        Target(
+            "named outright, rich program that can tell",
+            _count([i for i in concealed if tellable(i.truth)], _outright),
+            least=0.90,
+        ),
+        Target(
+            "named outright, all rich programs", _count([i for i in concealed if i.truth.rich], _outright)
+        ),
+        Target(
+            "rivals listed, the truth among them, where there are look-alikes",
+            _count([i for i in concealed if i.truth.look_alikes], _among_rivals),
+        ),
+        Target(
+            "an effect, or no explanation, where nothing is concealed", _count(nothing, _alarm), most=0.05
+        ),
+        Target(
+            f"misfit after at most {REACHED:g} times the noise",
+            Count(sum(r is not None and r <= REACHED for r in reached), len(reached)),
+            least=0.90,
+        ),
+        Target(
+            "held-out misfit improved, where effects are named",
+            Count(sum(b is True for b in better), sum(b is not None for b in better)),
+            least=0.95,
+        ),
+        Target(
+            "true parameter inside its 95 % interval",
+            Count(sum(i.holds for i in inside), len(inside)),
+            least=0.85,
+        ),
+        Target("effect outside the catalogue unexplained, and located", _count(outside, _located)),
+    ]
+
+
+def _count(items: Sequence[Item], good: Callable[[Item], bool]) -> Count:
+    return Count(sum(map(good, items)), len(items))
+
+
+def _right(item: Item) -> bool:
+    return outcome(item) in ("named", "rival")
+
+
+def _outright(item: Item) -> bool:
+    return outcome(item) == "named"
+
+
+def _among_rivals(item: Item) -> bool:
+    found = [] if item.result is None else rivals(item.result)
+    return len(set(found)) > 1 and frozenset(item.truth.effects) in found
+
+
+def _alarm(item: Item) -> bool:
+    return outcome(item) != "explained"
+
+
+def _located(item: Item) -> bool:
+    return outcome(item) == "located"

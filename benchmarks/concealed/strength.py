@@ -1,0 +1,40 @@
+"""By how many standard errors an effect shows beside what the law's parameters can do.
+
+With d the change of the noise-free curves over the noise, and J their derivatives by the parameters that are fitted,
+the strength is the length of what is left of d after a least-squares fit of J: chi square falls by its square when the
+effect is added to a refitted law. It is exact in the effect, to first order in the law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def left(change: Array, taken: Sequence[Array]) -> Array:
+    """What is left of a change (n,) when multiples of the columns in `taken`, (n,) or (n, k) each, are fitted."""
+    columns = [np.reshape(column, (len(change), -1)) for column in taken]
+    if not columns:
+        return change
+    J = np.hstack(columns)
+    size = np.linalg.norm(J, axis=0)
+    J = J[:, size > 0] / size[size > 0]
+    return np.asarray(change - J @ np.linalg.lstsq(J, change, rcond=1e-10)[0])
+
+
+def strength(change: Array, taken: Sequence[Array]) -> float:
+    """Length of what is left of a change, in standard errors."""
+    return float(np.linalg.norm(left(change, taken)))
+
+
+def apart(change: Array, other: Array, taken: Sequence[Array], one_sided: bool) -> float:
+    """Distance of a change from any amplitude of another effect and any parameters of the law, in standard errors."""
+    d, g = left(change, taken), left(other, taken)
+    along = float(d @ g) / max(float(g @ g), 1e-300)
+    if one_sided:
+        along = max(along, 0.0)
+    return float(np.linalg.norm(d - along * g))
