@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from bushcli.inverse.certainty import POOR
-from bushcli.inverse.local import TOLERANCE, Minimum, Stopped, Watched, inside
+from bushcli.inverse.local import Minimum, Stopped, Watched, inside
 from bushcli.inverse.problem import Problem
 from bushcli.inverse.result import Limit, Profile
 from bushcli.inverse.search import is_stable_there, is_unstable, reached
@@ -315,7 +315,7 @@ class _Along:
                 bounds=(self.lower[rest], self.upper[rest]),
                 x_scale="jac",
                 ftol=1e-4,
-                xtol=TOLERANCE,
+                xtol=self.problem.tolerance,
                 max_nfev=EVALUATIONS,
             )
         self.problem.trial = None

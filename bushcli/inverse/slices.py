@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from bushcli.inverse.local import STATIONARY, TOLERANCE, Loss, Minimum, Stopped, Watched, minimise
+from bushcli.inverse.local import STATIONARY, Loss, Minimum, Stopped, Watched, minimise
 from bushcli.inverse.problem import Problem
 
 Array = NDArray[np.float64]
@@ -80,7 +80,7 @@ def _slice(problem: Problem, x: Array, held: Array, lower: Array, upper: Array) 
             lambda y: watched.residual(at(y)),
             np.zeros(basis.shape[1]),
             jac=lambda y: problem.jacobian(at(y)) @ basis,
-            xtol=TOLERANCE,
+            xtol=problem.tolerance,
             ftol=STATIONARY,
             max_nfev=SLICE_EVALUATIONS,
         )
