@@ -1,0 +1,271 @@
+"""Effects on rubber and assembly, and contact with plates, against closed forms, other meshes and another code."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dolfinx import mesh as dolfinx_mesh
+from scipy.optimize import brentq
+
+from bushcli.assembly import installed
+from bushcli.effect import ActiveEffect, effect
+from cases.contact import pushed_back
+from cases.feature import Feature, Installed
+from cases.march import march
+from cases.mode import modes
+from cases.model import Model
+from cases.program import Program
+from cases.simulate import Rubber, is_odd, prepare
+from forms.law import law
+from geometry.mesh import build
+from geometry.shape import Refinement, Sleeve, Snubber, shapes
+
+SHARP = 1e-11
+COARSE = Refinement(across=2, along=4, around=8)
+MU, KAPPA = 1.0, 300.0
+NEO_HOOKEAN = Rubber(law("neo_hookean"), {"C10": MU / 2}, KAPPA)
+# The bushing of the practice recordings, and their rubber (FElupe 11.3).
+PRACTICE = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 34.0}
+YEOH = Rubber(law("yeoh"), {"C10": 0.48, "C20": -0.035, "C30": 0.006}, 2000.0)
+
+
+def bushing(**more):
+    return shapes()["plain"](**(PRACTICE | more))
+
+
+def features(**values):
+    return installed([ActiveEffect(effect(name), given) for name, given in values.items()])
+
+
+def curve(shape, mode, rubber, q, refinement=COARSE, installed_features=(), **options):
+    model = prepare(shape, modes()[mode], rubber, refinement, features=installed_features)
+    return march(model, Program(np.asarray(q, dtype=float)), tolerance=SHARP, **options)
+
+
+# -- coupons: homogeneous, closed forms --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("compliance", [0.0, 0.002])
+def test_compressibility_adds_to_the_volume_of_a_block(compliance):
+    q = np.array([-0.02, 0.03])
+    found = curve(
+        shapes()["coupon"](),
+        "volumetric",
+        NEO_HOOKEAN,
+        q,
+        installed_features=features(compressibility={"compliance": compliance}),
+    ).force
+    kappa, stretch = 1 / (1 / KAPPA + compliance), 1 + q
+    np.testing.assert_allclose(found, kappa * stretch**2 * (stretch**3 - 1), rtol=1e-8)
+
+
+def test_cure_shrinkage_pulls_at_a_block_that_is_held():
+    """F = (1 - s) F_e, energy per volume of the shrunk rubber: nominal stress kappa l^2 (l^3/(1 - s)^3 - 1)."""
+    s, q = 0.01, np.array([0.0, 0.02])
+    found = curve(
+        shapes()["coupon"](),
+        "volumetric",
+        NEO_HOOKEAN,
+        q,
+        installed_features=features(cure_shrinkage={"shrinkage": s}),
+    ).force
+    stretch = 1 + q
+    np.testing.assert_allclose(found, KAPPA * stretch**2 * (stretch**3 / (1 - s) ** 3 - 1), rtol=1e-8)
+
+
+def test_cure_shrinkage_makes_a_free_block_a_smaller_one():
+    """Pulled to l the shrunk rubber has the stretch l / (1 - s) and a section of (1 - s)^2."""
+    s, q = 0.02, np.array([0.1, 0.5])
+    shrunk = curve(
+        shapes()["coupon"](),
+        "uniaxial",
+        NEO_HOOKEAN,
+        q,
+        installed_features=features(cure_shrinkage={"shrinkage": s}),
+    ).force
+    plain = curve(shapes()["coupon"](), "uniaxial", NEO_HOOKEAN, (1 + q) / (1 - s) - 1).force
+    np.testing.assert_allclose(shrunk, (1 - s) ** 2 * plain, rtol=1e-7)
+
+
+# -- contact -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_block_pressed_against_a_plate_at_its_side():
+    """Uniaxial until the side has moved by the gap; then the plate's pressure k d on the side is a third stress."""
+    gap, stiffness = 0.05, 40.0
+
+    def surface(values, place):
+        return [pushed_back(place.u[2] - values["gap"], stiffness) * place.ds("face_z")]
+
+    plate = Installed("plate", Feature(surface=surface), {"gap": gap})
+    model = prepare(
+        shapes()["coupon"](), modes()["uniaxial"], replace(NEO_HOOKEAN, bulk_modulus=np.inf), features=[plate]
+    )
+    q = np.linspace(0.0, -0.4, 41)
+    history = march(model, Program(q), tolerance=1e-12, sensitivity=["plate.gap"])
+
+    def force(stretch, gap=gap):
+        def side(z):
+            # Nominal stress of the side, with the free one y = 1 / (x z): mu (z - y^2 / z) = -k <z - 1 - gap>.
+            y = 1 / (stretch * z)
+            return MU * (z - y**2 / z) + stiffness * max(z - 1 - gap, 0.0)
+
+        z = brentq(side, 0.5, 3.0, xtol=1e-14)
+        return MU * (stretch - 1 / (stretch * z) ** 2 / stretch)
+
+    expected = np.array([force(1 + x) for x in q])
+    np.testing.assert_allclose(history.force, expected, atol=1e-8 * np.abs(expected).max())
+    slopes = [(force(1 + x, gap + 1e-6) - force(1 + x, gap - 1e-6)) / 2e-6 for x in q[20:]]
+    np.testing.assert_allclose(history.sensitivity[20:, 0], slopes, rtol=1e-5)
+    # Work is stored; the rest is the trapezoidal rule's.
+    assert np.trapezoid(history.force, q) == pytest.approx(history.energy[-1], rel=2e-3)
+    # It takes more than without the plate.
+    assert history.force[-1] < curve(shapes()["coupon"](), "uniaxial", NEO_HOOKEAN, [-0.4]).force[-1]
+
+
+@pytest.mark.parametrize("fixed_to", ["outer", "inner"])
+@pytest.mark.parametrize("mode", ["axial", "radial"])
+def test_the_force_at_a_snubber_is_the_slope_of_the_energy(mode, fixed_to):
+    shape = bushing(length=18.0, snubber=Snubber(gap=0.1, fixed_to=fixed_to))
+    step = 1e-3
+    history = curve(shape, mode, YEOH, [0.5, 1.0 - step, 1.0, 1.0 + step])
+    plain = curve(bushing(length=18.0), mode, YEOH, [0.5, 1.0])
+    assert history.force[2] > 1.05 * plain.force[1]
+    slope = (history.energy[3] - history.energy[1]) / (2 * step)
+    assert slope == pytest.approx(history.force[2], rel=1e-5)
+
+
+def test_a_plate_on_one_side_only_makes_the_curve_uneven():
+    shape = bushing(length=18.0, snubber=Snubber(gap=0.2, ends="top"))
+    assert not is_odd(shape, modes()["axial"])
+    assert is_odd(shape, modes()["radial"])
+    up, down = (curve(shape, "axial", YEOH, [sign]).force[0] for sign in (1.0, -1.0))
+    plain = curve(bushing(length=18.0), "axial", YEOH, [1.0]).force[0]
+    assert up > 1.2 * plain
+    # Downwards the rubber bulges near the outer sleeve, but hardly to the plate.
+    assert abs(down) < up
+
+
+# -- assembly ----------------------------------------------------------------------------------------------------------
+
+
+def test_swaging_as_another_code_has_it():
+    """Axial and radial stiffness at rest with the outer bond 0.5 mm inwards, over those without, from FElupe."""
+    swaged = features(swaging={"reduction": 0.5})
+    q = [0.05]
+    ratio = {
+        mode: curve(bushing(), mode, YEOH, q, Refinement(), swaged).force[0]
+        / curve(bushing(), mode, YEOH, q, Refinement()).force[0]
+        for mode in ("axial", "radial")
+    }
+    assert ratio["axial"] == pytest.approx(245.512 / 279.093, rel=0.01)
+    # Its radial mesh of linear elements is 0.7 % too stiff without swaging, and more where the ends are squeezed out.
+    assert ratio["radial"] == pytest.approx(2077.634 / 1826.616, rel=0.015)
+
+
+def test_swaging_is_the_same_in_the_half_plane_and_in_space():
+    """What swaging makes of axial and torsional stiffness, in a section and in a solid."""
+    refinement = Refinement(across=3, along=8, around=8)
+    for mode, q in (("axial", 1.0), ("torsional", 0.1)):
+        ratio = []
+        for kind in (modes()[mode], replace(modes()[mode], section=None)):
+            force = [
+                march(
+                    prepare(bushing(), kind, YEOH, refinement, features=installed_features),
+                    Program(np.array([q])),
+                ).force[0]
+                for installed_features in ((), features(swaging={"reduction": 0.5}))
+            ]
+            ratio.append(force[1] / force[0])
+        # Their meshes are graded differently along the axis.
+        assert abs(ratio[0] - 1) > 0.03
+        assert ratio[1] == pytest.approx(ratio[0], rel=5e-3)
+
+
+def test_a_misaligned_bushing_is_one_with_a_moved_mesh():
+    offset, q = 1.0, [-1.0, 1.0]
+    off_centre = curve(
+        bushing(), "radial", YEOH, q, installed_features=features(misalignment={"offset": offset})
+    )
+    mirrored = curve(
+        bushing(), "radial", YEOH, q, installed_features=features(misalignment={"offset": -offset})
+    )
+    np.testing.assert_allclose(mirrored.force, -off_centre.force[::-1], rtol=1e-7)
+    mesh = build(bushing(), 3, frozenset({"y", "z"}), COARSE)
+    x = mesh.mesh.geometry.x
+    x[:, 0] += offset * (18.0 - np.hypot(x[:, 0], x[:, 1])) / 9.0
+    moved = Model(mesh, modes()["radial"], YEOH.law, YEOH.parameters, YEOH.bulk_modulus)
+    expected = march(moved, Program(np.array(q))).force
+    assert expected[1] > 1.05 * abs(expected[0])
+    # The edges of the elements are parabolas in the one and moved parabolas in the other.
+    np.testing.assert_allclose(off_centre.force, expected, rtol=2e-3)
+
+
+@pytest.mark.parametrize(("mode", "q"), [("axial", 1.0), ("torsional", 0.1)])
+def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q):
+    """What a free length of 3 mm takes from the force, against a mesh where the boundary is not held there."""
+    fine, length = Refinement(across=8, along=68), 3.0
+    mesh = build(bushing(), 2, frozenset(), fine)
+    kind = modes()[mode]
+
+    def force(named):
+        model = Model(named, kind, YEOH.law, YEOH.parameters, YEOH.bulk_modulus)
+        return march(model, Program(np.array([q]))).force[0]
+
+    whole = force(mesh)
+    facets = mesh.facets.find(mesh.boundary["inner"])
+    middle = dolfinx_mesh.compute_midpoints(mesh.mesh, 1, facets)[:, 1]
+    values = mesh.facets.values.copy()
+    free = facets[middle > 17.0 - length]
+    edge = np.sort(middle[middle <= 17.0 - length])[-1] + np.sort(middle[middle > 17.0 - length])[0]
+    length = 17.0 - edge / 2  # where the mesh has the edge, to a tenth of an element
+    values[np.isin(mesh.facets.indices, free)] = 99
+    tags = dolfinx_mesh.meshtags(mesh.mesh, 1, mesh.facets.indices, values)
+    lost = whole - force(replace(mesh, facets=tags))
+    bonded = prepare(
+        bushing(), replace(kind), YEOH, fine, features=features(debonding={"length": float(length)})
+    )
+    found = whole - march(bonded, Program(np.array([q]))).force[0]
+    assert lost > 0.02 * whole
+    assert found == pytest.approx(lost, rel=0.05)
+
+
+def test_compliant_sleeves_are_those_that_a_case_could_give():
+    given = Sleeve(thickness=2.0, youngs_modulus=1 / (1.4e-5 + 1e-9), grip="ends")
+    q = [1.0]
+    expected = curve(bushing(inner_sleeve=given, outer_sleeve=given), "radial", YEOH, q).force
+    found = curve(
+        bushing(),
+        "radial",
+        YEOH,
+        q,
+        installed_features=features(sleeve_compliance={"compliance": 1.4e-5, "thickness": 2.0}),
+    ).force
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_what_was_assembled_has_exact_slopes_with_memory_and_by_the_law():
+    """Swaging and shrinkage before, friction and relaxation during the test; by all parameters at once."""
+    values = {
+        "swaging": {"reduction": 0.3},
+        "cure_shrinkage": {"shrinkage": 0.01},
+        "viscoelasticity": {"g1": 0.3, "tau1": 3.0},
+    }
+    model = prepare(bushing(length=20.0), modes()["axial"], YEOH, COARSE, features=features(**values))
+    path = Program(np.array([1.0, 2.0, 0.5, -1.0]), np.array([1.0, 2.0, 4.0, 9.0]))
+    given = dict(YEOH.parameters) | {f"{n}.{k}": v for n, p in values.items() for k, v in p.items()}
+    exact = march(model, path, tolerance=SHARP, sensitivity=tuple(given)).sensitivity
+
+    def force(name, value):
+        model.set_parameters(given | {name: value})
+        return march(model, path, tolerance=SHARP).force
+
+    for column, (name, value) in enumerate(given.items()):
+        step = 1e-3 * abs(value)
+        found = (force(name, value + step) - force(name, value - step)) / (2 * step)
+        # Of the second order in the step: 1e-6 of the slope.
+        np.testing.assert_allclose(
+            found, exact[:, column], atol=1e-5 * np.abs(exact[:, column]).max(), rtol=0, err_msg=name
+        )
