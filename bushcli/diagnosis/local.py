@@ -139,7 +139,7 @@ def _map(
             Seen(one, jacobian, *slope, channel.model.mesh.mirrors, _shared(channel))
             for channel, one, jacobian, slope in zip(channels, compared, jacobians, slopes, strict=True)
         ]
-        combined = _Combined(seen, shape)
+        combined = Combined(seen, shape)
         before = before or combined.gains.before
         if not held or not LARGE <= abs(combined.uniform) < 0.9 or repeat == REPEATS:
             break
@@ -163,6 +163,8 @@ def _shared(channel: Channel) -> float:
 
 def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
     """Derivatives (n, m) of a channel's force at its samples by its cells' factors, and the cells."""
+    if channel.coupon:
+        raise ValueError("a coupon has no place where its rubber could differ: maps are of bushings")
     model, simulation = channel.model, channel.simulation
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
     if simulation is None or not simulation.path_dependent:
@@ -203,7 +205,7 @@ def _force(channel: Channel, parameters: Mapping[str, float]) -> Array:
 # -- one field for all of them ---------------------------------------------------------------------------------------
 
 
-class _Combined:
+class Combined:
     """All channels on one set of cells: the mesh that is cut at the fewest planes, a half-plane before a solid."""
 
     def __init__(self, seen: Sequence[Seen], shape: Shape) -> None:
@@ -335,12 +337,16 @@ def _zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Arr
     corners = _section(cells.points)
     across = (radius - corners[:, 0].min()) / _thickness(cells)
     end = float(np.abs(corners[:, 1]).max())
-    names = ("bore", "flank") if not isinstance(shape, Ring) else ("inner bond", "outer bond")
+    bonded = isinstance(shape, Ring)
+    inside, between, outside = (
+        ("near the inner bond", "between the bonds", "near the outer bond")
+        if bonded
+        else ("near the bore", "in the middle", "near the flank")
+    )
     rings = {
-        f"near the {names[0]}": across < 1 / 3,
-        "between the bonds" if isinstance(shape, Ring) else "in the middle": (across >= 1 / 3)
-        & (across <= 2 / 3),
-        f"near the {names[1]}": across > 2 / 3,
+        inside: across < 1 / 3,
+        between: (across >= 1 / 3) & (across <= 2 / 3),
+        outside: across > 2 / 3,
     }
     if "z" in mirrors:
         parts = {"about mid-length": height < 0.5 * end, "towards the ends": height >= 0.5 * end}
