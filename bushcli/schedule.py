@@ -2,8 +2,9 @@
 
 Where the rubber remembers, the whole path has to be followed, but neither every sample nor the sensor's noise: a march
 through noisy displacements would turn round at every sample. The path is a chain of straight lines in time, as few as
-stay within the noise and fitted to all samples; it is cut at its turning points into legs, and each leg into steps that
-are finest after the turn, where memory acts. A leg that goes further than the path has been before is cut there. Samples are interpolated within their leg.
+stay within the noise and fitted to all samples; it is cut at its turning points into legs, and each leg into steps
+that are finest after the turn, where memory acts. A leg that goes further than the path has been before is cut there.
+Samples are interpolated within their leg.
 
 References
 ----------
@@ -133,7 +134,7 @@ def prescribed(time: Array | None, displacement: Array) -> Schedule:
     q = np.asarray(displacement, dtype=float)
     clock = np.arange(len(q), dtype=float) if time is None else np.asarray(time, dtype=float)
     kinds = np.sign(np.diff(q))
-    edges = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(q) - 1]
+    edges = [0, *map(int, np.flatnonzero(np.diff(kinds)) + 1), len(q) - 1]
     legs = tuple(Leg(a, b, bool(kinds[a] == 0)) for a, b in pairwise(edges) if b > a)
     return Schedule(clock, q, legs, time is not None)
 

@@ -1,9 +1,9 @@
 """A recorded channel with the effects that act on it: parameters in, force at the recorded samples out.
 
 Where the rubber remembers nothing, the bushing is solved once over the range of the recording, and everything that the
-rig makes of its curve is exact algebra on a spline. Where it remembers, the recorded path is marched, thinned to what the
-accuracy needs (`bushcli.schedule`). Either way every parameter, of the law, of the rubber, of the assembly or of the
-rig, has its exact derivative.
+rig makes of its curve is exact algebra on a spline. Where it remembers, the recorded path is marched, thinned to what
+the accuracy needs (`bushcli.schedule`). Either way every parameter, of the law, of the rubber, of the assembly or of
+the rig, has its exact derivative.
 """
 
 from __future__ import annotations
@@ -205,8 +205,9 @@ class Simulation:
             progress=progress,
         )
         none = np.zeros((len(history.force), 0))
-        q = Signal(history.displacement, none if not names else history.path_sensitivity)
-        force = Signal(history.force, none if not names else history.sensitivity)
+        moved, slope = history.path_sensitivity, history.sensitivity
+        q = Signal(history.displacement, none if moved is None else moved)
+        force = Signal(history.force, none if slope is None else slope)
         total = rig.parallel(active, q, force, names)
         logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
         return Answer(logged.value, logged.slope, history)

@@ -333,7 +333,7 @@ def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives) -> l
     """Bring the parameters of the assembly to their values, the sleeve at rest; the rubber relaxes."""
     attempts: list[Attempt] = []
     model.duration.value = RELAXED
-    done, step = 0.0, 1.0 / ASSEMBLY_STEPS
+    done, step, taken = 0.0, 1.0 / ASSEMBLY_STEPS, 1.0
     states = [model.state.x.array.copy()]
     while done < 1.0:
         stage = min(1.0, done + step)
@@ -405,7 +405,8 @@ class _Derivatives:
         self._targets = {name: np.asarray(path_rates[name]) for name in self.names if name in path_rates}
         self._now = dict.fromkeys(self._targets, 0.0)
         # Of the force, and of the bushing's displacement, with respect to each parameter, after the last step.
-        self.at = self.rates = np.zeros(len(self.names))
+        self.at: Array = np.zeros(len(self.names))
+        self.rates: Array = np.zeros(len(self.names))
 
     def follow(self, solver: Equilibrium, number: int, share: float) -> None:
         """Take the step just found, which went this share of the way left to a target."""

@@ -1,13 +1,13 @@
 """d(force)/d(parameter) along the march, exactly, from the tangent's solutions.
 
-At equilibrium the residual R(x, h; c) vanishes in every direction that leaves the sleeves where they are; h is what the
-rubber remembers from the steps before. The force is the work of R on v = dx/dq, the tangent's answer to a motion of the
-sleeve, and because the tangent is symmetric the total derivative is dQ/dc = v . (dR/dc + dR/dh h'), with no need for
-dx/dc. Without memory that is all: one back-substitution for all parameters together, then one scalar each.
+At equilibrium the residual R(x, h; c) vanishes in every direction that leaves the sleeves where they are; h is what
+the rubber remembers from the steps before. The force is the work of R on v = dx/dq, the tangent's answer to a motion
+of the sleeve, and because the tangent is symmetric the total derivative is dQ/dc = v . (dR/dc + dR/dh h'), with no
+need for dx/dc. Without memory that is all: one back-substitution for all parameters together, then one scalar each.
 
-With memory its derivative h' = dh/dc is marched along: one back-substitution per parameter and step gives x' = dx/dc, and
-the update rule h_new = U(x, h; c) gives h'_new = U_x x' + U_h h' + U_c. Parameters may also move a boundary (its motion
-is then an x' known beforehand) or the path of the sleeve itself (dq/dc, given with the program).
+With memory its derivative h' = dh/dc is marched along: one back-substitution per parameter and step gives x' = dx/dc,
+and the update rule h_new = U(x, h; c) gives h'_new = U_x x' + U_h h' + U_c. Parameters may also move a boundary (its
+motion is then an x' known beforehand) or the path of the sleeve itself (dq/dc, given with the program).
 
 References
 ----------
@@ -43,8 +43,8 @@ class Sensitivity:
     model
         The model.
     names
-        Law parameters, "compliance" (1 / bulk modulus, 1/MPa), parameters of features ("name.parameter"), and any others
-        that only move the path.
+        Law parameters, "compliance" (1 / bulk modulus, 1/MPa), parameters of features ("name.parameter"), and any
+        others that only move the path.
     """
 
     def __init__(self, model: Model, names: Iterable[str]) -> None:

@@ -261,6 +261,7 @@ class Potential:
 
     def memory_slope(self, parameter: Scalar) -> Scalar:
         """Derivative of `update` with respect to a parameter, a ufl.variable, shape (k,)."""
+        assert self.update is not None
         return ufl.as_vector([ufl.diff(component, parameter) for component in self.update])
 
 

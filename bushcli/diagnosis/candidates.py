@@ -1,13 +1,13 @@
-"""What each effect of the catalogue would do to the recordings, beside a model at its best: columns for the score test.
+"""What each effect of the catalogue would do to the recordings, beside a model at its best: columns to be tested.
 
-The derivative of the curves by an effect's amplitude at its off value comes from one run of the model with the effect in
-it, switched off: it changes nothing, and its derivative is exact. Shape parameters (times, gaps, thresholds), which have
-no derivative there, are scanned on a small grid. An effect that starts with zero slope is tried at finite size.
+The derivative of the curves by an effect's amplitude at its off value comes from one run of the model with the effect
+in it, switched off: it changes nothing, and its derivative is exact. Shape parameters (times, gaps, thresholds), which
+have no derivative there, are scanned on a small grid. An effect that starts with zero slope is tried at finite size.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -120,7 +120,7 @@ def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | Non
     model = replace(fitted.model, effects=(*others, trial.active))
     names = [f"{trial.effect.name}.{name}" for name in trial.amplitudes]
     channels, _ = model.task(case).channels()
-    found = []
+    found: list[Array] = []
     for channel, compared in zip(channels, fitted.channels, strict=True):
         recording = compared.recording
         if not trial.active.acts_on(recording.name, recording.mode):
@@ -191,6 +191,3 @@ def catalogue(names: Sequence[str] | None, known: Mapping[str, Effect], specimen
     for name, effect in known.items():
         if specimen in effect.specimens and (names is None or name in names):
             yield effect
-
-
-Work = Callable[[Case, Fitted, Trial], "tuple[Array, ...] | None"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -18,7 +18,7 @@ from bushcli.diagnosis.locate import Location, locate
 from bushcli.diagnosis.model import Fitted, Model, fit
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.proposing import propose
-from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, LocalMap, Named, Quantity, Verdict
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, LocalMap, Named, Quantity, Stage, Verdict
 from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.say import paragraph, plausibility
 from bushcli.diagnosis.selection import Progress, Search, Selection, at_noise, hypotheses, key
@@ -27,6 +27,8 @@ from bushcli.effect import effects as catalogue
 from bushcli.effect import full_name
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.inverse.identify import fit_coupons
+from bushcli.recording import Recording, displacement_noise
+from bushcli.schedule import schedule
 from forms.law import law, laws
 
 Array = NDArray[np.float64]
@@ -183,7 +185,9 @@ def _verdict(found: Selection) -> Verdict:
 
 def _quantities(fitted: Fitted) -> dict[str, Quantity]:
     spread = np.sqrt(np.maximum(np.diag(fitted.covariance()), 0.0))
-    units = {p.name: (p.unit, p.meaning, None) for p in law(fitted.model.law).parameters}
+    units: dict[str, tuple[str, str, tuple[str, str] | None]] = {
+        p.name: (p.unit, p.meaning, None) for p in law(fitted.model.law).parameters
+    }
     ranges = {}
     for one in fitted.model.effects:
         for p in one.parameters:
@@ -273,11 +277,7 @@ def _channels(found: Selection) -> tuple[DiagnosedChannel, ...]:
     return tuple(made)
 
 
-def _smooth(recording: object) -> Array:
-    from bushcli.recording import Recording, displacement_noise
-    from bushcli.schedule import schedule
-
-    assert isinstance(recording, Recording)
+def _smooth(recording: Recording) -> Array:
     steps = schedule(recording.time, recording.displacement, displacement_noise(recording))
     clock = np.arange(len(recording.displacement), dtype=float) if recording.time is None else recording.time
     return steps.path(clock)
@@ -309,11 +309,8 @@ def _maps(case: Case, found: Selection, told: Progress) -> tuple[LocalMap, ...]:
     return tuple(made)
 
 
-def _foretold(found: Selection, stage: object) -> object:
+def _foretold(found: Selection, stage: Stage) -> Stage:
     """The stage with the prediction of what was held out, where it was made later."""
-    from bushcli.diagnosis.result import Stage
-
-    assert isinstance(stage, Stage)
     name = tuple(sorted(stage.effects))
     if stage.law != found.plain.model.law:
         name = (f"law: {stage.law}", *name)
@@ -335,7 +332,8 @@ def _conditions(found: Selection, remaining: Location, before: float, after: flo
         made.append(
             Condition(
                 "no_better_prediction",
-                f"what was held out is predicted no better with the effects ({after:.2g} against {before:.2g} of the noise)",
+                "what was held out is predicted no better with the effects "
+                f"({after:.2g} against {before:.2g} of the noise)",
                 "record another cycle, or another channel, and diagnose again",
             )
         )
@@ -348,6 +346,3 @@ def _conditions(found: Selection, remaining: Location, before: float, after: flo
             )
         )
     return made
-
-
-Values = Mapping[str, float]

@@ -1,8 +1,8 @@
-"""The recording that would tell rivals apart: each rival foretells every recording of a menu, and the cheapest decides."""
+"""The recording that would tell rivals apart: each foretells every recording of a menu, and the cheapest decides."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -180,6 +180,3 @@ def _words(proposal: Proposal, distance: float, rivals: Sequence[str]) -> str:
         else "it comes nearest to separating " + ", ".join(rivals)
     )
     return f"{text} (about {proposal.cost:.0f} minutes); {told} (by {distance:.3g} standard errors at least)."
-
-
-Known = Mapping[str, Prediction]

@@ -73,8 +73,8 @@ def _opening(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.verdict == "law_too_poor":
         return (
-            f"{origin} ({channels}), misses more than noise because the law is too poor: {diagnosis.material.law} describes "
-            "the same rubber without any further physics."
+            f"{origin} ({channels}), misses more than noise because the law is too poor: "
+            f"{diagnosis.material.law} describes the same rubber without any further physics."
         )
     if diagnosis.verdict == "unexplained":
         return f"{origin} ({channels}), misses more than noise."
@@ -107,7 +107,8 @@ def _gain(diagnosis: Diagnosis) -> str:
             f"(noise {channel.noise_percent:.2g} %"
         )
         if np.isfinite(channel.held_out_before) and np.isfinite(channel.held_out_after):
-            text += f"; {channel.held_out_text}, held out: from {channel.held_out_before:.2g} to {channel.held_out_after:.2g} %"
+            text += f"; {channel.held_out_text}, held out: from {channel.held_out_before:.2g} "
+            text += f"to {channel.held_out_after:.2g} %"
         told.append(text + ")")
     what = "With it" if len(diagnosis.effects) == 1 else "With them" if diagnosis.effects else "With that law"
     return f"{what} the misfit falls: " + ", ".join(told) + "."

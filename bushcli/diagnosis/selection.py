@@ -1,14 +1,14 @@
 """From the plain law to the model that explains the recordings: one effect at a time, while it pays.
 
 Each round screens the whole catalogue to first order beside the model at hand, refits the most promising effects
-together with the law, and takes the one with the best BIC, provided it also predicts what it was not fitted to no worse.
-Then every earlier effect has to prove itself again. A richer law stands among the candidates, so that physics is not
-called for what a law can do. The search ends at the noise, or where nothing pays any more.
+together with the law, and takes the one with the best BIC, provided it also predicts what it was not fitted to no
+worse. Then every earlier effect has to prove itself again. A richer law stands among the candidates, so that physics
+is not called for what a law can do. The search ends at the noise, or where nothing pays any more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -25,7 +25,7 @@ from bushcli.diagnosis.rivals import STRONG, Combination, forward
 from bushcli.diagnosis.score import Candidate, Score, screen
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
-from bushcli.effect import effects
+from bushcli.effect import ActiveEffect, Effect, effects
 from forms.law import laws
 
 Array = NDArray[np.float64]
@@ -155,7 +155,7 @@ class Search:
             table.append(candidate(fitted, effect, grid, [next(answers) for _ in grid], reason))
         return table, screen(fitted.linear, table)
 
-    def _catalogue(self, specimen: str) -> list:  # type: ignore[type-arg]
+    def _catalogue(self, specimen: str) -> list[Effect]:
         return list(catalogue(self.names, effects(), specimen))
 
     def _extended(self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score]) -> bool:
@@ -181,7 +181,10 @@ class Search:
             before, after = self.prediction(found, found.best), self.prediction(found, one)
             added = _difference(one, found.best)
             if np.isfinite(before) and after > NO_WORSE * before:
-                text = f"{added} fits better but predicts what was held out worse ({after:.3g} against {before:.3g} of the noise)"
+                text = (
+                    f"{added} fits better but predicts what was held out worse "
+                    f"({after:.3g} against {before:.3g} of the noise)"
+                )
                 self._stage(found, "refuse", one, text)
                 continue
             found.best = one
@@ -260,7 +263,7 @@ class Search:
     # -- what was held out ---------------------------------------------------------------------------------------
 
     def prediction(self, found: Selection, fitted: Fitted) -> float:
-        """Root mean square misfit over the noise on samples that the model was not fitted to; NaN where there are none."""
+        """Root mean square misfit over the noise on samples that the model was not fitted to; NaN without any."""
         name = key(fitted.model, found.plain.model)
         if name not in found.predictions:
             masks = tuple(one.samples for one in found.held)
@@ -277,7 +280,7 @@ class Search:
 
 
 def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
-    """The table of all that was thought of, the best refits first, then the most promising, then what cannot be tested."""
+    """All that was thought of, the best refits first, then the most promising, then what cannot be tested."""
     scores = found.tables[0][1] if found.tables else ()
     rows = []
     plain = found.plain.bic()
@@ -342,8 +345,6 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, score: Score
             amplitude = parameter.start
         values[name] = float(np.clip(amplitude, parameter.lower, parameter.upper))
     values |= one.points[point]
-    from bushcli.effect import ActiveEffect
-
     active = ActiveEffect(effect, values, present.channels if present is not None else None).started()
     others = tuple(e for e in model.effects if e.name != one.name)
     return replace(model, effects=(*others, active))
@@ -395,6 +396,3 @@ def _predict(case: Case, model: Model, masks: tuple[Array, ...]) -> tuple[Compar
         return None
     partly = fit(case, model, masks)
     return None if partly is None else predicted(case, partly)
-
-
-Given = Mapping[str, float]

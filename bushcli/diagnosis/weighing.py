@@ -1,14 +1,15 @@
 """How misfit is weighed when models are compared: noise of the samples, and what calibration and mesh leave open.
 
-A load cell is calibrated to about a percent, and a mesh is too stiff by a fraction of one: either makes all forces of a
-channel wrong by one factor. That factor is unknown with a known standard deviation, so it is noise that all samples
-share: the covariance is that of the samples plus s^2 F F'. Misfit and derivatives are multiplied with the inverse root of
-it, after which sums of squares mean what they should, and an effect that does no more than scale one channel by a
+A load cell is calibrated to about a percent, and a mesh is too stiff by a fraction of one: either makes all forces of
+a channel wrong by one factor. That factor is unknown with a known standard deviation, so it is noise that all samples
+share: the covariance is that of the samples plus s^2 F F'. Misfit and derivatives are multiplied with the inverse root
+of it, after which sums of squares mean what they should, and an effect that does no more than scale one channel by a
 percent is not called for.
 
 References
 ----------
-Kennedy and O'Hagan (2001), J. R. Stat. Soc. B 63:425-464, doi:10.1111/1467-9868.00294 (discrepancy of a model as noise).
+Kennedy and O'Hagan (2001), J. R. Stat. Soc. B 63:425-464, doi:10.1111/1467-9868.00294 (a model's discrepancy as
+noise).
 """
 
 from __future__ import annotations

@@ -35,6 +35,7 @@ class Workers:
     def __init__(self, count: int = 1, folder: Path | None = None, resume: bool = False) -> None:
         self.count, self.folder = max(1, count), folder
         self.reused = 0
+        self._executor: ProcessPoolExecutor | None = None
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
             if not resume:
@@ -45,11 +46,10 @@ class Workers:
     def open(self) -> Iterator[Workers]:
         """Start the processes, and end them."""
         if self.count == 1:
-            self._executor = None
             yield self
             return
         with ProcessPoolExecutor(self.count, mp_context=get_context("spawn")) as executor:
-            self._executor: ProcessPoolExecutor | None = executor
+            self._executor = executor
             yield self
 
     def run(

@@ -187,7 +187,7 @@ class Channel:
         return np.asarray(isochoric[chosen])
 
     def curve(self, answer: Answer) -> Curve:
-        """The solved curve over the recorded range, smooth enough to be drawn; with effects, along the recorded path."""
+        """The solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
         if self.simulation is not None:
             path = self.simulation.path[self._used]
             return Curve(self.recording.mode, path, answer.force, self.recording.time)
