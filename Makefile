@@ -17,7 +17,7 @@ demo: setup ## the main job on the bundled example: result and plots in out/
 	$(IN) bushcli direct $(CASE) -o out
 
 test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some of them
-	$(IN) python -m pytest $(PYTEST_ARGS)
+	tests/with-browser $(IN) python -m pytest $(PYTEST_ARGS)
 
 lint: setup ## ruff, mypy and the import rules
 	$(IN) ruff check .

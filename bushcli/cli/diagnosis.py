@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import click
 
-from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, speaks
+from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
 from bushcli.errors import InputError, Problem
 
 
@@ -67,6 +67,8 @@ def diagnose(
     if run.output and speaks():
         report.write_diagnosis(run.output, result, found)
         run.say(f"wrote {run.output}")
+    if any(condition.name == "not_converged" for condition in found.conditions):
+        return NOT_CONVERGED
     return NEGATIVE if strict and found.verdict != "explained" else DONE
 
 

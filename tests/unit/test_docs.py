@@ -7,7 +7,7 @@ import importlib.util
 import json
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -21,6 +21,7 @@ from bushcli.cli import main
 from bushcli.effect import effects
 from bushcli.recording import read_recording
 from bushcli.recording.header import match_quality
+from bushcli.report import diagnosis_json
 from bushcli.source import UNITS, Source
 from cases.mode import Mode, modes
 from forms.law import Law, laws
@@ -175,18 +176,26 @@ SOMETIMES = {
 }  # fmt: skip
 
 
-def keys(value: Any, path: str = "") -> Iterator[str]:
+# The same of a diagnosis.
+DIAGNOSED = {
+    "versions": "NAME", "timings_s": "NAME", "parameters": "NAME", "derived": "NAME", "amplitude": "NAME",
+    "before": "CHANNEL", "after": "CHANNEL", "noise": "CHANNEL", "held_out": "CHANNEL",
+    "held_out_before": "CHANNEL", "held_out_after": "CHANNEL",
+}  # fmt: skip
+
+
+def keys(value: Any, path: str = "", names: Mapping[str, str] = NAMED) -> Iterator[str]:
     """Yield the dotted keys of a result, as results.md writes them."""
     name = re.sub(r".*\.", "", path)
     if path in ("case", "fit"):
         yield path
     elif isinstance(value, dict) and value:
         for key, item in value.items():
-            named = "NAME" if re.search(r"correlation\.NAME$", path) else NAMED.get(name, key)
-            yield from keys(item, f"{path}.{named}" if path else named)
+            named = "NAME" if re.search(r"correlation\.NAME$", path) else names.get(name, key)
+            yield from keys(item, f"{path}.{named}" if path else named, names)
     elif isinstance(value, list) and value and isinstance(value[0], dict):
         for item in value:
-            yield from keys(item, f"{path}[]")
+            yield from keys(item, f"{path}[]", names)
     else:
         yield path
 
@@ -219,6 +228,18 @@ def test_every_key_of_a_result_is_documented(results, command):
         key for key in documented if any(other.startswith((f"{key}.", f"{key}[]")) for other in documented)
     }
     assert found - SOMETIMES - {"problems"} <= documented
+    assert documented - SOMETIMES - containers <= found
+
+
+def test_every_key_of_a_diagnosis_is_documented(diagnoses):
+    result = diagnosis_json(diagnoses.rivalling(load_case(EXAMPLE)), {"total": 1.0})
+    # What remains has the keys of what was there before.
+    found = {key for key in keys(result, names=DIAGNOSED) if not key.startswith("remaining")}
+    documented = documented_keys("diagnose") - {"remaining"}
+    containers = {
+        key for key in documented if any(other.startswith((f"{key}.", f"{key}[]")) for other in documented)
+    }
+    assert found - SOMETIMES <= documented
     assert documented - SOMETIMES - containers <= found
 
 
