@@ -267,7 +267,7 @@ _REASONS = {
 
 
 def _rounding(model: Model) -> float:
-    """What rounding leaves of the residual (N), several times: 1e-13 mu and of a sleeve 1e-16 E, over the face.
+    """What rounding leaves of the residual (N), several times: of mu, springs and sleeves' E, over the face.
 
     In the half-plane a node stands for a whole circle, and ten times that is left of the sleeve's (measured up to
     E = 1e9 MPa).
@@ -276,4 +276,5 @@ def _rounding(model: Model) -> float:
     metal = model.metal_modulus
     extent = float(model.comm.allreduce(np.ptp(model.mesh.mesh.geometry.x, axis=0).max(initial=0.0)))
     share = 5e-16 if model.mesh.dimension == 3 else 5e-15
-    return (1e-12 * abs(shear) + share * metal) * extent**2
+    springs = sum(item.feature.springs for item in model.features)
+    return ((1e-12 + 1e-16 * springs) * abs(shear) + share * metal) * extent**2

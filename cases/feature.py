@@ -94,6 +94,9 @@ class Feature:
         Boundaries whose bond is the surface energy's affair, not a prescribed displacement.
     follows : bool
         Whether a surface energy needs the motion of the driven sleeve.
+    springs : float
+        Stiffness per area of its stiffest springs, over the shear modulus and per thickness: what they leave of rounding
+        in the residual.
     breaks : frozenset of str
         Planes that are planes of symmetry no longer: "x", "y", "z".
     assembled : bool
@@ -113,6 +116,7 @@ class Feature:
     dimensions: tuple[str, ...] = ()
     released: tuple[str, ...] = ()
     follows: bool = False
+    springs: float = 0.0
     breaks: Mirrors = frozenset()
     assembled: bool = False
 

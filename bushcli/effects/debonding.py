@@ -62,7 +62,7 @@ def feature() -> Feature:
     """Return the bond as springs."""
     from cases.feature import Feature
 
-    return Feature(surface=_bond, released=("inner",), follows=True, breaks=frozenset({"z"}))
+    return Feature(surface=_bond, released=("inner",), follows=True, springs=BOND, breaks=frozenset({"z"}))
 
 
 EFFECT = Effect(
