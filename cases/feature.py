@@ -95,8 +95,7 @@ class Feature:
     follows : bool
         Whether a surface energy needs the motion of the driven sleeve.
     springs : float
-        Stiffness per area of its stiffest springs, over the shear modulus and per thickness: what they leave of rounding
-        in the residual.
+        Stiffness per area of its stiffest springs, in shear moduli per thickness: they leave rounding in the residual.
     breaks : frozenset of str
         Planes that are planes of symmetry no longer: "x", "y", "z".
     assembled : bool
