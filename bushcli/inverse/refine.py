@@ -119,7 +119,7 @@ def is_hopeless(costs: Sequence[float], reference: float) -> bool:
     if len(costs) < HOPELESS_AFTER:
         return False
     best, before = (_least(part) for part in (costs, costs[:-LAST_FEW]))
-    return best > HOPELESS_RATIO**2 * reference and best > 0.25 * before
+    return best == np.inf or (best > HOPELESS_RATIO**2 * reference and best > 0.25 * before)
 
 
 def _least(costs: Sequence[float]) -> float:

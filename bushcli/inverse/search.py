@@ -6,8 +6,8 @@ march finds no equilibrium. That wall has no misfit to lead along it. The law's 
 rubber reaches has: so these states are looked at wherever a search ends or meets failures, not only at its start,
 those in which the law is unstable join the problem, and the search goes on.
 
-A wall that stability does not explain is followed in slices: with one combination of the parameters held, the others
-may lead along it.
+A wall that stability does not explain is followed by what is known of it: the points on either side
+(`bushcli.inverse.wall`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bushcli.inverse.local import Loss, Minimum, minimise
 from bushcli.inverse.problem import ACTIVE, Problem
-from bushcli.inverse.slices import along_the_wall
+from bushcli.inverse.wall import along_the_wall
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
@@ -56,70 +54,13 @@ def test_an_interval_ends_where_the_profile_could_not_go_on(limit):
 # -- the way along a parameter --------------------------------------------------------------------------------------
 
 
-class Linear:
-    """One channel whose force is linear in two parameters, with noise.
-
-    `wall(x)` says where nothing can be solved, `edge(x)` returns what instability adds to the misfit.
-    """
-
-    names = ("a", "b")
-    noise = 0.05
-
-    def __init__(self, wall=lambda x: False, edge=lambda x: 0.0, bend=0.0):
-        rng = np.random.default_rng(5)
-        q = np.linspace(0.1, 1.0, 200)
-        self.rows, self.bend, self.wall, self.edge = np.column_stack([q, q**2]), bend, wall, edge
-        force = self.curve(np.array([2.0, -0.5])) + self.noise * rng.standard_normal(len(q))
-        recording = SimpleNamespace(force=force, displacement=q)
-        self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), recording=recording)]
-        self.states, self.trial, self.samples = np.zeros((1, 3)), None, len(q)
-        self.asked = []
-
-    def curve(self, x):
-        return self.rows @ x + self.bend * self.rows[:, 1] * x[1] ** 2
-
-    def forces(self, x):
-        slope = self.rows + 2 * self.bend * x[1] * np.outer(self.rows[:, 1], [0, 1])
-        return [(self.curve(x), slope)]
-
-    def law_parameters(self, x):
-        return dict(zip(self.names, x, strict=True))
-
-    parameters = law_parameters
-
-    def instability(self, x, states=None):
-        return np.array([self.edge(x)])
-
-    def residual(self, x):
-        self.asked.append(x.copy())
-        (force, _), weight = self.forces(x)[0], 1 / (self.noise * np.sqrt(self.samples))
-        value = np.append((force - self.channels[0].recording.force) * weight, self.edge(x))
-        return value * np.nan if self.wall(x) else value
-
-    def jacobian(self, x):
-        slope = self.forces(x)[0][1] / (self.noise * np.sqrt(self.samples))
-        step = 1e-7
-        edge = [(self.edge(x + step * unit) - self.edge(x)) / step for unit in np.eye(2)]
-        return np.vstack([slope, edge])
-
-    def cost(self, x):
-        return float(np.sum(self.residual(x) ** 2))
-
-    def best(self):
-        """Least squares in closed form (without bend), and the covariance of white noise as it is left."""
-        force = self.channels[0].recording.force
-        x = np.linalg.lstsq(self.rows, force, rcond=None)[0]
-        left = force - self.rows @ x
-        return x, left @ left / (self.samples - 2) * np.linalg.inv(self.rows.T @ self.rows)
-
-
 LOWER, UPPER = np.full(2, -1e3), np.full(2, 1e3)
 
 
 @pytest.mark.parametrize("index", [0, 1])
-def test_profile_of_a_linear_model_is_the_standard_errors_parabola(index):
-    problem = Linear()
-    x, covariance = problem.best()
+def test_profile_of_a_linear_model_is_the_standard_errors_parabola(linear, index):
+    problem = linear()
+    x, covariance = problem.minimum()
     found, better = profile(problem, x, index, covariance, LOWER, UPPER)
     spread = np.sqrt(covariance[index, index])
     assert found.rise == pytest.approx(((found.values - x[index]) / spread) ** 2, abs=1e-6)
@@ -133,18 +74,18 @@ def test_profile_of_a_linear_model_is_the_standard_errors_parabola(index):
     assert len({point.tobytes() for point in problem.asked}) <= 6
 
 
-def test_a_larger_covariance_than_the_noises_scales_the_interval():
+def test_a_larger_covariance_than_the_noises_scales_the_interval(linear):
     """Autocorrelated misfit makes the standard errors larger by its time's root: so it does the profile's interval."""
-    problem = Linear()
-    x, covariance = problem.best()
+    problem = linear()
+    x, covariance = problem.minimum()
     found, _ = profile(problem, x, 1, covariance, LOWER, UPPER)
     wide, _ = profile(problem, x, 1, 9.0 * covariance, LOWER, UPPER)
     assert interval(wide)[1] - x[1] == pytest.approx(3.0 * (interval(found)[1] - x[1]), rel=1e-6)
 
 
-def test_profile_ends_at_a_wall_and_says_so():
-    problem = Linear()
-    x, covariance = problem.best()
+def test_profile_ends_at_a_wall_and_says_so(linear):
+    problem = linear()
+    x, covariance = problem.minimum()
     spread = np.sqrt(covariance[1, 1])
     edge = x[1] - 1.5 * spread
     problem.wall = lambda p: p[1] < edge
@@ -156,10 +97,10 @@ def test_profile_ends_at_a_wall_and_says_so():
     assert high == pytest.approx(x[1] + np.sqrt(RISE_95) * spread, rel=1e-6)
 
 
-def test_profile_follows_an_edge_of_stability():
+def test_profile_follows_an_edge_of_stability(linear):
     """Beside the edge the other parameter is no longer free: the misfit rises faster than the parabola."""
-    problem = Linear()
-    x, covariance = problem.best()
+    problem = linear()
+    x, covariance = problem.minimum()
     spread = np.sqrt(np.diag(covariance))
     # Stable where a is below its best value plus half a standard error; b falls as a rises (correlation -0.97).
     problem.edge = lambda p: 1e3 * max(p[0] - x[0] - 0.5 * spread[0], 0.0)
@@ -169,26 +110,26 @@ def test_profile_follows_an_edge_of_stability():
     assert high == pytest.approx(x[1] + np.sqrt(RISE_95) * spread[1], rel=1e-3)
 
 
-def test_profile_ends_at_a_bound():
-    problem = Linear()
-    x, covariance = problem.best()
+def test_profile_ends_at_a_bound(linear):
+    problem = linear()
+    x, covariance = problem.minimum()
     bound = x[1] + 0.5 * np.sqrt(covariance[1, 1])
     found, _ = profile(problem, x, 1, covariance, LOWER, np.array([1e3, bound]))
     assert found.limits == ("misfit", "bound")
     assert interval(found)[1] == pytest.approx(bound)
 
 
-def test_profile_finds_out_that_the_best_point_was_none():
-    problem = Linear()
-    x, covariance = problem.best()
+def test_profile_finds_out_that_the_best_point_was_none(linear):
+    problem = linear()
+    x, covariance = problem.minimum()
     off = x + np.array([0.0, 3.0 * np.sqrt(covariance[1, 1])])
     _, better = profile(problem, off, 1, covariance, LOWER, UPPER)
     assert problem.cost(better) < problem.cost(off)
 
 
-def test_curvature_makes_the_interval_lopsided():
+def test_curvature_makes_the_interval_lopsided(linear):
     """The force bends with b: on the steeper side the interval is the shorter one."""
-    problem = Linear(bend=2.0)
+    problem = linear(bend=2.0)
     x = least_squares(problem.residual, [2.0, -0.5], problem.jacobian).x
     slope = problem.forces(x)[0][1]
     covariance = problem.noise**2 * np.linalg.inv(slope.T @ slope)
@@ -202,8 +143,8 @@ def minimum(x, **changes):
     return Minimum(x, x, 1.0, 3, True, "", **changes)
 
 
-def test_what_is_worth_a_profile():
-    problem, x = Linear(), np.array([2.0, -0.5])
+def test_what_is_worth_a_profile(linear):
+    problem, x = linear(), np.array([2.0, -0.5])
     well = np.diag([1e-4, 1e-4])
     assert worth_a_profile(problem, minimum(x), well) == []
     # One poorly determined bends all of the law's with it; so does an edge.

@@ -1,0 +1,135 @@
+"""Along a wall of parameters that cannot be solved, to the lowest misfit beside it.
+
+A wall has no derivative: all that is known of it are points on either side. Near the point where a search ended it is
+taken for a plane: the one that parts what was solved from what was not with the widest margin. A step lowers the
+linearised misfit within that plane; where it fails, the plane is turned by what has been learnt.
+
+References
+----------
+Lawson and Hanson (1995), Solving Least Squares Problems, SIAM, chapter 23, doi:10.1137/1.9781611971217 (least distance
+programming, for the plane).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from bushcli.inverse.local import STATIONARY, Loss, Minimum, minimise
+from bushcli.inverse.problem import Problem
+
+Array = NDArray[np.float64]
+
+# Rounds of steps along the wall and a search with all directions free; trials along the wall in one round.
+ROUNDS, TRIALS = 4, 16
+# How far off a probe of the wall's direction is, as a share of the misfit in the parameters' scales.
+PROBE = 0.05
+# Points nearest to the present one from which the plane is made: further away the wall may bend.
+NEAREST = 6
+# The free search after a round is to come nearer to the wall, not to explore it again.
+PATIENCE = 3
+
+
+def along_the_wall(
+    problem: Problem,
+    ended: Minimum,
+    lower: Array,
+    upper: Array,
+    method: Literal["trf", "dogbox"],
+    loss: Loss,
+) -> Minimum:
+    """Go on from where a search ended beside failures; what remains is not called a minimum while the wall holds it."""
+    best = ended
+    for _ in range(ROUNDS):
+        before = best.cost
+        x = _steps(problem, best.x, lower, upper)
+        if problem.cost(x) >= before:
+            break
+        found = minimise(problem, x, lower, upper, method, loss, PATIENCE)
+        best = replace(found, iterations=best.iterations + found.iterations)
+        if not best.beside_failure or best.cost > before * (1 - STATIONARY):
+            break
+    return best
+
+
+def _steps(problem: Problem, x: Array, lower: Array, upper: Array) -> Array:
+    """The best point reached within the plane of the wall, turned by every failure."""
+    reach = np.inf
+    for _ in range(TRIALS):
+        value, slope = problem.residual(x), problem.jacobian(x)
+        norms = np.linalg.norm(slope, axis=0)
+        norms[norms == 0] = 1.0
+        failed, solved = known(problem, x, norms)
+        normal = plane(failed, solved)
+        if normal is None:
+            break
+        # Within the plane: all directions but the normal, in the parameters' scales.
+        basis = np.linalg.svd(normal[None, :])[2][1:].T
+        step = basis @ np.linalg.lstsq(slope / norms @ basis, -value, rcond=None)[0]
+        length = float(np.linalg.norm(step))
+        promised = value @ value - np.sum((value + slope / norms @ step) ** 2)
+        if promised < STATIONARY * (value @ value) or length == 0.0:
+            # Nothing to be gained in this plane; but is it the wall's? Ask where nothing is known yet.
+            side = _unknown(np.hstack([basis, -basis]).T, np.vstack([failed, solved]))
+            if side is None:
+                break
+            step, length = PROBE * np.sqrt(value @ value) * side, 0.0
+        share = min(1.0, reach / length) if length else 1.0
+        trial = np.clip(x + share * step / norms, lower, upper)
+        after = problem.residual(trial)
+        if np.isfinite(after).all() and after @ after < value @ value:
+            x, reach = trial, 2.0 * reach
+        elif length:
+            reach = 0.5 * min(length, reach)
+    return x
+
+
+def _unknown(sides: Array, points: Array) -> Array | None:
+    """The first of some directions in which there is no point yet, within 25 degrees."""
+    return next((side for side in sides if not (points @ side > 0.9).any()), None)
+
+
+def known(problem: Problem, x: Array, norms: Array) -> tuple[Array, Array]:
+    """Directions from `x` to the nearest points that failed, and to those solved, shape (n, parameters), unit length.
+
+    Of points in nearly the same direction the nearest stands for all.
+    """
+    failed: list[Array] = []
+    solved: list[Array] = []
+    for evaluation in problem.evaluations:
+        away = (np.array([evaluation.parameters[name] for name in problem.names]) - x) * norms
+        if away.any():
+            (solved if np.isfinite(evaluation.cost) else failed).append(away)
+    found = []
+    for points in (failed, solved):
+        apart: list[Array] = []
+        for point in sorted(points, key=lambda p: float(np.linalg.norm(p))):
+            direction = point / np.linalg.norm(point)
+            if len(apart) < NEAREST and all(direction @ other < 0.999 for other in apart):
+                apart.append(direction)
+        found.append(np.array(apart).reshape(-1, len(x)))
+    return found[0], found[1]
+
+
+def plane(failed: Array, solved: Array) -> Array | None:
+    """Normal of the plane through the origin with what failed behind it, by a margin, and what was solved before it.
+
+    Shorter lists of the solved are tried where all of them cannot be parted from the failed: the nearest come first.
+    None where nothing failed.
+    """
+    if not len(failed):
+        return None
+    for count in range(len(solved), -1, -1):
+        rows = np.vstack([-failed, solved[:count]])
+        wanted = np.concatenate([np.ones(len(failed)), np.zeros(count)])
+        matrix = np.vstack([rows.T, wanted])
+        target = np.append(np.zeros(rows.shape[1]), 1.0)
+        rest = matrix @ nnls(matrix, target)[0] - target
+        if np.linalg.norm(rest) > 1e-9:
+            normal = rest[:-1] / -rest[-1]
+            return np.asarray(normal / np.linalg.norm(normal))
+    return np.asarray(-failed[0])

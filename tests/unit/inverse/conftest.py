@@ -1,0 +1,74 @@
+"""A least-squares problem whose answers are known on paper."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+
+class Linear:
+    """One channel whose force is linear in two parameters, with noise.
+
+    `wall(x)` says where nothing can be solved, `edge(x)` returns what instability adds to the misfit.
+    """
+
+    names = ("a", "b")
+    noise = 0.05
+
+    def __init__(self, wall=lambda x: False, edge=lambda x: 0.0, bend=0.0):
+        rng = np.random.default_rng(5)
+        q = np.linspace(0.1, 1.0, 200)
+        self.rows, self.bend, self.wall, self.edge = np.column_stack([q, q**2]), bend, wall, edge
+        force = self.curve(np.array([2.0, -0.5])) + self.noise * rng.standard_normal(len(q))
+        recording = SimpleNamespace(force=force, displacement=q)
+        self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), recording=recording)]
+        self.states, self.trial, self.samples = np.zeros((1, 3)), None, len(q)
+        self.asked, self.evaluations, self.best = [], [], None
+        self.tolerance = 1e-7
+
+    def curve(self, x):
+        return self.rows @ x + self.bend * self.rows[:, 1] * x[1] ** 2
+
+    def forces(self, x):
+        slope = self.rows + 2 * self.bend * x[1] * np.outer(self.rows[:, 1], [0, 1])
+        return [(self.curve(x), slope)]
+
+    def law_parameters(self, x):
+        return dict(zip(self.names, x, strict=True))
+
+    parameters = law_parameters
+
+    def instability(self, x, states=None):
+        return np.array([self.edge(x)])
+
+    def residual(self, x):
+        self.asked.append(x.copy())
+        cost = float("nan") if self.wall(x) else 1.0
+        self.evaluations.append(SimpleNamespace(parameters=self.parameters(x), cost=cost))
+        (force, _), weight = self.forces(x)[0], 1 / (self.noise * np.sqrt(self.samples))
+        value = np.append((force - self.channels[0].recording.force) * weight, self.edge(x))
+        return value * np.nan if self.wall(x) else value
+
+    def jacobian(self, x):
+        slope = self.forces(x)[0][1] / (self.noise * np.sqrt(self.samples))
+        step = 1e-7
+        edge = [(self.edge(x + step * unit) - self.edge(x)) / step for unit in np.eye(2)]
+        return np.vstack([slope, edge])
+
+    def cost(self, x):
+        return float(np.sum(self.residual(x) ** 2))
+
+    def minimum(self):
+        """Least squares in closed form (without bend), and the covariance of white noise as it is left."""
+        force = self.channels[0].recording.force
+        x = np.linalg.lstsq(self.rows, force, rcond=None)[0]
+        left = force - self.rows @ x
+        return x, left @ left / (self.samples - 2) * np.linalg.inv(self.rows.T @ self.rows)
+
+
+@pytest.fixture
+def linear():
+    """Return the class of linear problems."""
+    return Linear

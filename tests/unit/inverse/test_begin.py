@@ -1,0 +1,145 @@
+"""The first point of a search: at the right scale, stable, solvable."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bushcli.inverse.begin import SOLVED, first_point, is_stable, own_start, scaled
+from forms.law import law
+
+LOWER, UPPER = np.array([1e-6, -100.0, -100.0]), np.array([1e3, 100.0, 100.0])
+TRUTH = np.array([0.5, -0.04, 0.007])
+
+
+class Channel:
+    """Yeoh's law in simple shear, force = 2 C10 q + 4 C20 q^3 + 6 C30 q^5: as a bushing nearly is, or as a coupon."""
+
+    def __init__(self, coupon):
+        self.coupon = coupon
+        q = np.linspace(0.05, 1.0, 20)
+        self.slope = np.column_stack([2 * q, 4 * q**3, 6 * q**5])
+        self.scale = np.full(20, 0.01)
+        self.recording = SimpleNamespace(force=self.slope @ TRUTH)
+
+
+class Problem:
+    """What a first point needs of a problem; `unsolvable(x)` fails."""
+
+    names = ("C10", "C20", "C30")
+
+    def __init__(self, coupon=False, unsolvable=lambda x: False, fixed=None):
+        self.law, self.unsolvable, self.fixed = law("yeoh"), unsolvable, fixed or {}
+        self.channels, self.asked = [Channel(coupon)], []
+        stretch = np.linspace(0.6, 1.7, 12)
+        self.states = np.column_stack([stretch, np.ones(12), 1 / stretch])
+
+    def parameters(self, x):
+        return {**self.fixed, **dict(zip(self.names, x, strict=True))}
+
+    law_parameters = parameters
+
+    def forces(self, x):
+        self.asked.append(x)
+        return None if self.unsolvable(x) else [(c.slope @ x, c.slope) for c in self.channels]
+
+    def cost(self, x):
+        found = self.forces(x)
+        if found is None:
+            return float("nan")
+        return sum(
+            float(np.mean((f - c.recording.force) ** 2))
+            for (f, _), c in zip(found, self.channels, strict=True)
+        )
+
+
+@pytest.mark.parametrize("factor", [1e-4, 0.1, 1.0, 10.0, 1e3])
+def test_a_common_factor_is_taken_out_at_once(factor):
+    problem = Problem()
+    found, instead = first_point(problem, factor * TRUTH, LOWER, UPPER)
+    assert found == pytest.approx(TRUTH, rel=1e-9)
+    assert instead is None
+    assert len(problem.asked) <= 3
+
+
+def test_in_a_bushing_the_ratios_stay_in_a_coupon_they_are_found():
+    start = np.array([5.0, -0.4, 0.5])
+    shaped = scaled(Problem(), start, LOWER, UPPER)
+    assert shaped / shaped[0] == pytest.approx(start / start[0])
+    # Least squares of one factor, by hand.
+    channel = Channel(False)
+    force = channel.slope @ start
+    assert shaped[0] / start[0] == pytest.approx(force @ channel.recording.force / (force @ force))
+    assert scaled(Problem(coupon=True), start, LOWER, UPPER) == pytest.approx(TRUTH, rel=1e-6)
+
+
+def test_an_unstable_start_is_not_solved_but_mixed_with_the_laws_own():
+    problem = Problem()
+    start = np.array([0.5, -0.4, 0.007])
+    assert not is_stable(problem, start)
+    found, instead = first_point(problem, start, LOWER, UPPER)
+    assert is_stable(problem, found)
+    assert not any(np.array_equal(x, start) for x in problem.asked)
+    # Some of its shape is kept: between the law's own and what was given.
+    own = own_start(problem, start)
+    assert start[1] / start[0] < instead[1] / instead[0] <= own[1] / own[0]
+
+
+def test_a_stable_start_that_cannot_be_solved_is_given_up_step_by_step():
+    """Solutions end at a ratio between the start's and the law's own: the nearest step to the start is taken."""
+    start = np.array([0.5, 0.2, 0.0])
+    problem = Problem(unsolvable=lambda x: x[1] > 0.1 * x[0])
+    assert is_stable(problem, start)
+    found, instead = first_point(problem, start, LOWER, UPPER)
+    assert instead is not None
+    assert np.array_equal(problem.asked[0], start)
+    ratios = [x[1] / x[0] for x in problem.asked]
+    assert ratios[0] > ratios[1]
+    assert found[1] / found[0] <= 0.1
+
+
+@pytest.mark.parametrize("corner", [(0, 0, 0), (0, 1, 0), (1, 0, 1), (1, 1, 1)], ids=str)
+def test_from_the_bounds_there_is_a_stable_point_at_the_right_scale(corner):
+    problem = Problem()
+    found, _ = first_point(problem, np.where(corner, UPPER, LOWER), LOWER, UPPER)
+    assert is_stable(problem, found)
+    assert problem.cost(found) < np.mean(problem.channels[0].recording.force ** 2)
+
+
+def test_where_nothing_can_be_solved_the_start_comes_back():
+    problem = Problem(unsolvable=lambda x: True)
+    found, instead = first_point(problem, TRUTH, LOWER, UPPER)
+    assert found == pytest.approx(TRUTH)
+    assert instead is None
+    assert len(problem.asked) <= SOLVED + 1
+
+
+def test_with_a_fixed_coefficient_there_is_no_scale_to_take_out():
+    class Two(Problem):
+        names = ("C10", "C20")
+
+        def forces(self, x):
+            return super().forces(np.append(x, self.fixed["C30"]))
+
+    problem = Two(fixed={"C30": 0.007})
+    start = np.array([5.0, -0.4])
+    assert scaled(problem, start, LOWER[:2], UPPER[:2]) == pytest.approx(start)
+
+
+def test_locking_laws_get_room_to_stretch():
+    """Gent's Jm shapes the curve and is no scale: it is enlarged until there is a solution."""
+
+    class Gent(Problem):
+        names = ("mu", "Jm")
+
+        def forces(self, x):
+            self.asked.append(x)
+            return None if x[1] < 5.0 else [(c.slope[:, 0] * x[0], c.slope[:, :2]) for c in self.channels]
+
+    problem = Gent()
+    problem.law = law("gent")
+    found, instead = first_point(problem, np.array([1.0, 0.9]), np.array([1e-6, 0.1]), np.array([1e3, 1e3]))
+    assert found[1] >= 5.0
+    assert instead is not None

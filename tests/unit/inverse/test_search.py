@@ -1,0 +1,83 @@
+"""Searches beside walls: what they end with, and what they say about it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bushcli.inverse.local import promise
+from bushcli.inverse.refine import HOPELESS_AFTER, is_hopeless
+from bushcli.inverse.search import search
+
+LOWER, UPPER = np.full(2, -1e3), np.full(2, 1e3)
+
+
+def best_on(problem, normal, level):
+    """Least squares on the line normal . x = level, in closed form."""
+    x, covariance = problem.minimum()
+    return x + covariance @ normal * (level - normal @ x) / (normal @ covariance @ normal)
+
+
+def test_without_a_wall_the_minimum_is_found(linear):
+    problem = linear()
+    found = search(problem, np.array([1.0, 1.0]), LOWER, UPPER)
+    assert found.converged
+    assert not found.beside_failure
+    assert found.x == pytest.approx(problem.minimum()[0], rel=1e-5)
+
+
+@pytest.mark.parametrize("method", ["trf", "dogbox"])
+@pytest.mark.parametrize("normal", [(0.0, 1.0), (1.0, 0.0), (0.3, 1.0), (1.0, -0.5), (-1.0, -1.0)], ids=str)
+@pytest.mark.parametrize("start", [(1.0, 1.0), (3.0, -3.0)], ids=str)
+def test_a_wall_in_front_of_the_minimum_is_followed_to_its_lowest_point(linear, normal, start, method):
+    """Half the plane has no solution, the minimum lies three standard errors inside of it."""
+    problem, normal, start = linear(), np.array(normal), np.array(start)
+    x, covariance = problem.minimum()
+    # The wall faces the start.
+    normal = normal * np.sign(normal @ (start - x))
+    level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
+    problem.wall = lambda p: normal @ p < level
+    known = best_on(problem, normal, level)
+    least = problem.cost(known + 1e-9 * normal)
+    found = search(problem, start, LOWER, UPPER, method)
+    assert normal @ found.x >= level
+    assert found.beside_failure
+    assert not found.converged
+    # A rise by 1/200 is one unit of chi square: the wall's own is 9.
+    assert found.cost < least * (1 + 1 / 200)
+
+
+def test_an_edge_of_stability_is_followed_to_its_lowest_point(linear):
+    problem = linear()
+    x, covariance = problem.minimum()
+    normal = np.array([0.3, 1.0])
+    level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
+    problem.edge = lambda p: 30.0 * max(level - normal @ p, 0.0)
+    found = search(problem, np.array([1.0, 1.0]), LOWER, UPPER)
+    assert found.converged
+    assert found.at_edge
+    assert found.x == pytest.approx(best_on(problem, normal, level), abs=0.1 * np.sqrt(covariance[1, 1]))
+
+
+def test_nothing_is_promised_at_a_minimum(linear):
+    problem = linear()
+    x, covariance = problem.minimum()
+    assert promise(problem, x, LOWER, UPPER) == pytest.approx(0.0, abs=1e-9)
+    # Two standard errors away: chi square 4 of about 198.
+    away = x + 2.0 * covariance[:, 1] / np.sqrt(covariance[1, 1])
+    assert promise(problem, away, LOWER, UPPER) == pytest.approx(4.0 / 202.0, rel=0.01)
+    # A bound on the way takes it away.
+    assert promise(problem, away, away - 1e-12, away + 1e-12) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_start_is_given_up_when_it_neither_comes_near_nor_gets_on():
+    nan = float("nan")
+    reference = 1.0
+    falling = [1e6 * 0.25**k for k in range(20)]
+    assert not any(is_hopeless(falling[:n], reference) for n in range(20))
+    stuck = [500.0, 400.0, nan, 390.0, 380.0, nan, 370.0, 365.0, 361.0]
+    assert not is_hopeless(stuck[: HOPELESS_AFTER - 1], reference)
+    assert is_hopeless(stuck, reference)
+    # Near enough to be another minimum worth knowing: twice the misfit.
+    assert not is_hopeless([4.1] * 20, reference)
+    assert is_hopeless([nan] * HOPELESS_AFTER, reference)
