@@ -112,13 +112,15 @@ class LocalStiffness:
         geometry, dimension = model.mesh.mesh.geometry, model.mesh.dimension
         # Corners come first among the nodes of a cell of second order.
         nodes = geometry.dofmap[own][:, : 2**dimension]
-        used, corners = np.unique(nodes, return_inverse=True)
-        parts = model.comm.allgather((geometry.x[used, :dimension], corners.reshape(nodes.shape)))
-        firsts = np.cumsum([0, *(len(points) for points, _ in parts)])
+        # Ranks share points: by their global numbers they are one, and cells on both sides stay neighbours.
+        names = geometry.index_map().local_to_global(nodes.ravel()).reshape(nodes.shape)
+        parts = model.comm.allgather((names, geometry.x[nodes][..., :dimension]))
+        names, places = (np.concatenate([part[i] for part in parts]) for i in range(2))
+        _, first, corners = np.unique(names, return_index=True, return_inverse=True)
         weight = model.strain.weight * self._piece * ufl.dx(model.mesh.mesh)
         return Cells(
-            np.concatenate([points for points, _ in parts]),
-            np.concatenate([part + first for (_, part), first in zip(parts, firsts, strict=False)]),
+            places.reshape(-1, dimension)[first],
+            corners.reshape(names.shape),
             self._assembled(fem.form(weight, jit_options=options())),
         )
 

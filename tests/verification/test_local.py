@@ -11,8 +11,8 @@ from mpi4py import MPI
 
 from bushcli.casefile import load_case
 from bushcli.curve import Curve
-from bushcli.diagnosis.local import local_maps
-from bushcli.diagnosis.noise_model import Compared, noise_model
+from bushcli.diagnosis.local import _slopes, local_map, local_maps
+from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 from cases.feature import Installed
@@ -152,6 +152,17 @@ C10 = 0.5
 C20 = -0.04
 C30 = 0.007
 """
+REMEMBERING = """
+[mesh]
+elements_across = 2
+[[load_cases]]
+mode = "axial"
+path = [0, 2]
+rate = 0.5
+[[effects]]
+name = "viscoelasticity"
+parameters = { g1 = 0.3, tau1 = 2.0 }
+"""
 
 
 def softer_corner(x):
@@ -232,3 +243,26 @@ def test_three_channels_tell_the_place_and_a_batch_from_it(tmp_path):
     batch, *_ = maps(tmp_path, [recording(m, factor=0.8, seed=4) for m in names])
     assert not batch.helps_locally
     np.testing.assert_allclose(batch.factor, -0.2, atol=0.02)
+
+
+def test_a_channel_whose_rubber_remembers_is_seen_at_its_samples(tmp_path):
+    """Incompressible and without a rig: the cells' derivatives add up to the force at every sample, holds included."""
+    file = tmp_path / "case.toml"
+    text = CASE.replace("2000.0", "inf") + REMEMBERING
+    file.write_text(text, encoding="utf-8")
+    case = load_case(file)
+    time = np.linspace(0.0, 12.0, 121)
+    whole = Recording("axial", np.interp(time, [0, 4, 8, 12], [0, 2, 2, -1]), time, time, name="axial")
+    used = replace(whole, **{name: getattr(whole, name)[50:] for name in ("displacement", "force", "time")})
+    rubber = Rubber(law("yeoh"), TRUTH, np.inf)
+    channel = Channel(used, case.geometry, rubber, case, "relative", MPI.COMM_WORLD, whole)
+    force = channel.at_samples(channel.solve(TRUTH, ["C10"]))[0]
+    slope, cells = _slopes(channel, TRUTH)
+    assert slope.shape == (71, len(cells.volume))
+    assert force[0] > 1.02 * force[29]
+    np.testing.assert_allclose(slope.sum(axis=1), force, rtol=1e-6, atol=1e-6 * np.abs(force).max())
+    # Another batch, with whose law its branches go.
+    compared = Compared(replace(used, force=0.8 * force), force, NoiseModel(1.0))
+    found = local_map(channel, TRUTH, compared, np.zeros((71, 0)))
+    assert not found.helps_locally
+    np.testing.assert_allclose(found.factor, -0.2, atol=1e-4)
