@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.locate import Mismatch
@@ -47,11 +49,9 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     regions = []
     for i, mismatch in numbered(found, channel):
         outlines = [
-            np.concatenate(
-                [
-                    np.stack([q[run], recorded.force[run]], axis=1),
-                    np.stack([path[run], channel.before[run]], axis=1)[::-1],
-                ]
+            _oriented(
+                np.stack([q[run], recorded.force[run]], axis=1),
+                np.stack([path[run], channel.before[run]], axis=1),
             )
             for run in _runs(mismatch.samples & np.isfinite(channel.before))
         ]
@@ -143,9 +143,9 @@ def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
                 else:
                     axes.axvspan(x0, x1, color="#fff3d6", lw=0, zorder=0)
             for region in plot.regions:
-                for outline in region.outlines:
-                    colour = _COLOURS[region.key]
-                    axes.fill(outline[:, 0], outline[:, 1], color=colour, alpha=0.28, lw=0, zorder=1.5)
+                outline = Path.make_compound_path(*(Path(points, closed=False) for points in region.outlines))
+                colour = _COLOURS[region.key]
+                axes.add_patch(PathPatch(outline, fc=colour, alpha=0.28, lw=0, zorder=1.5))
                 axes.annotate(
                     str(region.number),
                     region.at,
@@ -214,6 +214,14 @@ def _runs(marked: NDArray[np.bool_]) -> list[slice]:
     """Stretches of two or more neighbouring samples that are marked."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
     return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 2]
+
+
+def _oriented(one: Array, other: Array) -> Array:
+    """Outline (2 n, 2) between two lines, counter-clockwise: outlines that overlap are then one area, no hole."""
+    points = np.concatenate([one, other[::-1]])
+    x, y = points.T
+    area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    return points if area >= 0 else points[::-1]
 
 
 def _padded(values: Array, share: float) -> tuple[float, float]:
