@@ -220,7 +220,7 @@ class Problem:
         smallest[finite] = np.linalg.eigvalsh(tangents[finite])[:, 0] / shear
         beyond = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
         lacking = np.where(beyond > -12.0, STABILITY_EDGE * np.logaddexp(0.0, beyond), 0.0)
-        return STABILITY_WEIGHT / np.sqrt(len(states)) * lacking
+        return STABILITY_WEIGHT / np.sqrt(max(len(states), 1)) * lacking
 
 
 def _coupon_states(stretches: tuple[float, float]) -> Array:
