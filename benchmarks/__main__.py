@@ -7,13 +7,15 @@ import platform
 import sys
 from pathlib import Path
 
-from benchmarks import compare, direct
+from benchmarks import compare, direct, effects
 
 SECTIONS = {
     "targets": direct.targets,
     "growth": direct.growth,
     "threads": direct.threads,
     "peers": compare.compare,
+    "effects": effects.cost,
+    "alike": effects.alike,
 }
 
 

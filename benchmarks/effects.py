@@ -1,0 +1,109 @@
+"""Cost of the effects: what each adds to a simulation of a long recording, and which of them look alike.
+
+`python -m benchmarks effects`: an axial recording of eight cycles and 400 points, one effect at a time.
+`python -m benchmarks alike`: cosine between what is left of the effects beside a Yeoh law's parameters, axial and radial.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from statistics import median
+
+import numpy as np
+
+from bushcli.effect import ActiveEffect, Effect, effects
+from bushcli.simulation import Simulation
+from cases.mode import modes
+from cases.simulate import Rubber
+from forms.law import law
+from geometry.shape import Refinement, shapes
+
+BUSHING = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 34.0}
+YEOH = {"C10": 0.5, "C20": -0.04, "C30": 0.007}
+POINTS = 400
+REACH = {"axial": 6.0, "radial": 2.0}
+
+
+def recording(mode: str) -> tuple[np.ndarray, np.ndarray]:
+    """Time (s) and displacement (mm) of eight cycles of growing amplitude, one of them negative, 400 points."""
+    a = REACH[mode]
+    peaks = [a / 3, a / 3, 2 * a / 3, 2 * a / 3, a, a, -a, a]
+    corners = np.concatenate([[0.0], np.column_stack([peaks, np.zeros(8)]).ravel()])
+    times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(corners)))]) / (0.1 * a)
+    t = np.linspace(0.0, times[-1], POINTS)
+    return t, np.interp(t, times, corners)
+
+
+def made(mode: str, active: list[ActiveEffect]) -> Simulation:
+    """The simulation of such a recording, as a fit would see it."""
+    t, q = recording(mode)
+    rubber = Rubber(law("yeoh"), YEOH, 2000.0)
+    return Simulation(shapes()["plain"](**BUSHING), modes()[mode], rubber, Refinement(), active, t, q, 1e-4)
+
+
+def cost(runs: int) -> Iterator[str]:
+    """Times of one solution, plain and with five derivatives, by effect."""
+    yield "| effect | channel | set-up, s | solving, s | with 5 derivatives, s | steps | error of the steps, % |"
+    yield "| --- | --- | --- | --- | --- | --- | --- |"
+    for effect in effects().values():
+        mode = "axial" if effect.acts_on("axial") else "radial"
+        active = [ActiveEffect(effect).started()]
+        made(mode, active)  # kernels
+        begin = time.perf_counter()
+        simulation = made(mode, active)
+        built = time.perf_counter() - begin
+        own = [f"{effect.name}.{p.name}" for p in active[0].parameters if not p.of_mesh]
+        names = (*YEOH, *own, "compliance")[:5]
+        simulation.solve({}, names)  # kernels
+        plain = [_timed(lambda s=simulation: s.solve({})) for _ in range(runs)]
+        slopes = [_timed(lambda s=simulation, n=names: s.solve({}, n)) for _ in range(runs)]
+        error = 100.0 * simulation.refine({})
+        steps = len(simulation.steps.time) if simulation.path_dependent else 2 * 16
+        yield (
+            f"| {effect.name} | {mode} | {built:.2f} | {median(plain):.2f} | {median(slopes):.2f} | {steps} | {error:.2g} |"
+        )
+
+
+def alike(runs: int) -> Iterator[str]:
+    """Pairs of effects that look alike beside the law's parameters."""
+    del runs
+    found: dict[str, np.ndarray] = {}
+    basis = []
+    for mode in REACH:
+        simulation = made(mode, [])
+        answer = simulation.solve({}, tuple(YEOH))
+        basis.append(answer.slope / np.ptp(answer.force))
+    laws_part, _ = np.linalg.qr(np.concatenate(basis))
+    for effect in effects().values():
+        parts = [_change(effect, mode) for mode in REACH]
+        column = np.concatenate(parts)
+        own = column - laws_part @ (laws_part.T @ column)
+        if np.linalg.norm(own) > 1e-3 * max(np.linalg.norm(column), 1e-300):
+            found[effect.name] = own / np.linalg.norm(own)
+        else:
+            yield f"{effect.name}: nothing of it is left beside the law's parameters"
+    pairs = [
+        (abs(float(a @ b)), first, second)
+        for i, (first, a) in enumerate(found.items())
+        for second, b in list(found.items())[i + 1 :]
+    ]
+    yield "| pair | cosine |"
+    yield "| --- | --- |"
+    for cosine, first, second in sorted(pairs, reverse=True)[:15]:
+        yield f"| {first}, {second} | {cosine:.2f} |"
+
+
+def _change(effect: Effect, mode: str) -> np.ndarray:
+    """What a typical amplitude does to the curve, over its range; zeros where it does not act."""
+    active = ActiveEffect(effect).started()
+    on, off = (
+        made(mode, [one] if effect.acts_on(mode) else []).solve({}).force for one in (active, active.off())
+    )
+    return (on - off) / np.ptp(off)
+
+
+def _timed(work: object) -> float:
+    begin = time.perf_counter()
+    work()  # type: ignore[operator]
+    return time.perf_counter() - begin

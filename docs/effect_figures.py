@@ -1,0 +1,89 @@
+"""The pictures of docs/effects.md: what each effect does to a curve. ``setup/enter python docs/effect_figures.py``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+
+from bushcli.effect import ActiveEffect, effects
+from bushcli.simulation import Simulation
+from cases.mode import modes
+from cases.simulate import Rubber
+from forms.law import law
+from geometry.shape import Refinement, shapes
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  # after the choice of the backend
+
+PICTURES = Path(__file__).with_name("pictures")
+BUSHING = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 34.0}
+YEOH = {"C10": 0.5, "C20": -0.04, "C30": 0.007}
+# Mode in which an effect shows, and parameters large enough to be seen.
+SHOWN = {
+    "batch_stiffness": ("axial", {"log_factor": -0.3}),
+    "bump_stop": ("axial", {"stiffness": 400.0, "gap": 4.0}),
+    "compressibility": ("radial", {"compliance": 0.01}),
+    "cure_shrinkage": ("radial", {"shrinkage": 0.02}),
+    "debonding": ("radial", {"length": 8.0}),
+    "free_play": ("axial", {"half_width": 0.4}),
+    "friction": ("axial", {"g": 0.5, "slip": 0.1}),
+    "misalignment": ("radial", {"offset": 1.0}),
+    "mullins": ("axial", {"inverse_r": 0.4, "m": 0.03, "beta": 0.1}),
+    "offset": ("axial", {"force": 100.0, "displacement": 0.3}),
+    "permanent_set": ("axial", {"set": 0.1}),
+    "rig_compliance": ("radial", {"compliance": 1.5e-4}),
+    "sleeve_compliance": ("radial", {"compliance": 1e-2, "thickness": 2.0}),
+    "swaging": ("radial", {"reduction": 0.5}),
+    "time_lag": ("axial", {"lag": 1.0}),
+    "viscoelasticity": ("axial", {"g1": 0.4, "tau1": 8.0}),
+}
+
+
+def program(mode: str) -> tuple[np.ndarray, np.ndarray]:
+    """Time (s) and displacement (mm): two equal cycles, a larger one, one to the other side, and a hold."""
+    a = 6.0 if mode == "axial" else 2.0
+    points = [0, 0.5 * a, 0, 0.5 * a, 0, a, 0, -0.8 * a, 0, 0.7 * a, 0.7 * a, 0]
+    seconds = [10.0 * abs(q - p) / a for p, q in zip(points[:-1], points[1:], strict=True)]
+    seconds[9] = 40.0
+    time = np.concatenate([[0.0], np.cumsum(seconds)])
+    fine = np.unique(
+        np.concatenate([np.linspace(s, t, 13) for s, t in zip(time[:-1], time[1:], strict=True)])
+    )
+    return fine, np.interp(fine, time, points)
+
+
+def main(names: list[str]) -> None:
+    """Draw the effects named, or all."""
+    shape = shapes()["plain"](**BUSHING)
+    rubber = Rubber(law("yeoh"), YEOH, 2000.0)
+    for name in names or list(effects()):
+        mode, values = SHOWN[name]
+        time, q = program(mode)
+        active = ActiveEffect(effects()[name], values)
+        curves = {
+            label: Simulation(shape, modes()[mode], rubber, Refinement(), acts, time, q, None).solve({}).force
+            for label, acts in (("plain law", [active.off()]), (name, [active]))
+        }
+        figure, axes = plt.subplots(figsize=(5.2, 3.4), layout="constrained")
+        for (label, force), style in zip(
+            curves.items(), ({"color": "0.65", "lw": 1.2}, {"color": "#c0392b", "lw": 1.4}), strict=True
+        ):
+            axes.plot(q, force / 1000.0, label=label, **style)
+        axes.axhline(0.0, color="0.85", lw=0.8, zorder=0)
+        axes.axvline(0.0, color="0.85", lw=0.8, zorder=0)
+        axes.set_xlabel("displacement, mm")
+        axes.set_ylabel("force, kN")
+        told = ", ".join(f"{key} = {value:g}" for key, value in values.items())
+        axes.set_title(f"{mode}: {told}", fontsize=9)
+        axes.legend(frameon=False, fontsize=9)
+        axes.spines[["top", "right"]].set_visible(False)
+        figure.savefig(PICTURES / f"effect-{name}.png", dpi=110)
+        plt.close(figure)
+        print(name)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
