@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -27,6 +28,8 @@ def run(options: argparse.Namespace) -> int:
     """Diagnose what is not diagnosed yet."""
     from benchmarks.concealed.run import run_all
 
+    # A polite end is an exception: what is under way then ends too.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     for line in run_all(
         options.folder,
         options.command.split(),

@@ -18,22 +18,8 @@ from cases.stability import coupon_limits
 from forms.law import law
 
 NOTHINGS, PAIRS, OUTSIDERS = 5, 3, 1
-# How often a recording that could be poor is.
-POOR = 0.35
-# Effects that one way, or one way and back, shows at all: the law's parameters imitate the others (Truth.strength).
-SEEN_ON = {
-    "ramp": ("bump_stop", "free_play", "friction", "offset"),
-    "loop": (
-        "bump_stop",
-        "free_play",
-        "friction",
-        "mullins",
-        "offset",
-        "permanent_set",
-        "time_lag",
-        "viscoelasticity",
-    ),
-}
+# Share of the recordings with one effect or none whose program is poor.
+POOR = 0.3
 # Channels that an effect asks for (`Effect.needs`); the others are content with one.
 NEEDS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "compressibility": (("axial", "radial"), ("axial", "torsional", "radial")),
@@ -76,12 +62,8 @@ class Concealed:
 def deck() -> list[tuple[Kind, str]]:
     """Kinds of 25 recordings, and the effect of those with one."""
     singles: list[tuple[Kind, str]] = [("single", name) for name in effects()]
-    rest: list[tuple[Kind, str]] = [
-        *[("none", "")] * NOTHINGS,
-        *[("pair", "")] * PAIRS,
-        *[("outside", "")] * OUTSIDERS,
-    ]
-    return singles + rest
+    others: dict[Kind, int] = {"none": NOTHINGS, "pair": PAIRS, "outside": OUTSIDERS}
+    return singles + [(kind, "") for kind, times in others.items() for _ in range(times)]
 
 
 def concealed(seed: int) -> Concealed:
@@ -95,9 +77,10 @@ def concealed(seed: int) -> Concealed:
     if kind == "outside":
         return Concealed(kind, (), "rich", ("axial",), False)
     coupons = name == "batch_stiffness" or (kind == "none" and rng.random() < 0.2)
-    poor = [program for program, seen in SEEN_ON.items() if kind == "none" or name in seen]
-    if poor and not coupons and rng.random() < POOR:
-        return Concealed(kind, (name,) if name else (), str(rng.choice(poor)), ("axial",), False)
+    if not coupons and rng.random() < POOR:
+        channel = "axial" if not name or effects()[name].acts_on("axial") else "radial"
+        program = str(rng.choice(["ramp", "loop"]))
+        return Concealed(kind, (name,) if name else (), program, (channel,), False)
     return Concealed(kind, (name,) if name else (), "rich", _channels(rng, (name,) if name else ()), coupons)
 
 

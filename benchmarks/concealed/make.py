@@ -44,8 +44,8 @@ TOLD = 4.0
 # Seconds of a slow way over the amplitude.
 SLOW = (30.0, 120.0)
 ATTEMPTS = 12
-# From this attempt on a poor program becomes a rich one: on some bushings nothing can be seen on one way.
-GIVE_UP_POOR = 4
+# Size, over the usual one, of an effect that a poor program does not show.
+HIDDEN = (0.3, 1.5)
 # First cycle of another stiffness, of an effect that is in no catalogue.
 STEP_CYCLE = 4
 COUPONS = {"uniaxial": 2.2, "planar": 2.0, "equibiaxial": 1.7}
@@ -150,10 +150,9 @@ def make(seed: int, folder: Path) -> Truth:
     begin, given_up = time.perf_counter(), []
     for attempt in range(ATTEMPTS):
         rng = np.random.default_rng([seed, 3, attempt])
-        chosen = replace(plan, program="rich") if attempt >= GIVE_UP_POOR and plan.names else plan
         try:
-            bench = _bench(rng, chosen)
-            truth, forces = _conceal(rng, chosen, bench)
+            bench = _bench(rng, plan)
+            truth, forces = _conceal(rng, plan, bench)
         except (NotConverged, NoEquilibrium, Unsuitable) as failure:
             given_up.append(f"{type(failure).__name__}: {failure}")
             continue
@@ -209,17 +208,18 @@ def _conceal(rng: np.random.Generator, plan: draw.Concealed, bench: Bench) -> tu
         return truth, list(bench.fine)
     if plan.kind == "outside":
         return _step(rng, truth, bench)
+    hidden = plan.program != "rich"
     active: list[ActiveEffect] = []
     changes: list[Array] = []
     for name in plan.names:
-        one, change = _large_enough(rng, name, bench, [*bench.taken, *changes])
+        one, change = _large_enough(rng, name, bench, [*bench.taken, *changes], hidden)
         active.append(one)
         changes.append(change)
     found = {}
     for i, one in enumerate(active):
         others = [c for k, c in enumerate(changes) if k != i]
         found[one.name] = round(strength(changes[i], [*bench.taken, *others]), 2)
-        if found[one.name] < FAINT:
+        if found[one.name] < FAINT and not hidden:
             raise Unsuitable(f"{one.name} shows by {found[one.name]:.1f} standard errors only")
     alike = _look_alikes(rng, active[0], changes[0], bench) if plan.kind == "single" else ()
     forces = [force(bench.specimen, c, active, finer=True)[0] for c in bench.channels]
@@ -228,33 +228,39 @@ def _conceal(rng: np.random.Generator, plan: draw.Concealed, bench: Bench) -> tu
 
 
 def _large_enough(
-    rng: np.random.Generator, name: str, bench: Bench, taken: Sequence[Array]
+    rng: np.random.Generator, name: str, bench: Bench, taken: Sequence[Array], hidden: bool
 ) -> tuple[ActiveEffect, Array]:
     """An effect as large as drawn, in standard errors, or as its range allows; and what it changes.
+
+    Where not even the largest is seen, one of usual size, if it may be hidden.
 
     Raises
     ------
     Unsuitable
-        Not even the largest can be seen.
+        Not even the largest can be seen, and it may not be hidden.
     """
     sizes = SIZES[name]
     values = sizes.values(rng, bench.situation(name))
     wanted = float(np.exp(rng.uniform(np.log(1.1 * FAINT), np.log(LARGEST))))
-    size, found, change = 1.0, 0.0, np.zeros(0)
-    # Most effects are nearly linear in their size; the second correction serves those that are not.
+    size, found = 1.0, 0.0
+    change: Array = np.zeros(0)
+    # What is found counts, not what was wanted: most effects are nearly linear, and one correction is enough.
     for _ in range(3):
         change = bench.change([sized(name, values, size)])
         found = strength(change, taken)
         best = float(np.clip(size * wanted / max(found, 1e-9), sizes.least, sizes.most))
-        if abs(np.log(best / size)) < 0.25:
+        if abs(np.log(best / size)) < 0.7:
             break
         size = best
     else:
         change = bench.change([sized(name, values, size)])
         found = strength(change, taken)
-    if found < FAINT:
+    if found >= FAINT:
+        return sized(name, values, size), change
+    if not hidden:
         raise Unsuitable(f"{name} shows by {found:.1f} standard errors only")
-    return sized(name, values, size), change
+    size = float(np.exp(rng.uniform(*np.log(HIDDEN))))
+    return sized(name, values, size), bench.change([sized(name, values, size)])
 
 
 def _look_alikes(
@@ -265,7 +271,7 @@ def _look_alikes(
     Memory is left out in three dimensions, where it costs too much; what is left out only makes the score stricter.
     """
     names = [c.name for c in bench.channels]
-    alike = []
+    alike = ["nothing"] if strength(change, bench.taken) < FAINT else []
     for name, other in effects().items():
         memory = name in ("friction", "mullins", "viscoelasticity")
         held = bench.slopes[0].shape[1] == 0
@@ -296,7 +302,7 @@ def _step(rng: np.random.Generator, truth: Truth, bench: Bench) -> tuple[Truth, 
     if shown < FAINT:
         raise Unsuitable(f"the step shows by {shown:.1f} standard errors only")
     step = {"cycle": float(STEP_CYCLE), "factor": round(1.0 - loss, 4)}
-    forces = [plain * (1.0 - after * (1.0 - step["factor"]))]
+    forces: list[Array] = [plain * (1.0 - after * (1.0 - step["factor"]))]
     return replace(truth, strength={"stiffness_step": round(shown, 2)}, step=step), forces
 
 

@@ -12,8 +12,9 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -43,6 +44,41 @@ class Run:
     result: bool
     stderr: str
 
+    @property
+    def how(self) -> str:
+        """It ended, in words."""
+        if self.result:
+            return "done"
+        return "out of time" if self.code is None else f"exit code {self.code}"
+
+
+class Running:
+    """The processes under way, which `stop` ends."""
+
+    def __init__(self) -> None:
+        self.stopped = False
+        self._lock = threading.Lock()
+        self._processes: set[subprocess.Popen[str]] = set()
+
+    def add(self, process: subprocess.Popen[str]) -> None:
+        """Know of a process; one that comes after the stop is ended at once."""
+        with self._lock:
+            self._processes.add(process)
+            if self.stopped:
+                end(process)
+
+    def remove(self, process: subprocess.Popen[str]) -> None:
+        """Forget a process that has ended."""
+        with self._lock:
+            self._processes.discard(process)
+
+    def stop(self) -> None:
+        """End all that is under way."""
+        with self._lock:
+            self.stopped = True
+            for process in self._processes:
+                end(process)
+
 
 def run_all(
     folder: Path,
@@ -51,7 +87,7 @@ def run_all(
     timeout: float = 1800.0,
     count: int | None = None,
     again: bool = False,
-) -> Iterator[str]:
+) -> Generator[str, None, None]:
     """Diagnose what is not diagnosed yet; yields a line for each.
 
     Parameters
@@ -75,18 +111,25 @@ def run_all(
         if not done.exists() or (again and not read_run(done).result):
             todo.append(case)
     todo = todo[:count]
+    running = Running()
     with ThreadPoolExecutor(workers) as pool:
-        jobs = {pool.submit(run_one, case, folder, command, timeout): case.parent.name for case in todo}
-        for job in as_completed(jobs):
-            found = job.result()
-            how = (
-                "done" if found.result else "out of time" if found.code is None else f"exit code {found.code}"
-            )
-            yield f"{jobs[job]}: {how}, {found.seconds:.0f} s"
+        jobs = {
+            pool.submit(run_one, case, folder, command, timeout, running): case.parent.name for case in todo
+        }
+        try:
+            for job in as_completed(jobs):
+                if (found := job.result()) is not None:
+                    yield f"{jobs[job]}: {found.how}, {found.seconds:.0f} s"
+        finally:
+            # Interrupted: what is under way ends with this process, and leaves nothing behind.
+            pool.shutdown(wait=False, cancel_futures=True)
+            running.stop()
 
 
-def run_one(case: Path, folder: Path, command: Sequence[str], timeout: float) -> Run:
-    """Diagnose one recording; the files appear whole or not at all."""
+def run_one(case: Path, folder: Path, command: Sequence[str], timeout: float, running: Running) -> Run | None:
+    """Diagnose one recording; the files appear whole or not at all, and not when it was stopped (None)."""
+    if running.stopped:
+        return None
     kept = folder / "results" / case.parent.name
     kept.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
@@ -94,9 +137,10 @@ def run_one(case: Path, folder: Path, command: Sequence[str], timeout: float) ->
         copy, out = Path(scratch) / "case", Path(scratch) / "out"
         shutil.copytree(case.parent, copy)
         begin = time.perf_counter()
-        code, stdout, stderr = _call(
-            [*command, str(copy / "case.toml"), "--json", "-o", str(out)], copy, timeout
-        )
+        whole = [*command, str(copy / "case.toml"), "--json", "-o", str(out)]
+        code, stdout, stderr = _call(whole, copy, timeout, running)
+        if running.stopped:
+            return None
         seconds = round(time.perf_counter() - begin, 1)
         text = (out / "result.json").read_text("utf-8") if (out / "result.json").exists() else stdout
     result = code is not None and _is_result(text)
@@ -112,7 +156,9 @@ def read_run(file: Path) -> Run:
     return Run(**json.loads(file.read_text("utf-8")))
 
 
-def _call(command: Sequence[str], folder: Path, timeout: float) -> tuple[int | None, str, str]:
+def _call(
+    command: Sequence[str], folder: Path, timeout: float, running: Running
+) -> tuple[int | None, str, str]:
     """Exit code (None = out of time), stdout, stderr; its children end with it."""
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with subprocess.Popen(
@@ -125,16 +171,22 @@ def _call(command: Sequence[str], folder: Path, timeout: float) -> tuple[int | N
         text=True,
         start_new_session=True,
     ) as process:
+        running.add(process)
         try:
             stdout, stderr = process.communicate(timeout=timeout)
-        except BaseException as stopped:
-            # Its own session: what it started goes with it, out of time or interrupted.
-            os.killpg(process.pid, signal.SIGKILL)
+        except subprocess.TimeoutExpired:
+            end(process)
             stdout, stderr = process.communicate()
-            if not isinstance(stopped, subprocess.TimeoutExpired):
-                raise
             return None, stdout, stderr
+        finally:
+            running.remove(process)
         return process.returncode, stdout, stderr
+
+
+def end(process: subprocess.Popen[str]) -> None:
+    """End a process and all that it started, which share its session."""
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGKILL)
 
 
 def _is_result(text: str) -> bool:

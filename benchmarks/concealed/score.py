@@ -141,7 +141,7 @@ def ratio(item: Item) -> float | None:
     if item.result is None:
         return None
     after = item.result["misfit"]["after"]
-    return max(after[name] / noise for name, noise in item.truth.noise.items())
+    return max(float(after[name]) / noise for name, noise in item.truth.noise.items())
 
 
 def held_out(item: Item) -> bool | None:
@@ -155,7 +155,7 @@ def held_out(item: Item) -> bool | None:
     )
     if not before or not after:
         return None
-    return sum((m / s) ** 2 for m, s in after) < sum((m / s) ** 2 for m, s in before)
+    return bool(sum((m / s) ** 2 for m, s in after) < sum((m / s) ** 2 for m, s in before))
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 Kind = Literal["none", "single", "pair", "outside"]
-Size = Literal["faint", "clear", "large"]
+Size = Literal["hidden", "faint", "clear", "large"]
 
-# Standard errors beside the law's parameters: chi square falls by the square. Below FAINT no amplitude is drawn.
+# Standard errors beside the law's parameters: chi square falls by the square. Below FAINT only poor programs may be.
 FAINT, CLEAR, LARGE, LARGEST = 6.0, 12.0, 40.0, 120.0
 
 
@@ -61,7 +61,8 @@ class Truth:
         By how many standard errors each effect changes the recordings beside what the law's parameters, and the other
         effect, can do.
     look_alikes : tuple of str
-        Other effects that would stay within `TOLD` standard errors of these recordings, the law's parameters refitted.
+        Other effects that would stay within 4 standard errors of these recordings, the law's parameters refitted;
+        "nothing" where the law alone would.
     mesh : float
         By how many standard errors the default mesh is off, beside what the law's parameters can do.
     noise : mapping
@@ -105,6 +106,8 @@ class Truth:
         if not self.strength:
             return None
         weakest = min(self.strength.values())
+        if weakest < FAINT:
+            return "hidden"
         return "faint" if weakest < CLEAR else "clear" if weakest < LARGE else "large"
 
 
