@@ -66,7 +66,9 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
     if found.parameters:
         note = "Standard errors and intervals are from the noise; they know nothing of what the model still lacks."
         sections.append(Section("Parameters", tables=[parameter_table(found)], note=note))
-    sections.append(Section("Rivals and next test", kinds.get("next_test", []), lines=rival_lines(found)))
+    sections.append(
+        Section("Rivals and next test", kinds.get("next_test", []), lines=_sentences(rival_lines(found)))
+    )
     sections.append(_hypotheses(found))
     sections.append(
         Section(
