@@ -56,7 +56,7 @@ class Running:
     """The processes under way, which `stop` ends."""
 
     def __init__(self) -> None:
-        self.stopped = False
+        self.stopped = threading.Event()
         self._lock = threading.Lock()
         self._processes: set[subprocess.Popen[str]] = set()
 
@@ -64,7 +64,7 @@ class Running:
         """Know of a process; one that comes after the stop is ended at once."""
         with self._lock:
             self._processes.add(process)
-            if self.stopped:
+            if self.stopped.is_set():
                 end(process)
 
     def remove(self, process: subprocess.Popen[str]) -> None:
@@ -75,7 +75,7 @@ class Running:
     def stop(self) -> None:
         """End all that is under way."""
         with self._lock:
-            self.stopped = True
+            self.stopped.set()
             for process in self._processes:
                 end(process)
 
@@ -128,7 +128,7 @@ def run_all(
 
 def run_one(case: Path, folder: Path, command: Sequence[str], timeout: float, running: Running) -> Run | None:
     """Diagnose one recording; the files appear whole or not at all, and not when it was stopped (None)."""
-    if running.stopped:
+    if running.stopped.is_set():
         return None
     kept = folder / "results" / case.parent.name
     kept.mkdir(parents=True, exist_ok=True)
@@ -139,7 +139,7 @@ def run_one(case: Path, folder: Path, command: Sequence[str], timeout: float, ru
         begin = time.perf_counter()
         whole = [*command, str(copy / "case.toml"), "--json", "-o", str(out)]
         code, stdout, stderr = _call(whole, copy, timeout, running)
-        if running.stopped:
+        if running.stopped.is_set():
             return None
         seconds = round(time.perf_counter() - begin, 1)
         text = (out / "result.json").read_text("utf-8") if (out / "result.json").exists() else stdout
