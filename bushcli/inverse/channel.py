@@ -29,6 +29,7 @@ from bushcli.recording import (
 )
 from bushcli.rig import NoEquilibrium
 from bushcli.simulation import Simulation
+from cases.equilibrium import Equilibrium
 from cases.march import unsolved
 from cases.mode import modes
 from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
@@ -54,12 +55,14 @@ class Answer:
     """Force at the solved displacements, shape (m,), and its derivatives, shape (m, parameters).
 
     This is all that has to be kept of an evaluation: samples are interpolated from it. Of a channel with effects the
-    solved displacements are the samples.
+    solved displacements are the samples. `states` are principal stretches of the rubber at the ends of the range, shape
+    (n, 3), a sample with the volume divided out; None of coupons and of marched paths.
     """
 
     displacement: Array
     force: Array
     slope: Array
+    states: Array | None = None
 
 
 class Channel:
@@ -152,12 +155,19 @@ class Channel:
             q = self.recording.displacement
             return Answer(q, answer.force[self._used], answer.slope[self._used])
         self.model.set_parameters(parameters)
-        history = sweep(self.model, self.targets, sensitivity=tuple(names))
+        ends: list[Array] = []
+
+        def at_the_end(solver: Equilibrium) -> None:
+            if not self.coupon and solver.q in (self.targets[0], self.targets[-1]) and solver.q != 0.0:
+                ends.append(principal_stretches(self.model).reshape(-1, 3))
+
+        history = sweep(self.model, self.targets, sensitivity=tuple(names), observer=at_the_end)
         none = np.zeros((len(history.force), 0))
         return Answer(
             history.displacement,
             history.force,
             none if history.sensitivity is None else history.sensitivity,
+            None if self.coupon else self._sample(ends),
         )
 
     def reached(self, parameters: Mapping[str, float]) -> Array:
@@ -172,12 +182,14 @@ class Channel:
         """
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         found = []
-        # The very steps of `solve`: near the edge of stability other steps may end on another branch.
         for side in (self.targets[self.targets < 0], self.targets[self.targets > 0]):
             if not len(side):
                 continue
             sweep(self.model, side)
             found.append(principal_stretches(self.model).reshape(-1, 3))
+        return self._sample(found)
+
+    def _sample(self, found: list[Array]) -> Array:
         local = np.concatenate(found)
         stretches = np.concatenate(self.model.comm.allgather(local))
         isochoric = stretches / np.prod(stretches, axis=1, keepdims=True) ** (1.0 / 3.0)

@@ -76,7 +76,10 @@ class Journal:
     def add(self, x: Array, answers: list[Answer]) -> None:
         """Keep an evaluation, on disk before this returns."""
         self._known[np.ascontiguousarray(x, dtype=float).tobytes()] = answers
-        parts = [[a.displacement.tolist(), a.force.tolist(), a.slope.tolist()] for a in answers]
+        parts = [
+            [p.tolist() for p in (a.displacement, a.force, a.slope, a.states) if p is not None]
+            for a in answers
+        ]
         self._lines.append(json.dumps({"x": x.tolist(), "answers": parts}))
         self.file.parent.mkdir(parents=True, exist_ok=True)
         fresh = self.file.with_suffix(f".{os.getpid()}.part")

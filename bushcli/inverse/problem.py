@@ -87,9 +87,24 @@ class Problem:
 
     def watch(self, x: Array) -> None:
         """Ask for stability in the states that the bushing's rubber reaches with these parameters too."""
-        reached = [channel.reached(self.parameters(x)) for channel in self.channels if not channel.coupon]
-        self.states = np.concatenate([self.states, *reached])
+        self.states = np.concatenate([self.states, self.reached(x)])
         self.best = (self.cost(x), x.copy())
+
+    def reached(self, x: Array) -> Array:
+        """Principal stretches, shape (n, 3), that the rubber of the bushings reaches; none where `x` has no solution.
+
+        Of swept curves they come with the answer: near the edge of stability another march may end on another branch.
+        """
+        found = [np.zeros((0, 3))]
+        for channel, answer in zip(self.channels, self.answers(x) or (), strict=False):
+            if answer.states is not None:
+                found.append(answer.states)
+            elif not channel.coupon:
+                try:
+                    found.append(channel.reached(self.parameters(x)))
+                except NotConverged:
+                    continue
+        return np.concatenate(found)
 
     def instability(self, x: Array, states: Array | None = None) -> Array:
         """What instability adds to the misfit, a row per state (those watched, or others, shape (n, 3)); no solve."""

@@ -24,7 +24,7 @@ from bushcli.inverse.certainty import POOR
 from bushcli.inverse.local import Minimum, Stopped, Watched, inside
 from bushcli.inverse.problem import Problem
 from bushcli.inverse.result import Limit, Profile
-from bushcli.inverse.search import is_stable_there, is_unstable, reached
+from bushcli.inverse.search import is_stable_there, is_unstable
 
 Array = NDArray[np.float64]
 
@@ -231,7 +231,7 @@ class _Along:
             return found
         if not is_stable_there(self.problem, found):
             # The best point itself must stay what it is.
-            states = reached(self.problem, found)
+            states = self.problem.reached(found)
             if is_unstable(self.problem, self.x, states):
                 return "stability"
             self.problem.states = np.concatenate([self.problem.states, states])

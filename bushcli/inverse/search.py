@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from bushcli.inverse.local import Loss, Minimum, minimise
 from bushcli.inverse.problem import ACTIVE, Problem
 from bushcli.inverse.wall import along_the_wall
-from cases.march import NotConverged
 
 Array = NDArray[np.float64]
 
@@ -72,7 +71,7 @@ def search(
 
 def watch(problem: Problem, x: Array) -> bool:
     """Whether the law is unstable in states that the rubber reaches at `x`; if so they join those of the problem."""
-    states = reached(problem, x)
+    states = problem.reached(x)
     if not is_unstable(problem, x, states):
         return False
     problem.states = np.concatenate([problem.states, states])
@@ -82,18 +81,9 @@ def watch(problem: Problem, x: Array) -> bool:
 
 def is_stable_there(problem: Problem, x: Array) -> bool:
     """Whether the law is stable in the states that the rubber reaches at `x`."""
-    return not is_unstable(problem, x, reached(problem, x))
+    return not is_unstable(problem, x, problem.reached(x))
 
 
 def is_unstable(problem: Problem, x: Array, states: Array) -> bool:
     """Whether the law is unstable, or nearly so, in any of the states, shape (n, 3)."""
     return bool(problem.instability(x, states).max(initial=0.0) > ACTIVE)
-
-
-def reached(problem: Problem, x: Array) -> Array:
-    """Principal stretches, shape (n, 3), that the rubber reaches at parameters that can be solved."""
-    try:
-        found = [c.reached(problem.parameters(x)) for c in problem.channels if not c.coupon]
-    except NotConverged:
-        found = []
-    return np.concatenate(found) if found else np.zeros((0, 3))

@@ -40,6 +40,9 @@ class Linear:
 
     parameters = law_parameters
 
+    def reached(self, x):
+        return np.zeros((0, 3))
+
     def instability(self, x, states=None):
         return np.array([self.edge(x)])
 

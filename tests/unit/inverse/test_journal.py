@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,6 +23,14 @@ def test_round_trip_is_exact_to_the_bit(tmp_path):
     assert np.array_equal(found.displacement, ANSWER.displacement)
     assert np.array_equal(found.force, ANSWER.force)
     assert np.array_equal(found.slope, ANSWER.slope)
+
+
+def test_reached_states_are_kept_where_there_are_any(tmp_path):
+    file, states = tmp_path / "h.jsonl", np.array([[0.8, 1.0, 1 / 0.8]])
+    Journal(file, {}, resume=False).add(X, [replace(ANSWER, states=states), ANSWER])
+    first, second = Journal(file, {}, resume=True).find(X)
+    assert np.array_equal(first.states, states)
+    assert second.states is None
 
 
 def test_other_parameters_are_not_known(tmp_path):
