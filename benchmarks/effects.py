@@ -61,7 +61,8 @@ def cost(runs: int) -> Iterator[str]:
         error = 100.0 * simulation.refine({})
         steps = len(simulation.steps.time) if simulation.path_dependent else 2 * 16
         yield (
-            f"| {effect.name} | {mode} | {built:.2f} | {median(plain):.2f} | {median(slopes):.2f} | {steps} | {error:.2g} |"
+            f"| {effect.name} | {mode} | {built:.2f} | {median(plain):.2f} | {median(slopes):.2f} "
+            f"| {steps} | {error:.2g} |"
         )
 
 

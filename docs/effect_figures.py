@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib as mpl
@@ -16,7 +17,7 @@ from forms.law import law
 from geometry.shape import Refinement, shapes
 
 mpl.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  # after the choice of the backend
+import matplotlib.pyplot as plt
 
 PICTURES = Path(__file__).with_name("pictures")
 BUSHING = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 34.0}
@@ -46,12 +47,10 @@ def program(mode: str) -> tuple[np.ndarray, np.ndarray]:
     """Time (s) and displacement (mm): two equal cycles, a larger one, one to the other side, and a hold."""
     a = 6.0 if mode == "axial" else 2.0
     points = [0, 0.5 * a, 0, 0.5 * a, 0, a, 0, -0.8 * a, 0, 0.7 * a, 0.7 * a, 0]
-    seconds = [10.0 * abs(q - p) / a for p, q in zip(points[:-1], points[1:], strict=True)]
+    seconds = [10.0 * abs(q - p) / a for p, q in pairwise(points)]
     seconds[9] = 40.0
     time = np.concatenate([[0.0], np.cumsum(seconds)])
-    fine = np.unique(
-        np.concatenate([np.linspace(s, t, 13) for s, t in zip(time[:-1], time[1:], strict=True)])
-    )
+    fine = np.unique(np.concatenate([np.linspace(s, t, 13) for s, t in pairwise(time)]))
     return fine, np.interp(fine, time, points)
 
 
@@ -82,7 +81,7 @@ def main(names: list[str]) -> None:
         axes.spines[["top", "right"]].set_visible(False)
         figure.savefig(PICTURES / f"effect-{name}.png", dpi=110)
         plt.close(figure)
-        print(name)
+        sys.stdout.write(f"{name}\n")
 
 
 if __name__ == "__main__":
