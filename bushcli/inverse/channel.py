@@ -181,7 +181,7 @@ class Channel:
             The march could not cover the range.
         """
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
-        found = []
+        found: list[Array] = []
         for side in (self.targets[self.targets < 0], self.targets[self.targets > 0]):
             if not len(side):
                 continue

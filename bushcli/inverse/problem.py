@@ -95,7 +95,7 @@ class Problem:
 
         Of swept curves they come with the answer: near the edge of stability another march may end on another branch.
         """
-        found = [np.zeros((0, 3))]
+        found: list[Array] = [np.zeros((0, 3))]
         for channel, answer in zip(self.channels, self.answers(x) or (), strict=False):
             if answer.states is not None:
                 found.append(answer.states)
