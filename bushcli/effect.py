@@ -177,6 +177,10 @@ class Effect:
         Modes on which it acts; None = every mode of its specimens.
     specimens : frozenset of str
         "bushing", "coupon".
+    needs_sleeves : bool
+        Whether it acts on two coaxial sleeves, which not every bushing has.
+    rigid : tuple of str
+        Sleeves that must not be elastic, by their key in the case file.
     needs_time : bool
         Whether it has no meaning without the time of the recording or of the program.
     feature : callable, optional
@@ -194,6 +198,8 @@ class Effect:
     source: str
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
+    needs_sleeves: bool = False
+    rigid: tuple[str, ...] = ()
     needs_time: bool = False
     feature: Callable[[], Feature] | None = None
     rig: RigChange | None = None

@@ -62,7 +62,7 @@ class Builder:
         ]
         recordings = self._sources(data, "recordings", shape, material)
         coupons = self._sources(data, "coupons", None, material)
-        active = self._effects(data, load_cases, recordings)
+        active = self._effects(data, load_cases, recordings, shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
                 f"material.parameters are not given, and there are no coupons to identify {material.law} from"
@@ -244,7 +244,11 @@ class Builder:
         return units
 
     def _effects(
-        self, data: dict[str, Any], load_cases: Sequence[LoadCase | None], recordings: Sequence[Source]
+        self,
+        data: dict[str, Any],
+        load_cases: Sequence[LoadCase | None],
+        recordings: Sequence[Source],
+        shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
         tables = list(self._list(data, "effects", EffectTable))
         # Effects are checked against channels; those that are wrong themselves would be told of twice.
@@ -259,7 +263,7 @@ class Builder:
             for i, (name, load) in enumerate(named)
         ]
         channels += [effects.Channel(source.label, source.mode) for source in recordings]
-        active, findings = effects.build(tables, channels)
+        active, findings = effects.build(tables, channels, shape)
         self.findings += findings
         return tuple(active)
 

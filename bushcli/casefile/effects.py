@@ -12,6 +12,8 @@ from bushcli.casefile.unit import inside, outside, unit
 from bushcli.effect import ActiveEffect, Effect, EffectParameter, effects
 from bushcli.errors import nearest
 from cases.mode import modes
+from geometry.ring import Ring
+from geometry.shape import Shape
 
 
 @dataclass(frozen=True)
@@ -31,9 +33,9 @@ class Channel:
 
 
 def build(
-    tables: Sequence[tuple[EffectTable, Keys]], channels: Sequence[Channel]
+    tables: Sequence[tuple[EffectTable, Keys]], channels: Sequence[Channel], shape: Shape | None = None
 ) -> tuple[list[ActiveEffect], list[Finding]]:
-    """Return the effects of a case and what is wrong with them."""
+    """Return the effects of a case and what is wrong with them; of the shape nothing is known where it is None."""
     active: list[ActiveEffect] = []
     findings: list[Finding] = []
     for table, keys in tables:
@@ -47,6 +49,9 @@ def build(
             findings.append(Finding((*keys, "name"), what, expected=wanted))
             continue
         findings += _channels(effect, table, keys, channels)
+        findings += _shape(
+            effect, keys, shape, [name for other, _ in tables if (name := other.name) != effect.name]
+        )
         names = None if table.channels is None else tuple(dict.fromkeys(table.channels))
         plain = ActiveEffect(effect, channels=names)
         on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
@@ -54,6 +59,26 @@ def build(
         findings += wrong
         active.append(ActiveEffect(effect, values, names))
     return active, findings
+
+
+def _shape(effect: Effect, keys: Keys, shape: Shape | None, others: Sequence[str]) -> Iterator[Finding]:
+    """Check that the bushing has the sleeves that the effect acts on."""
+    if shape is None or shape.specimen != "bushing":
+        return
+    if effect.needs_sleeves and not isinstance(shape, Ring):
+        kind = type(shape).name
+        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)}: a {kind} has no coaxial sleeves"
+        yield Finding((*keys, "name"), what, expected="another shape, or without this effect")
+        return
+    for name in effect.rigid:
+        if name in shape.elastic_sleeves or "sleeve_compliance" in others:
+            what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} has no model with an elastic {name}"
+            yield Finding((*keys, "name"), what, expected="a rigid one")
+    if effect.name == "sleeve_compliance" and len(shape.elastic_sleeves) == 2:
+        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)}: both sleeves are elastic already"
+        yield Finding(
+            (*keys, "name"), what, expected="[geometry] without them; or change their youngs_modulus"
+        )
 
 
 def _channels(

@@ -73,5 +73,7 @@ EFFECT = Effect(
     needs="two channels: it softens torsion as its share of the length, radial more",
     rivals=("batch_stiffness",),
     source="Stress concentrations at bonds of rubber to metal (2023), doi:10.5254/rct-23.611182",
+    needs_sleeves=True,
+    rigid=("inner_sleeve",),
     feature=feature,
 )

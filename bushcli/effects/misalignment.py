@@ -52,5 +52,6 @@ EFFECT = Effect(
     rivals=("bump_stop", "offset"),
     source="Kadlowec, Wineman and Hulbert (2003), Elastomer bushing response, doi:10.1007/s00707-003-1018-1",
     modes=frozenset({"radial", "conical"}),
+    needs_sleeves=True,
     feature=feature,
 )

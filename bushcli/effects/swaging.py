@@ -55,5 +55,6 @@ EFFECT = Effect(
     needs="a radial channel beside an axial or a torsional one",
     rivals=("cure_shrinkage",),
     source="Hill (1977), Load-deflection relations of long cylindrical rubber bushes, doi:10.1002/app.1977.070210602",
+    needs_sleeves=True,
     feature=feature,
 )

@@ -295,6 +295,10 @@ def test_terms_choose_the_parameters_to_fit(folder):
             'effects[1].name = "mullins" is given twice (each effect once; channels = [...] says',
         ),
         (
+            "effects=[{name='debonding'}]",
+            'effects[0].name = "debonding" has no model with an elastic inner_sleeve (a rigid one)',
+        ),
+        (
             "effects=[{name='mullins', channels=['axail']}]",
             'effects[0].channels[0] = "axail" is not a channel; did you mean "axial"? (axial-1, torsional, axial)',
         ),
