@@ -184,6 +184,14 @@ def test_areas_lie_between_recording_and_plain_law(case, diagnoses):
     assert points[:, 0].min() >= first.displacement_from
 
 
+def test_areas_that_overlap_are_one(case, diagnoses):
+    # Of loading and unloading the outlines would run in opposite senses, and cut holes into each other.
+    found = diagnoses.diagnosis(case())
+    for region in curve_plot(found, found.channels[0]).regions:
+        for x, y in (outline.T for outline in region.outlines):
+            assert x @ np.roll(y, -1) - y @ np.roll(x, -1) >= 0
+
+
 def test_the_misfit_is_in_percent_and_held_out_samples_are_marked(case, diagnoses):
     found = diagnoses.diagnosis(case())
     (one,) = found.channels
