@@ -35,6 +35,8 @@ GRADING = 1.3
 ABRUPT = 2.5
 # Steps of a hold, evenly in the logarithm of time from the first one's length.
 HOLD_STEPS, FIRST_HOLD = 10, 1e-3
+# A hold shorter than this share of the leg before it is the rounding of a turning point: corners only.
+BRIEF = 0.1
 
 
 @dataclass(frozen=True)
@@ -173,6 +175,7 @@ def _stepped(
     # A much faster or slower line is a leg of its own: viscous stress has a knee there.
     pace = np.abs(moves) / np.diff(times)
     abrupt = np.maximum(pace[1:], pace[:-1]) > ABRUPT * np.minimum(pace[1:], pace[:-1])
+    abrupt &= kinds[1:] != 0.0  # in a hold the pace is noise
     nodes, stops, legs = [float(times[0])], [float(values[0])], []
     first, reached = 0, 0.0
     while first < len(kinds):
@@ -181,11 +184,12 @@ def _stepped(
             last += 1
         t, q = times[first : last + 2], values[first : last + 2]
         hold = bool(kinds[first] == 0.0)
+        brief = bool(legs) and t[-1] - t[0] < BRIEF * (nodes[-1] - nodes[legs[-1].first])
         for begin, end in [(t[0], t[-1])] if hold else _cut(t, q, reached, 2 * tolerance):
             inside = (t > begin) & (t < end)
             part = np.concatenate([[begin], t[inside], [end]])
             path = np.interp(part, t, q)
-            added = _hold_times(part, fineness) if hold else _leg_times(part, path, span, fineness)
+            added = _hold_times(part, fineness, brief) if hold else _leg_times(part, path, span, fineness)
             start = len(nodes) - 1
             nodes += [float(value) for value in added]
             stops += [float(value) for value in np.interp(added, t, q)]
@@ -229,7 +233,9 @@ def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
     return np.asarray(times)
 
 
-def _hold_times(t: Array, fineness: float) -> Array:
+def _hold_times(t: Array, fineness: float, brief: bool) -> Array:
+    if brief:
+        return t[1:]
     count = max(FEWEST, int(np.ceil(HOLD_STEPS * fineness)))
     duration = t[-1] - t[0]
     grown = np.geomspace(FIRST_HOLD, 1.0 + FIRST_HOLD, count + 1) - FIRST_HOLD
