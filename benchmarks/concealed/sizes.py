@@ -86,7 +86,9 @@ def _bump_stop(rng: np.random.Generator, s: Situation) -> Mapping[str, float]:
 
 
 def _offset(rng: np.random.Generator, s: Situation) -> Mapping[str, float]:
-    return {"force": _sign(rng) * 0.02 * s.force, "displacement": _sign(rng) * 0.02 * s.amplitude}
+    # Each by itself: of the same share and sign they would cancel.
+    force, displacement = (_sign(rng) * _log(rng, 0.005, 0.04) for _ in range(2))
+    return {"force": force * s.force, "displacement": displacement * s.amplitude}
 
 
 SIZES: Mapping[str, Sizes] = {
