@@ -1,7 +1,7 @@
 """Cost of the effects: what each adds to a simulation of a long recording, and which of them look alike.
 
 `python -m benchmarks effects`: an axial recording of eight cycles and 400 points, one effect at a time.
-`python -m benchmarks alike`: cosine between what is left of the effects beside a Yeoh law's parameters, axial and radial.
+`python -m benchmarks alike`: cosine between what effects do beside a Yeoh law, axial and radial.
 """
 
 from __future__ import annotations

@@ -42,4 +42,10 @@ def cache_directory() -> Path:
 @cache
 def options() -> dict[str, Any]:
     """Keyword `jit_options` of DOLFINx forms and expressions."""
-    return {"cffi_extra_compile_args": FLAGS, "cffi_libraries": ["m"], "cache_dir": cache_directory()}
+    # A process waits for another one that compiles the same kernel; the default of 10 s is less than some take.
+    return {
+        "cffi_extra_compile_args": FLAGS,
+        "cffi_libraries": ["m"],
+        "cache_dir": cache_directory(),
+        "timeout": 300,
+    }

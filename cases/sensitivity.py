@@ -34,6 +34,9 @@ from cases.series import Series
 
 Array = NDArray[np.float64]
 
+# Step of the difference that bends a path: the rates are sines and cosines, known to rounding.
+BEND = 1e-5
+
 
 class Sensitivity:
     """Derivatives of a model's force with respect to its parameters, step by step.
@@ -81,7 +84,7 @@ class Sensitivity:
         """
         model, prescribed = self.model, path_rates or {}
         self._rate.x.array[:] = solver.tangent_rate()
-        stiffness = self._stiffness() if series is not None or any(prescribed.values()) else 0.0
+        stiffness = self._stiffness(solver.q) if series is not None or any(prescribed.values()) else 0.0
         forces, rates = np.zeros(len(self.names)), np.zeros(len(self.names))
         for i, name in enumerate(self.names):
             work = self._marched(i, name) if model.path_dependent else self._work(name)
@@ -109,10 +112,19 @@ class Sensitivity:
     def _works(self) -> dict[str, Any]:
         return {name: self._compiled(name, self._rate) for name in self.names}
 
-    def _stiffness(self) -> float:
-        """dQ/dq."""
+    def _stiffness(self, q: float) -> float:
+        """dQ/dq: the tangent's work on v, and that of the reactions on the bend of a rotating sleeve's path."""
         v = self._rate.x.array.copy()
-        return self._dot(self._assembled(self._action, v), v) * self.model.multiplicity
+        tangent = self._dot(self._assembled(self._action, v), v)
+        model, step = self.model, BEND * max(abs(q), 1.0)
+        bend = (model.rate(q + step) - model.rate(q - step)) / (2.0 * step)
+        if bend.any():
+            tangent += self._dot(self._assembled(self._residual, v), bend)
+        return tangent * model.multiplicity
+
+    @cached_property
+    def _residual(self) -> Any:
+        return fem.form(self.model.potential.residual, jit_options=options())
 
     # -- with memory ---------------------------------------------------------------------------------------------
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case
-from bushcli.diagnosis.discriminate import Prediction, next_test, separate
+from bushcli.diagnosis.discriminate import Prediction, Separation, next_test, separate
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.result import NextTest
@@ -28,7 +28,9 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
 
 # Rivals that are looked at, the chosen one among them.
-MOST_RIVALS = 4
+MOST_RIVALS = 3
+# Recordings of the menu that are foretold, the cheapest first: of the recorded modes, and of others.
+MOST_PROPOSALS = 6
 # Where a mode has not been recorded: travel as a share of the rubber's thickness, or rad; seconds from rest to there.
 SHARE = {"axial": 0.6, "radial": 0.3}
 TURN = 0.2
@@ -45,43 +47,38 @@ def propose(
     models = _models(found, rivals[:MOST_RIVALS])
     if len(models) < 2:
         return None
+    separations: list[Separation] = []
     for recorded in (True, False):
-        proposals = _menu(case, found, recorded)
-        questions = [
-            (case, model, fitted, proposal) for proposal in proposals for model, fitted in models.values()
-        ]
-
-        def heard(i: int, _: object, proposals: Sequence[Proposal] = proposals) -> None:
-            if i % len(models) == 0:
-                told("next", "test", proposals[i // len(models)].name)
-
-        answers = crew.run(_foretell, questions, heard)
-        separations = []
-        for i, proposal in enumerate(proposals):
-            part = answers[i * len(models) : (i + 1) * len(models)]
-            known = {name: one for name, one in zip(models, part, strict=True) if one is not None}
-            if len(known) > 1:
-                span = max(float(np.ptp(one.force)) for one in known.values())
-                separations.append(separate(proposal, known, _sigma(found, proposal, span)))
-        best = next_test(separations)
-        if best is not None and (best.decides or not recorded):
-            pairs = tuple(
-                pair
-                for pair, distance in best.distances.items()
-                if distance >= TOLD_APART and pair[0] < pair[1]
+        # From the cheapest on: the first that decides is the answer.
+        for proposal in _menu(case, found, recorded)[:MOST_PROPOSALS]:
+            told("next", "test", proposal.name)
+            answers = crew.run(
+                _foretell, [(case, model, fitted, proposal) for model, fitted in models.values()]
             )
-            return NextTest(
-                name=best.proposal.name,
-                channel=best.proposal.channel,
-                points=best.proposal.points,
-                rates=best.proposal.rates,
-                holds=best.proposal.holds,
-                minutes=best.proposal.cost,
-                separates=pairs or (best.pair,),
-                distance=best.worst,
-                text=_words(best.proposal, best.worst, tuple(models)),
-            )
-    return None
+            known = {name: one for name, one in zip(models, answers, strict=True) if one is not None}
+            if len(known) < len(models):
+                continue
+            span = max(float(np.ptp(one.force)) for one in known.values())
+            separations.append(separate(proposal, known, _sigma(found, proposal, span)))
+            if separations[-1].decides:
+                return _test(separations[-1], models)
+    best = next_test(separations)
+    return None if best is None else _test(best, models)
+
+
+def _test(best: Separation, models: Sequence[str] | Mapping[str, object]) -> NextTest:
+    pairs = [pair for pair, distance in best.distances.items() if distance >= TOLD_APART]
+    return NextTest(
+        name=best.proposal.name,
+        channel=best.proposal.channel,
+        points=best.proposal.points,
+        rates=best.proposal.rates,
+        holds=best.proposal.holds,
+        minutes=best.proposal.cost,
+        separates=tuple(pair for pair in pairs if pair[0] < pair[1]) or (best.pair,),
+        distance=best.worst,
+        text=_words(best.proposal, best.worst, tuple(models)),
+    )
 
 
 def _models(found: Selection, rivals: Sequence[tuple[str, ...]]) -> dict[str, tuple[Model, Fitted]]:
