@@ -176,7 +176,8 @@ def _stepped(
     pace = np.abs(moves) / np.diff(times)
     abrupt = np.maximum(pace[1:], pace[:-1]) > ABRUPT * np.minimum(pace[1:], pace[:-1])
     abrupt &= kinds[1:] != 0.0  # in a hold the pace is noise
-    nodes, stops, legs = [float(times[0])], [float(values[0])], []
+    nodes, stops = [float(times[0])], [float(values[0])]
+    legs: list[Leg] = []
     first, reached = 0, 0.0
     while first < len(kinds):
         last = first

@@ -117,7 +117,7 @@ class Sensitivity:
         v = self._rate.x.array.copy()
         tangent = self._dot(self._assembled(self._action, v), v)
         model, step = self.model, BEND * max(abs(q), 1.0)
-        bend = (model.rate(q + step) - model.rate(q - step)) / (2.0 * step)
+        bend = np.asarray((model.rate(q + step) - model.rate(q - step)) / (2.0 * step), dtype=np.float64)
         if bend.any():
             tangent += self._dot(self._assembled(self._residual, v), bend)
         return tangent * model.multiplicity

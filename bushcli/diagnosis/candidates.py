@@ -179,7 +179,7 @@ def candidate(
     return Candidate(
         name=effect.name,
         amplitudes=amplitudes,
-        columns=tuple(weighing.columns(fitted.channels, fitted.factors, c) for _, c in usable),
+        columns=tuple(weighing.columns(fitted.channels, fitted.used, c) for _, c in usable),
         points=tuple(t.shape for t, _ in usable),
         signs=tuple(1 if p.off == p.lower else 0 for p in parameters),
         typical=tuple(p.start - float(p.off or 0.0) for p in parameters),

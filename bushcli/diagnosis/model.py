@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 # Relative change of the sum of squares that ends a fit: BIC sees no smaller difference.
 TOLERANCE = 1e-4
+# Misfit over noise below which the common factors of the forces take part in a fit.
+NEAR = 3.0
 # No simulation is trusted to better than this share of the force range.
 FLOOR = 1e-3
 
@@ -82,8 +84,9 @@ class Fitted:
     channels : tuple of Compared
         Recorded and simulated.
     jacobians : tuple of array, shape (n, p) each
-    factors : tuple of float
-        Standard deviation of each channel's common factor (`weighing`).
+    factors, used : tuple of float
+        Standard deviation of each channel's common factor (`weighing`), and the one that the fit was made with: beside
+        a misfit far above the noise the factor is known as much better, or it would be stretched to hide some of it.
     converged : bool
     solves, failed : int
         Simulations of a channel, and evaluations that failed.
@@ -95,19 +98,20 @@ class Fitted:
     channels: tuple[Compared, ...]
     jacobians: tuple[Array, ...]
     factors: tuple[float, ...]
+    used: tuple[float, ...]
     converged: bool
     solves: int = 0
     failed: int = 0
     linear: Linearised = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        made = weighing.linear_fit(self.channels, self.factors, self.jacobians)
+        made = weighing.linear_fit(self.channels, self.used, self.jacobians)
         object.__setattr__(self, "linear", made)
 
     @property
     def chi_square(self) -> float:
         """Weighed sum of squares of the misfit."""
-        return float(self.linear.misfit @ self.linear.misfit)
+        return chi_square(self.channels, self.factors)
 
     @property
     def samples(self) -> float:
@@ -197,7 +201,7 @@ def fit(
     """
     task, problem = pose(case, model, masks)
     if not problem.names:
-        return _fitted(task, model, problem, np.zeros(0), True)
+        return _fitted(task, model, problem, np.zeros(0), True, problem.factors)
     start, lower, upper = task.vectors()
     begun = first_point(problem, start, lower, upper)[0] if rescale else inside(start, lower, upper)
     if not np.isfinite(problem.residual(begun)).all():
@@ -207,8 +211,15 @@ def fit(
             problem.watch(begun)
         except NotConverged:
             return None
+    real, problem.factors = problem.factors, tuple(0.0 for _ in problem.factors)
     end = search(problem, begun, lower, upper)
-    return _fitted(task, model, problem, end.x, end.converged)
+    channels = problem.compared(end.x)
+    if channels is not None:
+        size = np.sqrt(chi_square(channels, real) / max(sum(c.effective_samples for c in channels), 1.0))
+        problem.factors = tuple(factor / max(1.0, float(size)) for factor in real)
+        if size < NEAR:
+            end = search(problem, end.x, lower, upper)
+    return _fitted(task, model, problem, end.x, end.converged, real)
 
 
 def predicted(case: Case, fitted: Fitted) -> tuple[Compared, ...] | None:
@@ -217,7 +228,18 @@ def predicted(case: Case, fitted: Fitted) -> tuple[Compared, ...] | None:
     return problem.compared(fitted.x)
 
 
-def _fitted(task: Task, model: Model, problem: Weighed, x: Array, converged: bool) -> Fitted | None:
+def chi_square(channels: Sequence[Compared], factors: Sequence[float]) -> float:
+    """Weighed sum of squares of the misfit of all channels."""
+    total = 0.0
+    for channel, factor in zip(channels, factors, strict=True):
+        rows = weighing.whitened(np.where(channel.known, channel.misfit, 0.0), channel, factor)
+        total += float(rows @ rows)
+    return total
+
+
+def _fitted(
+    task: Task, model: Model, problem: Weighed, x: Array, converged: bool, factors: tuple[float, ...]
+) -> Fitted | None:
     channels, forces = problem.compared(x), problem.forces(x)
     if channels is None or forces is None:
         return None
@@ -233,7 +255,8 @@ def _fitted(task: Task, model: Model, problem: Weighed, x: Array, converged: boo
         x=x,
         channels=channels,
         jacobians=tuple(slope for _, slope in forces),
-        factors=problem.factors,
+        factors=factors,
+        used=problem.factors,
         converged=converged,
         solves=problem.forward_solves,
         failed=problem.failed_solves,

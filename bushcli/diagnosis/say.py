@@ -37,14 +37,14 @@ def plausibility(active: ActiveEffect, case: Case) -> tuple[bool, str]:
                 return False, f"{parameter.name} = {value:.3g} {parameter.unit} lies at its bound"
         elif value >= parameter.upper - near:
             return False, f"{parameter.name} = {value:.3g} {parameter.unit} lies at its bound"
-    return True, ""
+    return True, "its parameters are of a size that real bushings have"
 
 
 def paragraph(diagnosis: Diagnosis) -> str:
     """One paragraph: what was found, where, how much it helps, and what cannot be told."""
     parts = [_opening(diagnosis)]
     if diagnosis.verdict != "explained":
-        parts += list(sentences(diagnosis.location))[:2]
+        parts += [f"{one.rstrip('.')}." for one in sentences(diagnosis.location)[:2]]
     if diagnosis.effects:
         parts.append(_effects(diagnosis.effects))
         parts.append(_gain(diagnosis))
@@ -93,9 +93,8 @@ def _effects(named: Sequence[Named]) -> str:
 def _value(name: str, quantity: Quantity) -> str:
     unit = "" if quantity.unit == "1" else f" {quantity.unit}"
     for other, (value, other_unit) in quantity.derived.items():
-        share = quantity.std / abs(quantity.value) if quantity.value else float("nan")
-        spread = f" ± {100 * share:.2g} %" if np.isfinite(share) else ""
-        return f"{other} = {value:.3g}{'' if other_unit == '1' else ' ' + other_unit}{spread}"
+        std = abs(value) * quantity.std / abs(quantity.value)
+        return f"{other} = {value:.4g} ± {std:.2g}{'' if other_unit == '1' else ' ' + other_unit}"
     return f"{name} = {quantity.value:.3g} ± {quantity.std:.2g}{unit}"
 
 
