@@ -1,7 +1,8 @@
 """Swaging: the outer sleeve is drawn in before the test, which leaves the rubber compressed.
 
 In an extra step before the program the bond on the outer sleeve moves inwards by ``reduction`` everywhere. Radial
-stiffness rises, axial stiffness mildly, torsional stiffness little. Amplitude the reduction of the radius.
+stiffness rises; axial and torsional stiffness fall by some per cent, as rubber is squeezed out at the ends. Amplitude
+the reduction of the radius.
 
 References
 ----------
