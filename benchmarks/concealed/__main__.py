@@ -21,7 +21,8 @@ def make(options: argparse.Namespace) -> int:
     seeds = range(options.seed, options.seed + options.count)
     for line in make_all(options.folder, seeds, options.workers):
         print(line, flush=True)
-    return 0
+    made = [seed for seed in seeds if (options.folder / "truth" / f"{seed:07d}.json").exists()]
+    return 0 if len(made) == len(seeds) else 1
 
 
 def run(options: argparse.Namespace) -> int:

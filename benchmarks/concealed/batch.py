@@ -13,8 +13,11 @@ def make_all(folder: Path, seeds: Sequence[int], workers: int) -> Iterator[str]:
     missing = [seed for seed in seeds if not (folder / "truth" / f"{seed:07d}.json").exists()]
     # Spawned: MPI does not survive a fork.
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        for done in as_completed([pool.submit(_make, seed, folder) for seed in missing]):
-            yield done.result()
+        jobs = {pool.submit(_make, seed, folder): seed for seed in missing}
+        for done in as_completed(jobs):
+            # One that fails must be seen, but not stop the others.
+            failure = done.exception()
+            yield done.result() if failure is None else f"{jobs[done]}: {type(failure).__name__}: {failure}"
 
 
 def _make(seed: int, folder: Path) -> str:
