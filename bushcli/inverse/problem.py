@@ -110,6 +110,10 @@ class Problem:
         """What instability adds to the misfit, a row per state (those watched, or others, shape (n, 3)); no solve."""
         return self._instability(x, self.states if states is None else states)
 
+    def stability(self, x: Array) -> tuple[Array, Array]:
+        """`instability` in the states watched, and its derivative, shape (states, parameters)."""
+        return self._stability(x)
+
     # -- what an optimiser asks for ------------------------------------------------------------------------------
 
     @property

@@ -38,12 +38,16 @@ APART = 1.4
 BETTER = 0.2
 # Points a side that can be solved, and halvings towards one that cannot.
 POINTS, HALVINGS = 8, 3
+# What a halving counts that has asked for no solution.
+FREE = 0.25
 # A point of which instability alone makes so many times the rise that ends the interval is not solved.
 FAR = 4.0
 # A refit is close enough when a further step would lower the rise by less than this: hundredths of the interval.
 CLOSE = 0.02
 # Steps of the linearised misfit, one or two are the rule; then evaluations of a trust region.
 STEPS, EVALUATIONS = 3, 8
+# The step itself costs no solution, but a law of many parameters has valleys: finer than `CLOSE`, no longer than this.
+FINE, MOST = 1e-6, 40
 # A step goes no further from the best value than this many times as far as the one before.
 GROWTH = 4.0
 
@@ -175,19 +179,22 @@ class _Along:
         """Points outward from the best one, which is left out, and what ends them; `spread` has the side's sign."""
         points = [_Point(float(self.x[self.index]), 0.0, self.x, 0.0)]
         end = float((self.lower if spread < 0 else self.upper)[self.index])
-        wall, reason, halvings = None, None, 0
+        wall, reason, halvings = None, None, 0.0
         while len(points) <= POINTS:
             value = self._next(points, spread, wall)
             value = max(value, end) if spread < 0 else min(value, end)
             if value == points[-1].value:
                 return points[1:], "bound"
+            evaluations = len(self.problem.evaluations)
             found = self._refitted(points, value)
             if isinstance(found, _Point):
                 points.append(found)
                 if found.root**2 >= RISE_95:
                     return self._closed(points)
                 continue
-            wall, reason, halvings = value, found, halvings + 1
+            # What is unstable by far has cost nothing, and is not counted.
+            solved = len(self.problem.evaluations) > evaluations
+            wall, reason, halvings = value, found, halvings + (1.0 if solved else FREE)
             if halvings > HALVINGS:
                 return points[1:], reason
         return points[1:], "open" if reason is None else reason
@@ -286,8 +293,18 @@ class _Along:
             x = whole(y)
             return np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
 
+        def derivatives(y: Array) -> Array:
+            return np.vstack([slope, self.problem.stability(whole(y))[1]])[:, rest] / size
+
         result = least_squares(
-            rows, start[rest] * size, bounds=(self.lower[rest] * size, self.upper[rest] * size), x_scale="jac"
+            rows,
+            start[rest] * size,
+            jac=derivatives,
+            bounds=(self.lower[rest] * size, self.upper[rest] * size),
+            x_scale="jac",
+            ftol=FINE,
+            xtol=FINE,
+            max_nfev=MOST,
         )
         return whole(result.x)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -173,6 +174,22 @@ def test_a_fixed_parameter_keeps_its_start(experiment):
     assert set(fit.parameters) == {"C10", "C20"}
     assert fit.material.parameters["C30"] == TRUTH["C30"]
     assert errors(fit)["C10"] < 0.3
+
+
+def test_the_bulk_modulus_shows_in_a_radial_recording(experiment):
+    """Started ten times too soft; the axial channel tells C10, the radial one kappa."""
+    case = experiment("axial", "radial")
+    case = replace(case, material=replace(case.material, bulk_modulus=200.0))
+    start = {name: TRUTH[name] for name in ("C20", "C30")}
+    fit = identify(Task(case, "yeoh", start=start, fixed=("C20", "C30"), bulk_modulus=True))
+    assert fit.converged
+    assert set(fit.parameters) == {"C10", "compliance"}
+    # The recordings' kappa is 2000 MPa. A force error of 0.2 % by the mesh counts by the leverage of both channels.
+    allowed = MESH_ERROR * sum(100 * abs(changes["compliance"]) for changes in fit.leverage.values())
+    assert abs(2000.0 * fit.parameters["compliance"].value - 1) < allowed / 100
+    assert fit.material.bulk_modulus == pytest.approx(1 / fit.parameters["compliance"].value)
+    # It is that channel which tells: axially the rubber shears.
+    assert abs(fit.leverage["radial"]["compliance"]) > 3.0
 
 
 @pytest.mark.parametrize(

@@ -46,6 +46,11 @@ class Linear:
     def instability(self, x, states=None):
         return np.array([self.edge(x)])
 
+    def stability(self, x):
+        step = 1e-7
+        slope = [(self.edge(x + step * unit) - self.edge(x)) / step for unit in np.eye(2)]
+        return self.instability(x), np.array([slope])
+
     def residual(self, x):
         self.asked.append(x.copy())
         cost = float("nan") if self.wall(x) else 1.0
@@ -56,9 +61,7 @@ class Linear:
 
     def jacobian(self, x):
         slope = self.forces(x)[0][1] / (self.noise * np.sqrt(self.samples))
-        step = 1e-7
-        edge = [(self.edge(x + step * unit) - self.edge(x)) / step for unit in np.eye(2)]
-        return np.vstack([slope, edge])
+        return np.vstack([slope, self.stability(x)[1]])
 
     def cost(self, x):
         return float(np.sum(self.residual(x) ** 2))

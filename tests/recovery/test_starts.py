@@ -1,0 +1,98 @@
+"""More than one start: differential evolution, starts shared among processes, starts given up, and resuming."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from bushcli.inverse import Task, identify, refine, starts
+from bushcli.inverse.channel import Channel
+
+MESH = "[mesh]\nelements_across = 2\nelements_along = 4\nelements_around = 8\n"
+
+
+def values(fit):
+    return {name: estimate.value for name, estimate in fit.parameters.items()}
+
+
+@pytest.fixture
+def case(experiment):
+    return experiment("axial", extra=MESH)
+
+
+def test_differential_evolution_ends_at_the_same_minimum(case, monkeypatch):
+    # Four generations of 18 points are enough to find the valley, and take a second.
+    monkeypatch.setattr(starts, "GENERATIONS", 3)
+    best = identify(Task(case, "yeoh"))
+    fit = identify(Task(case, "yeoh", globally=True, seed=2))
+    assert values(fit) == pytest.approx(values(best), rel=1e-4)
+    assert len(fit.end_points) == 2
+    # The second one began somewhere else.
+    begun = [end.start["C20"] / end.start["C10"] for end in fit.end_points]
+    assert abs(begun[0] / begun[1] - 1) > 0.01
+    assert {e.start for e in fit.evaluations} == {0, 1}
+    assert [e.number for e in fit.evaluations] == list(range(1, len(fit.evaluations) + 1))
+
+
+def test_the_number_of_workers_makes_no_difference(case, monkeypatch):
+    """To the bit: end points, evaluations, and their order."""
+    alone = identify(Task(case, "yeoh", starts=3, seed=4))
+    told = []
+    shared = identify(Task(case, "yeoh", starts=3, seed=4, workers=2), progress=told.append)
+    assert values(shared) == values(alone)
+    assert [dict(e.parameters) for e in shared.end_points] == [dict(e.parameters) for e in alone.end_points]
+    np.testing.assert_array_equal([e.cost for e in shared.evaluations], [e.cost for e in alone.evaluations])
+    assert (shared.sweeps, shared.forward_solves) == (alone.sweeps, alone.forward_solves)
+    assert [e.number for e in told] == [e.number for e in shared.evaluations]
+
+
+def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):
+    """A valley with no way out: the second start meets nothing that helps it."""
+    solve = Channel.solve
+
+    def stuck(self, parameters, names):
+        found = solve(self, parameters, names)
+        # Where C20 is positive the force has no part that the parameters change.
+        return (
+            found
+            if parameters["C20"] < 0
+            else type(found)(found.displacement, 0 * found.force, 0 * found.slope)
+        )
+
+    monkeypatch.setattr(Channel, "solve", stuck)
+    monkeypatch.setattr(refine, "is_hopeless", lambda costs, reference: costs[0] > 9 * reference)
+    monkeypatch.setattr(starts, "screened", lambda *_: [np.array([0.5, 0.02, 0.001])])
+    fit = identify(Task(case, "yeoh", starts=2))
+    assert "given up" in fit.end_points[-1].message
+    assert fit.converged
+    assert values(fit) == pytest.approx(values(identify(Task(case, "yeoh"))), rel=1e-9)
+
+
+def test_a_run_with_several_starts_is_resumed_without_solving_them_again(case, tmp_path, monkeypatch):
+    journal = tmp_path / "history.jsonl"
+    whole = identify(Task(case, "yeoh", starts=2, seed=4), journal=journal)
+    files = sorted(tmp_path.glob("history*.jsonl"))
+    assert [file.name for file in files] == ["history-start-1.jsonl", "history.jsonl"]
+    rows = {file: file.read_text(encoding="utf-8").splitlines() for file in files}
+    assert sum(map(len, rows.values())) - len(files) == whole.sweeps + whole.profile_sweeps
+    # As if killed in the second start: its last two evaluations are lost.
+    files[0].write_text("\n".join(rows[files[0]][:-2]) + "\n", encoding="utf-8")
+    resumed = identify(Task(case, "yeoh", starts=2, seed=4), journal=journal, resume=True)
+    assert values(resumed) == values(whole)
+    np.testing.assert_array_equal([e.cost for e in resumed.evaluations], [e.cost for e in whole.evaluations])
+    for file in files:
+        again = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+        assert again == [json.loads(line) for line in rows[file]]
+
+
+def test_an_interrupted_start_leaves_the_best_so_far(case):
+    def interrupt(found):
+        if found.start == 1:
+            raise KeyboardInterrupt
+
+    fit = identify(Task(case, "yeoh", starts=2, seed=4), progress=interrupt)
+    assert not fit.converged
+    assert fit.conditions[0].name == "interrupted"
+    assert values(fit) == pytest.approx(values(identify(Task(case, "yeoh"))), rel=1e-6)
