@@ -32,6 +32,9 @@ NEEDS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "batch_stiffness": (("axial",), ("axial", "torsional")),
 }
 ANY = (("axial",), ("axial",), ("axial", "torsional"), ("axial", "radial"))
+# Memory is followed step by step, which takes minutes in three dimensions, here and in every refit of the diagnosis.
+MEMORY = ("friction", "mullins", "viscoelasticity")
+FLAT = (*(("axial",),) * 3, *(("axial", "torsional"),) * 2, ("axial", "radial"))
 # Of one channel's rig: another value in each channel.
 ALONE = (("axial",), ("axial",), ("radial",))
 # Stretches between which a law has to be stable: local ones in the bushings below reach 0.6 and 1.7.
@@ -101,7 +104,7 @@ def _channels(rng: np.random.Generator, names: tuple[str, ...]) -> tuple[str, ..
     asked = []
     for name in names or ("",):
         lonely = bool(name) and of_channel(effects()[name])
-        menu = NEEDS.get(name, ALONE if lonely else ANY)
+        menu = NEEDS.get(name, ALONE if lonely else FLAT if name in MEMORY else ANY)
         asked.append(menu[rng.integers(len(menu))])
     if "misalignment" in names and any(n and of_channel(effects()[n]) for n in names):
         return ("radial",)

@@ -273,7 +273,7 @@ def _look_alikes(
     names = [c.name for c in bench.channels]
     alike = ["nothing"] if strength(change, bench.taken) < FAINT else []
     for name, other in effects().items():
-        memory = name in ("friction", "mullins", "viscoelasticity")
+        memory = name in draw.MEMORY
         held = bench.slopes[0].shape[1] == 0
         if name == concealed.name or (name == "batch_stiffness" and not held):
             continue
