@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from bushcli.inverse.certainty import POOR
+from bushcli.inverse import certainty
 from bushcli.inverse.local import Minimum, Stopped, Watched, inside
 from bushcli.inverse.problem import Problem
 from bushcli.inverse.result import Limit, Profile
@@ -38,6 +38,10 @@ APART = 1.4
 BETTER = 0.2
 # Points a side that can be solved, and halvings towards one that cannot.
 POINTS, HALVINGS = 8, 3
+# Evaluations of a side; a side that needs half of them is a hard one.
+MOST_OF_A_SIDE = 24
+# Combinations that may be open for profiles to be worth it.
+OPEN = 1
 # What a halving counts that has asked for no solution.
 FREE = 0.25
 # A point of which instability alone makes so many times the rise that ends the interval is not solved.
@@ -83,13 +87,17 @@ def worth_a_profile(problem: Problem, best: Minimum, covariance: Array) -> list[
 
     All of the law's where one of them is poorly determined, or the search ended at the edge of stability or of what can
     be solved: they are bent together. Of others (effects) those that are poorly determined themselves; the compliance
-    has its own words.
+    has its own words. None where the curves leave several combinations open (three terms of Ogden on one curve): the
+    others can follow any change of one, and no interval of a single parameter means anything.
     """
     x = best.x
-    if len(x) < 2:
+    if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
         return []
     own = problem.law_parameters(x)
-    poor = [bool(s > POOR * abs(v)) for s, v in zip(np.sqrt(np.abs(np.diag(covariance))), x, strict=True)]
+    poor = [
+        bool(s > certainty.POOR * abs(v))
+        for s, v in zip(np.sqrt(np.abs(np.diag(covariance))), x, strict=True)
+    ]
     held = best.beside_failure or best.at_edge
     bent = held or any(p for p, name in zip(poor, problem.names, strict=True) if name in own)
     names = problem.names
@@ -180,7 +188,8 @@ class _Along:
         points = [_Point(float(self.x[self.index]), 0.0, self.x, 0.0)]
         end = float((self.lower if spread < 0 else self.upper)[self.index])
         wall, reason, halvings = None, None, 0.0
-        while len(points) <= POINTS:
+        begun = len(self.problem.evaluations)
+        while len(points) <= POINTS and len(self.problem.evaluations) - begun < MOST_OF_A_SIDE:
             value = self._next(points, spread, wall)
             value = max(value, end) if spread < 0 else min(value, end)
             if value == points[-1].value:
