@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+import time
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,9 @@ FLAGS = [
     "-fassociative-math",
     "-fno-semantic-interposition",
 ]
+
+# Seconds after which a compilation without result is taken for killed; the longest take two minutes.
+ABANDONED = 900.0
 
 
 def _processor() -> str:
@@ -39,9 +43,21 @@ def cache_directory() -> Path:
     return base / "kernels" / _processor()
 
 
+def _clear_remains(folder: Path) -> None:
+    """Remove what a compilation left that was killed: others would wait for its end in vain."""
+    for source in folder.glob("*.c"):
+        finished = source.with_suffix(".c.cached").exists() or source.with_suffix(".c.failed").exists()
+        try:
+            if not finished and time.time() - source.stat().st_mtime > ABANDONED:
+                source.unlink()
+        except OSError:
+            continue  # another process was faster
+
+
 @cache
 def options() -> dict[str, Any]:
     """Keyword `jit_options` of DOLFINx forms and expressions."""
+    _clear_remains(cache_directory())
     # A process waits for another one that compiles the same kernel; the default of 10 s is less than some take.
     return {
         "cffi_extra_compile_args": FLAGS,

@@ -43,6 +43,9 @@ MOST = 3
 NO_WORSE = 1.05
 # A score test that promises less than this fall of chi square is not followed.
 PROMISING = 10.0
+# Beside a misfit that passes for noise an effect is called for only by such a fall of BIC, and refitted only where its
+# score test leaves chance less than this, the misfit taken for noise as it is.
+OUTSTANDING, CHANCE = 20.0, 1e-4
 # Laws that are tried in place of a poorer one: name and, where it has optional terms, their number.
 RICHER = (("yeoh", None), ("ogden", 2))
 # Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
@@ -123,9 +126,11 @@ class Search:
             found.tables.append((table, scores))
             if len(found.tables) == 1:
                 found.combined = forward(found.best.linear, table, 2, inflation=1.0)
-            if at_noise(found.best) is not None:
+            # What passes for noise as a whole may still hold an effect that stands out by itself.
+            asked = STRONG if at_noise(found.best) is None else OUTSTANDING
+            if asked == OUTSTANDING and not any(_stands_out(one) for one in scores):
                 break
-            if not self._extended(found, table, scores):
+            if not self._extended(found, table, scores, asked):
                 return found
             self._reduced(found)
             if at_noise(found.best) is not None:
@@ -158,7 +163,9 @@ class Search:
     def _catalogue(self, specimen: str) -> list[Effect]:
         return list(catalogue(self.names, effects(), specimen))
 
-    def _extended(self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score]) -> bool:
+    def _extended(
+        self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score], asked: float
+    ) -> bool:
         """Refit the most promising, and take the best; whether one was taken."""
         models = self._proposals(found, table, scores)
         if not models:
@@ -176,7 +183,7 @@ class Search:
         ranked = sorted(tried.values(), key=lambda one: one.bic())
         for one in ranked:
             gain = found.best.bic() - one.bic()
-            if gain < STRONG:
+            if gain < asked:
                 break
             before, after = self.prediction(found, found.best), self.prediction(found, one)
             added = _difference(one, found.best)
@@ -352,6 +359,10 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, score: Score
 
 def _better(one: Fitted, other: Fitted | None) -> bool:
     return other is None or one.chi_square < other.chi_square
+
+
+def _stands_out(score: Score) -> bool:
+    return score.testable and max(score.p, score.p_misfit) < CHANCE and score.drop > OUTSTANDING
 
 
 def _difference(one: Fitted, other: Fitted) -> str:
