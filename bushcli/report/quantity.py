@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.effect import effect
 from cases.mode import modes
 from forms.law import Law
 
@@ -82,7 +83,10 @@ def quantities(mode: str) -> Quantities:
 
 def parameter_unit(law: Law, name: str) -> str:
     """Unit of an identified parameter: the law's own, or the compliance, which is the bulk modulus's inverse."""
-    return "1/MPa" if name == "compliance" else law.parameter(name).unit
+    if name == "compliance":
+        return "1/MPa"
+    effect_name, _, parameter = name.rpartition(".")
+    return effect(effect_name).parameter(parameter).unit if effect_name else law.parameter(name).unit
 
 
 def number(value: float | None, digits: int = 3) -> str:
