@@ -18,6 +18,9 @@ Method = Literal["trf", "dogbox", "dogleg"]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
 MAX_EVALUATIONS = 200
+# So many evaluations that lower the cost by less than this share are the floor of a valley: curves that leave some
+# combination of many parameters open (Ogden's on one recording) have no other end. A hundredth of a unit of chi square.
+VALLEY, FALL = 25, 1e-4
 # A misfit of this many standard deviations is where a robust loss begins to discount.
 ROBUST_AT = 2.0
 # A search that a full step would still improve by more than this share of the cost has not ended in a minimum: a
@@ -60,6 +63,10 @@ class Stopped(Exception):
     """Raised out of an optimiser by its misfit function, to end it before its time."""
 
 
+class Level(Stopped):
+    """The floor of a valley: the search has an end, although the optimiser would go on along it."""
+
+
 class Watched:
     """The misfit as the optimiser asks for it: trials are followed, failures counted, and the best is kept.
 
@@ -85,6 +92,7 @@ class Watched:
         self.problem, self.follower, self.patience, self.explained = problem, follower, patience, explained
         self.failed = self.row = self.iterations = 0
         self.best: tuple[float, Array] = (np.inf, np.zeros(0))
+        self._falling: list[float] = []
 
     def residual(self, x: Array) -> Array:
         """`Problem.residual`."""
@@ -106,6 +114,9 @@ class Watched:
             return found
         self.row = 0
         self.best = min(self.best, (float(found @ found), x.copy()), key=lambda pair: pair[0])
+        self._falling.append(self.best[0])
+        if len(self._falling) > VALLEY and self.best[0] > (1 - FALL) * self._falling[-1 - VALLEY]:
+            raise Level("the misfit no longer falls")
         return found
 
     def _is_hopeless(self, x: Array) -> bool:
@@ -170,7 +181,7 @@ def minimise(
         )
         x, ended, message = result.x, result.status > 0, str(result.message)
     except Stopped as stopped:
-        x, ended, message = watched.best[1], False, str(stopped)
+        x, ended, message = watched.best[1], isinstance(stopped, Level), str(stopped)
     finally:
         problem.trial = None
     beside = watched.failed > 0 and loss == "linear" and promise(problem, x, lower, upper) > STATIONARY
