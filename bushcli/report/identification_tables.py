@@ -40,9 +40,18 @@ def _interval(estimate: Estimate) -> str:
     if estimate.interval is None:
         return "-"
     low, high = estimate.interval
+    # Two digits of the width, so that the ends of a narrow interval are told apart.
+    width, size = high - low, max((abs(v) for v in (low, high) if math.isfinite(v)), default=1.0)
+    narrow = math.isfinite(width) and 0 < width < size
+    digits = 2 + math.ceil(math.log10(size / width)) if narrow else 3
+    low_shown, high_shown = (number(value, max(3, digits)) for value in (low, high))
     if not math.isfinite(low):
-        return f"below {number(high)}"
-    return f"{number(low)} to {number(high)}" if math.isfinite(high) else f"above {number(low)}"
+        return f"below {high_shown}"
+    return f"{low_shown} to {high_shown}" if math.isfinite(high) else f"above {low_shown}"
+
+
+# What ends an interval other than the misfit.
+_LIMITED = {"stability": "the law's stability", "unsolvable": "what can be solved", "bound": "the bound"}
 
 
 def _flags(estimate: Estimate) -> str:
@@ -51,6 +60,10 @@ def _flags(estimate: Estimate) -> str:
         flags.append("at bound")
     if is_uncertain(estimate):
         flags.append("poorly determined")
+    if estimate.interval is not None:
+        for end, limit in zip(("lower", "upper"), estimate.limits, strict=True):
+            if limit in _LIMITED:
+                flags.append(f"{end} end: limited by {_LIMITED[limit]}")
     return ", ".join(flags)
 
 
