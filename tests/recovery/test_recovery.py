@@ -184,7 +184,8 @@ def test_the_bulk_modulus_shows_in_a_radial_recording(experiment):
     fit = identify(Task(case, "yeoh", start=start, fixed=("C20", "C30"), bulk_modulus=True))
     assert fit.converged
     assert set(fit.parameters) == {"C10", "compliance"}
-    # The recordings' kappa is 2000 MPa, the start's 200. A force error of 0.2 % by the mesh counts by the leverage of both channels.
+    # The recordings' kappa is 2000 MPa, the start's 200. A force error of 0.2 % by the mesh counts by the leverage of
+    # both channels.
     allowed = MESH_ERROR * sum(100 * abs(changes["compliance"]) for changes in fit.leverage.values())
     assert abs(2000.0 * fit.parameters["compliance"].value - 1) < allowed / 100
     assert fit.material.bulk_modulus == pytest.approx(1 / fit.parameters["compliance"].value)
