@@ -13,23 +13,20 @@ Kent (1982), Biometrika 69:19-27, doi:10.1093/biomet/69.1.19 (its scale where th
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from bushcli.inverse import certainty
-from bushcli.inverse.local import Minimum, Stopped, Watched, inside
+from bushcli.inverse.local import Minimum, inside
 from bushcli.inverse.problem import Problem
+from bushcli.inverse.refit import RISE_95, Refit
 from bushcli.inverse.result import Limit, Profile
 from bushcli.inverse.search import is_stable_there, is_unstable
 
 Array = NDArray[np.float64]
 
-# Rise of the cost, in units of the noise seen, at the ends of a 95 % interval: chi square of one degree of freedom.
-RISE_95 = 3.841
 # Roots of the rise aimed at: half way, and a little beyond the end, so that the end is interpolated.
 AIMS = (1.1, 2.2)
 # Roots of the rise on both sides of the end that are further apart than this are not interpolated between.
@@ -44,14 +41,6 @@ MOST_OF_A_SIDE = 24
 OPEN = 1
 # What a halving counts that has asked for no solution.
 FREE = 0.25
-# A point of which instability alone makes so many times the rise that ends the interval is not solved.
-FAR = 4.0
-# A refit is close enough when a further step would lower the rise by less than this: hundredths of the interval.
-CLOSE = 0.02
-# Steps of the linearised misfit, one or two are the rule; then evaluations of a trust region.
-STEPS, EVALUATIONS = 3, 8
-# The step itself costs no solution, but a law of many parameters has valleys: finer than `CLOSE`, no longer than this.
-FINE, MOST = 1e-6, 40
 # A step goes no further from the best value than this many times as far as the one before.
 GROWTH = 4.0
 
@@ -180,8 +169,8 @@ class _Along:
     ) -> None:
         self.problem, self.x, self.index, self.unit = problem, x, index, unit
         self.lower, self.upper = lower, upper
+        self.refit = Refit(problem, index, unit, lower, upper)
         self.best = problem.cost(x)
-        self.rest = np.arange(len(x)) != index
 
     def side(self, spread: float) -> tuple[list[_Point], Limit]:
         """Points outward from the best one, which is left out, and what ends them; `spread` has the side's sign."""
@@ -242,7 +231,7 @@ class _Along:
         last = points[-1]
         start = inside(last.x, self.lower, self.upper)
         start[self.index] = value
-        found = self._minimum(last.x, start)
+        found = self.refit.minimum(last.x, start)
         if isinstance(found, str):
             return found
         if not is_stable_there(self.problem, found):
@@ -251,101 +240,15 @@ class _Along:
             if is_unstable(self.problem, self.x, states):
                 return "stability"
             self.problem.states = np.concatenate([self.problem.states, states])
-            found = self._minimum(last.x, start)
+            found = self.refit.minimum(last.x, start)
             if isinstance(found, str):
                 return found
             if not is_stable_there(self.problem, found):
                 return "stability"
         rise = (self.problem.cost(found) - self.best) / self.unit
-        return _Point(value, float(np.sign(rise) * np.sqrt(abs(rise))), found, self._instability(found))
-
-    def _instability(self, x: Array) -> float:
-        """Rise by instability alone."""
-        rows = self.problem.instability(x)
-        return float(rows @ rows) / len(self.problem.channels) / self.unit
-
-    def _minimum(self, known: Array, start: Array) -> Array | Limit:
-        """The best others for the value of the parameter in `start`, by steps from a point that is solved.
-
-        Curves are linear enough over such a step, and stability costs nothing: so a step minimises the linearised
-        misfit with the law's stability as it is. One or two of them are enough; what a further one would gain is
-        known without another evaluation. Where they do not serve, the trust region takes over.
-        """
-        x, moved = known, self._step(known, start)
-        if self._instability(moved) > FAR * RISE_95:
-            return "stability"
-        for _ in range(STEPS):
-            if not np.isfinite(self.problem.residual(moved)).all():
-                return "unsolvable"
-            if x is not known and self.problem.cost(moved) >= self.problem.cost(x):
-                break
-            x, moved = moved, self._step(moved, moved)
-            if self.problem.cost(x) - self._expected(x, moved) < CLOSE * self.unit:
-                return x
-        return self._searched(x)
-
-    def _step(self, known: Array, start: Array) -> Array:
-        """From `start`, all others where the misfit, linear about `known`, and the instability are least together."""
-        rest, samples = self.rest, self.problem.samples
-        if not rest.any():
-            return start
-        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
-        size = np.linalg.norm(slope[:, rest], axis=0)
-        size[size == 0] = 1.0
-
-        def whole(y: Array) -> Array:
-            full = start.copy()
-            full[rest] = y / size
-            return full
-
-        def rows(y: Array) -> Array:
-            x = whole(y)
-            return np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
-
-        def derivatives(y: Array) -> Array:
-            return np.vstack([slope, self.problem.stability(whole(y))[1]])[:, rest] / size
-
-        result = least_squares(
-            rows,
-            start[rest] * size,
-            jac=derivatives,
-            bounds=(self.lower[rest] * size, self.upper[rest] * size),
-            x_scale="jac",
-            ftol=FINE,
-            xtol=FINE,
-            max_nfev=MOST,
+        return _Point(
+            value, float(np.sign(rise) * np.sqrt(abs(rise))), found, self.refit.rise_by_instability(found)
         )
-        return whole(result.x)
-
-    def _expected(self, known: Array, x: Array) -> float:
-        """Cost at `x` by the misfit linear about `known`."""
-        samples = self.problem.samples
-        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
-        rows = np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
-        return float(rows @ rows) / len(self.problem.channels)
-
-    def _searched(self, start: Array) -> Array:
-        rest = self.rest
-
-        def whole(y: Array) -> Array:
-            full = start.copy()
-            full[rest] = y
-            return full
-
-        watched = Watched(self.problem, None, patience=2)
-        with suppress(Stopped):
-            least_squares(
-                lambda y: watched.residual(whole(y)),
-                start[rest],
-                jac=lambda y: self.problem.jacobian(whole(y))[:, rest],
-                bounds=(self.lower[rest], self.upper[rest]),
-                x_scale="jac",
-                ftol=1e-4,
-                xtol=self.problem.tolerance,
-                max_nfev=EVALUATIONS,
-            )
-        self.problem.trial = None
-        return watched.best[1]
 
 
 def interval(found: Profile) -> tuple[float, float] | None:

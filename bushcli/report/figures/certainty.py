@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from scipy.interpolate import PchipInterpolator
 
 from bushcli.inverse import Estimate, Fit, Profile
-from bushcli.inverse.profile import RISE_95
+from bushcli.inverse.refit import RISE_95
 from bushcli.report.figures.picture import BLUE, GREY, LIGHT, RED, legend, literal, new_figure, style
 from bushcli.report.quantity import number, parameter_unit
 from forms.law import law

@@ -7,7 +7,8 @@ import pytest
 from scipy.optimize import least_squares
 
 from bushcli.inverse.local import Minimum
-from bushcli.inverse.profile import RISE_95, interval, profile, worth_a_profile
+from bushcli.inverse.profile import interval, profile, worth_a_profile
+from bushcli.inverse.refit import RISE_95
 from bushcli.inverse.result import Profile
 
 

@@ -1,0 +1,132 @@
+"""The best other parameters for a given value of one of them, in as few solutions as that takes."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from bushcli.inverse.local import Stopped, Watched
+from bushcli.inverse.problem import Problem
+from bushcli.inverse.result import Limit
+
+Array = NDArray[np.float64]
+
+# Rise of the cost, in units of the noise seen, at the ends of a 95 % interval: chi square of one degree of freedom.
+RISE_95 = 3.841
+# A point of which instability alone makes so many times the rise that ends the interval is not solved.
+FAR = 4.0
+# A refit is close enough when a further step would lower the rise by less than this: hundredths of the interval.
+CLOSE = 0.02
+# Steps of the linearised misfit, one or two are the rule; then evaluations of a trust region.
+STEPS, EVALUATIONS = 3, 8
+# The step itself costs no solution, but a law of many parameters has valleys: finer than `CLOSE`, no longer than this.
+FINE, MOST = 1e-6, 40
+
+
+class Refit:
+    """Refits all parameters but one.
+
+    Parameters
+    ----------
+    problem
+    index
+        Of the parameter that is held.
+    unit
+        Rise of the cost that counts as one.
+    lower, upper : shape (parameters,)
+    """
+
+    def __init__(self, problem: Problem, index: int, unit: float, lower: Array, upper: Array) -> None:
+        self.problem, self.unit, self.lower, self.upper = problem, unit, lower, upper
+        self.rest = np.arange(len(lower)) != index
+
+    def rise_by_instability(self, x: Array) -> float:
+        """Rise by instability alone."""
+        rows = self.problem.instability(x)
+        return float(rows @ rows) / len(self.problem.channels) / self.unit
+
+    def minimum(self, known: Array, start: Array) -> Array | Limit:
+        """The best others for the value of the parameter in `start`, by steps from a point that is solved.
+
+        Curves are linear enough over such a step, and stability costs nothing: so a step minimises the linearised
+        misfit with the law's stability as it is. One or two of them are enough; what a further one would gain is
+        known without another evaluation. Where they do not serve, the trust region takes over.
+        """
+        x, moved = known, self._step(known, start)
+        if self.rise_by_instability(moved) > FAR * RISE_95:
+            return "stability"
+        for _ in range(STEPS):
+            if not np.isfinite(self.problem.residual(moved)).all():
+                return "unsolvable"
+            if x is not known and self.problem.cost(moved) >= self.problem.cost(x):
+                break
+            x, moved = moved, self._step(moved, moved)
+            if self.problem.cost(x) - self._expected(x, moved) < CLOSE * self.unit:
+                return x
+        return self._searched(x)
+
+    def _step(self, known: Array, start: Array) -> Array:
+        """From `start`, all others where the misfit, linear about `known`, and the instability are least together."""
+        rest, samples = self.rest, self.problem.samples
+        if not rest.any():
+            return start
+        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
+        size = np.linalg.norm(slope[:, rest], axis=0)
+        size[size == 0] = 1.0
+
+        def whole(y: Array) -> Array:
+            full = start.copy()
+            full[rest] = y / size
+            return full
+
+        def rows(y: Array) -> Array:
+            x = whole(y)
+            return np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
+
+        def derivatives(y: Array) -> Array:
+            return np.vstack([slope, self.problem.stability(whole(y))[1]])[:, rest] / size
+
+        result = least_squares(
+            rows,
+            start[rest] * size,
+            jac=derivatives,
+            bounds=(self.lower[rest] * size, self.upper[rest] * size),
+            x_scale="jac",
+            ftol=FINE,
+            xtol=FINE,
+            max_nfev=MOST,
+        )
+        return whole(result.x)
+
+    def _expected(self, known: Array, x: Array) -> float:
+        """Cost at `x` by the misfit linear about `known`."""
+        samples = self.problem.samples
+        value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
+        rows = np.concatenate([value + slope @ (x - known), self.problem.instability(x)])
+        return float(rows @ rows) / len(self.problem.channels)
+
+    def _searched(self, start: Array) -> Array:
+        rest = self.rest
+
+        def whole(y: Array) -> Array:
+            full = start.copy()
+            full[rest] = y
+            return full
+
+        watched = Watched(self.problem, None, patience=2)
+        with suppress(Stopped):
+            least_squares(
+                lambda y: watched.residual(whole(y)),
+                start[rest],
+                jac=lambda y: self.problem.jacobian(whole(y))[:, rest],
+                bounds=(self.lower[rest], self.upper[rest]),
+                x_scale="jac",
+                ftol=1e-4,
+                xtol=self.problem.tolerance,
+                max_nfev=EVALUATIONS,
+            )
+        self.problem.trial = None
+        return watched.best[1]
