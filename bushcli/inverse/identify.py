@@ -11,24 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case, Material
-from bushcli.curve import Curve
 from bushcli.effect import full_name
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.begin import first_point
-from bushcli.inverse.channel import Answer, Channel
+from bushcli.inverse.channel import Channel
+from bushcli.inverse.comparison import compared_curves
 from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import Problem, Progress
 from bushcli.inverse.profile import interval, profiles_of
 from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
-from bushcli.inverse.result import EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile, Weighting
+from bushcli.inverse.result import EndPoint, Estimate, Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions, start_replaced
-from cases.march import NotConverged
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
@@ -241,7 +240,7 @@ def _result(
         material=material,
         parameters=estimates,
         correlation=covariance / np.maximum(np.outer(spread, spread), 1e-300),
-        curves=_curves(task, problem, held_out, x, start),
+        curves=compared_curves(task, problem, held_out, x, start),
         stability=coupon_limits(task.law, values),
         weighting=task.weighting,
         forward_solves=searched[1],
@@ -306,49 +305,6 @@ def _end_points(task: Task, minima: list[Minimum]) -> tuple[EndPoint, ...]:
         for m in minima
     ]
     return tuple(sorted(named, key=lambda end: end.cost))
-
-
-def _curves(
-    task: Task, problem: Problem, held_out: list[Channel], x: Array, start: Array
-) -> tuple[FittedCurve, ...]:
-    # The search has solved both points already: nothing is solved again for the fitted channels.
-    after = problem.answers(x)
-    before = problem.answers(start) if problem.knows(start) else None
-    found = []
-    for i, channel in enumerate(problem.channels):
-        if after is not None:
-            found.append(_compared(channel, after[i], before[i] if before else None, held_out=False))
-    for channel in held_out:
-        try:
-            answer = channel.solve(problem.parameters(x), task.names)
-        except NotConverged:
-            continue
-        found.append(_compared(channel, answer, None, held_out=True))
-    return tuple(found)
-
-
-def _compared(channel: Channel, answer: Answer, started: Answer | None, held_out: bool) -> FittedCurve:
-    recording = channel.recording
-    span = float(np.ptp(recording.force))
-
-    def curve(solved: Answer) -> tuple[Curve, float]:
-        force, _ = channel.at_samples(solved)
-        rms = 100 * float(np.sqrt(np.mean((force - recording.force) ** 2))) / span
-        return Curve(recording.mode, recording.displacement, force, recording.time), rms
-
-    fitted, rms = curve(answer)
-    first, first_rms = curve(started) if started is not None else (None, float("nan"))
-    return FittedCurve(
-        name=channel.name,
-        recording=recording,
-        fitted=fitted,
-        rms_percent=rms,
-        started=first,
-        started_percent=first_rms,
-        noise_percent=100 * channel.noise / span,
-        held_out=held_out,
-        smooth=channel.curve(answer),
-    )
 
 
 def _at_bound(value: float, lower: float, upper: float) -> bool:

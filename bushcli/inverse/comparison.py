@@ -1,0 +1,62 @@
+"""Recordings beside their curves, before and after an identification."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.curve import Curve
+from bushcli.inverse.channel import Answer, Channel
+from bushcli.inverse.problem import Problem
+from bushcli.inverse.result import FittedCurve
+from bushcli.inverse.task import Task
+from cases.march import NotConverged
+
+Array = NDArray[np.float64]
+
+
+def compared_curves(
+    task: Task, problem: Problem, held_out: list[Channel], x: Array, start: Array
+) -> tuple[FittedCurve, ...]:
+    """Each channel's recording with its curve at `x`, and at `start` where that has been solved.
+
+    Channels held out are predicted; one that cannot be solved at `x` is left out.
+    """
+    # The search has solved both points already: nothing is solved again for the fitted channels.
+    after = problem.answers(x)
+    before = problem.answers(start) if problem.knows(start) else None
+    found = []
+    for i, channel in enumerate(problem.channels):
+        if after is not None:
+            found.append(_compared(channel, after[i], before[i] if before else None, held_out=False))
+    for channel in held_out:
+        try:
+            answer = channel.solve(problem.parameters(x), task.names)
+        except NotConverged:
+            continue
+        found.append(_compared(channel, answer, None, held_out=True))
+    return tuple(found)
+
+
+def _compared(channel: Channel, answer: Answer, started: Answer | None, held_out: bool) -> FittedCurve:
+    recording = channel.recording
+    span = float(np.ptp(recording.force))
+
+    def curve(solved: Answer) -> tuple[Curve, float]:
+        force, _ = channel.at_samples(solved)
+        rms = 100 * float(np.sqrt(np.mean((force - recording.force) ** 2))) / span
+        return Curve(recording.mode, recording.displacement, force, recording.time), rms
+
+    fitted, rms = curve(answer)
+    first, first_rms = curve(started) if started is not None else (None, float("nan"))
+    return FittedCurve(
+        name=channel.name,
+        recording=recording,
+        fitted=fitted,
+        rms_percent=rms,
+        started=first,
+        started_percent=first_rms,
+        noise_percent=100 * channel.noise / span,
+        held_out=held_out,
+        smooth=channel.curve(answer),
+    )
