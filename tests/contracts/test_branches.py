@@ -167,7 +167,8 @@ def test_branches_add_up(model):
 def test_a_march_begins_with_virgin_rubber(name, model):
     one = model((name,), "axial")
     first, second = (curve(one, program("axial")) for _ in range(2))
-    np.testing.assert_array_equal(first.force, second.force)
+    # To rounding: sums in the factorisation depend on where the memory lies. A memory left over would show at once.
+    np.testing.assert_allclose(first.force, second.force, rtol=1e-11)
     # The path ends at displacements that it has passed before, with other forces: there is a memory to forget.
     assert abs(first.force[-1] - np.interp(0.6, CYCLE[:2], first.force[:2])) > 0.01 * first.force.max()
 
