@@ -27,7 +27,7 @@ from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
 from bushcli.inverse.result import EndPoint, Estimate, Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
-from bushcli.inverse.verdict import conditions, start_replaced
+from bushcli.inverse.verdict import conditions, profiles_cut_short, start_replaced
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
@@ -210,7 +210,7 @@ def _result(
 ) -> Fit:
     searched = problem.sweeps, problem.forward_solves, problem.failed_solves
     problem.stage = "profile"
-    best, profiles = _profiled(task, problem, best, lower, upper, interrupted)
+    best, profiles, cut = _profiled(task, problem, best, lower, upper, interrupted)
     x = best.x
     covariance = certainty.covariance(problem, x)
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -268,16 +268,18 @@ def _result(
             for one in task.effects
         ),
     )
-    return replace(fit, conditions=conditions(fit, task, best, interrupted))
+    told = conditions(fit, task, best, interrupted)
+    return replace(fit, conditions=(profiles_cut_short(), *told) if cut else told)
 
 
 def _profiled(
     task: Task, problem: Problem, best: Minimum, lower: Array, upper: Array, interrupted: bool
-) -> tuple[Minimum, list[Profile]]:
-    """The best point, which a profile may have improved, and profiles where standard errors would mislead."""
+) -> tuple[Minimum, list[Profile], bool]:
+    """The best point, which a profile may have improved; profiles where standard errors would mislead; if cut short."""
     found: dict[int, Profile] = {}
+    cut = False
     if interrupted or task.source != "recordings" or task.method == "dogleg":
-        return best, []
+        return best, [], False
     try:
         for _ in range(BETTER_ROUNDS):
             found.clear()
@@ -290,8 +292,8 @@ def _profiled(
             best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
     except KeyboardInterrupt:
         # What is wanted of the search is there: an interval less is no reason to lose it.
-        pass
-    return best, [found[index] for index in sorted(found)]
+        cut = True
+    return best, [found[index] for index in sorted(found)], cut
 
 
 def _end_points(task: Task, minima: list[Minimum]) -> tuple[EndPoint, ...]:

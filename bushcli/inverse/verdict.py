@@ -80,6 +80,15 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
     return tuple(found)
 
 
+def profiles_cut_short() -> Condition:
+    """The search had ended, but not the profiles."""
+    return Condition(
+        "interrupted",
+        "stopped after the search, while profiles were made: intervals are missing",
+        "run it again with --resume",
+    )
+
+
 def start_replaced(instead: Mapping[str, float]) -> Condition:
     """The start values could not be solved, and others were taken."""
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())

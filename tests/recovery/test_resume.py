@@ -79,6 +79,20 @@ def test_an_interrupted_search_gives_its_best(experiment, method):
     assert fit.cost == min(e.cost for e in fit.evaluations)
 
 
+def test_an_interrupted_profile_leaves_the_minimum_found(experiment):
+    def interrupt(found):
+        if found.stage == "profile":
+            raise KeyboardInterrupt
+
+    case = experiment("axial", noise=1.0, seed=3)
+    fit = identify(Task(case, "yeoh"), progress=interrupt)
+    # C30 is poorly determined at this noise, so there are profiles to be interrupted.
+    assert fit.profile_sweeps == 1
+    assert fit.converged
+    assert fit.conditions[0].name == "interrupted"
+    assert "profiles" in fit.conditions[0].message
+
+
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
 def test_a_signal_ends_the_command_with_the_best_so_far(experiment, tmp_path, sent):
     case, out = experiment("axial", "radial"), tmp_path / "out"
