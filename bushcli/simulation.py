@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from mpi4py import MPI
@@ -22,9 +23,10 @@ from bushcli.effect import ActiveEffect, Signal, full_name
 from bushcli.schedule import prescribed, schedule
 from cases.march import History, march
 from cases.mode import Mode
+from cases.model import Model
 from cases.program import Program
 from cases.series import Carried, Series
-from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
+from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from geometry.shape import Refinement, Shape
 
 Array = NDArray[np.float64]
@@ -35,6 +37,8 @@ STEPS = 16
 # How far the force may be from that with twice the steps, as a share of its range, before the steps are made finer.
 ACCURATE = 2e-3
 FINEST = 4.0
+# The last curve of each body that remembers nothing, and what it was asked with.
+_last: WeakKeyDictionary[Model, tuple[object, History]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,8 @@ class Simulation:
     noise
         Standard deviation of the displacement's noise; None where the samples are a prescribed program, followed as it
         is.
+    prepared
+        Makes the finite-element model.
     """
 
     def __init__(
@@ -85,19 +91,21 @@ class Simulation:
         displacement: Array,
         noise: float | None,
         comm: MPI.Comm = MPI.COMM_WORLD,
+        prepared: Prepare = prepare,
     ) -> None:
         self.active = tuple(one.started() for one in active)
         features = installed(self.active)
-        self.model = prepare(shape, mode, rubber, refinement, comm, features)
+        self.model = prepared(shape, mode, rubber, refinement, comm, features)
         self.time, self.displacement, self.noise = time, np.asarray(displacement, dtype=float), noise
         self.odd = is_odd(shape, mode) and not any(
             mode.reversed_by in item.feature.breaks for item in features
         )
         self.fineness = 1.0
         self.step_error: float | None = None
-        self._plan(1.0)
+        self.plan(1.0)
 
-    def _plan(self, fineness: float) -> None:
+    def plan(self, fineness: float) -> None:
+        """Follow the path in `fineness` times the usual steps."""
         self.fineness = fineness
         if self.noise is None:
             self.steps = prescribed(self.time, self.displacement)
@@ -168,16 +176,24 @@ class Simulation:
         if self.odd:
             low, high = 0.0, max(high, -low)
         inner = tuple(name for name in names if name in self.model.constants)
-        history = sweep(
-            self.model,
-            even_targets(low, high, STEPS),
-            keep_states=keep_states,
-            sensitivity=inner,
-            progress=progress,
-        )
+        history = self._sweep(even_targets(low, high, STEPS), inner, keep_states, progress)
         response = _curve(history, self.odd, inner, names)
         logged = rig.elastic_response(active, travel, response, names)
         return Answer(logged.value, logged.slope, history)
+
+    def _sweep(
+        self, targets: Array, inner: tuple[str, ...], keep_states: bool, progress: Steps | None
+    ) -> History:
+        """The body's curve; the last one again where only what the rig makes of it has changed."""
+        values = tuple(float(constant.value) for constant in self.model.constants.values())
+        asked = (values, targets.tobytes(), inner)
+        known = _last.get(self.model)
+        if known is not None and known[0] == asked and not keep_states and progress is None:
+            return known[1]
+        found = sweep(self.model, targets, keep_states=keep_states, sensitivity=inner, progress=progress)
+        if not keep_states:
+            _last[self.model] = (asked, found)
+        return found
 
     def _marched(
         self,
@@ -233,12 +249,12 @@ class Simulation:
         coarse = self.solve(parameters).force
         while True:
             fineness = self.fineness
-            self._plan(2.0 * fineness)
+            self.plan(2.0 * fineness)
             fine = self.solve(parameters).force
             error = float(np.sqrt(np.mean((fine - coarse) ** 2)) / np.ptp(fine))
             if error <= ACCURATE or fineness >= FINEST:
                 # The steps that were judged are kept: twice as many cost twice the time.
-                self._plan(fineness)
+                self.plan(fineness)
                 self.step_error = error
                 return error
             coarse = fine

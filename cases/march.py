@@ -200,7 +200,7 @@ def march(
     """
     solver = Equilibrium(model, tolerance)
     try:
-        derivatives = _Derivatives(Sensitivity(model, sensitivity), path_rates or {}, series)
+        derivatives = _Derivatives(Sensitivity.of(model, sensitivity), path_rates or {}, series)
         return _march(model, solver, program, keep_states, derivatives, series, progress, observer)
     finally:
         solver.destroy()

@@ -123,6 +123,8 @@ class Model:
         self._bc = fem.dirichletbc(self._prescribed, self._constrained.dofs)
         # The modelled part is one of this many equal parts; equal faces of a coupon share the work.
         self.multiplicity = 2 ** len(mesh.mirrors) / mode.shares
+        # Compiled derivatives by sets of parameters (`cases.sensitivity`), which outlive a march.
+        self.sensitivities: dict[tuple[str, ...], Any] = {}
 
     # -- set-up --------------------------------------------------------------------------------------------------
 

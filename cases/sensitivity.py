@@ -57,6 +57,19 @@ class Sensitivity:
         self._moved = fem.Function(model.space)
         self.begin()
 
+    @classmethod
+    def of(cls, model: Model, names: Iterable[str]) -> Sensitivity:
+        """The derivatives of a model by these names, at the beginning of a march.
+
+        They are kept with the model: deriving its forms takes as long as dozens of steps.
+        """
+        kept, key = model.sensitivities, tuple(names)
+        if key not in kept:
+            kept[key] = cls(model, key)
+        found: Sensitivity = kept[key]
+        found.begin()
+        return found
+
     def begin(self) -> None:
         """Forget the steps so far: the rubber is virgin."""
         model = self.model

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,6 +55,10 @@ def prepare(
     mesh = build(shape, dimension, mirrors, refinement, comm)
     features = [*features, *plates(shape)]
     return Model(mesh, mode, rubber.law, rubber.parameters, rubber.bulk_modulus, features)
+
+
+Prepare = Callable[..., Model]
+"""As `prepare`: for those who keep models that were made before."""
 
 
 def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case
-from bushcli.diagnosis import weighing
+from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.score import Candidate
 from bushcli.effect import ActiveEffect, Effect, EffectParameter, full_name
@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 
 # A derivative at the off value that is this small beside the effect of a typical amplitude says nothing.
 FLAT = 1e-3
+# Steps of a march, over the usual, that do for a first estimate.
+COARSE = 0.5
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | Non
     others = tuple(one for one in fitted.model.effects if one.name != trial.effect.name)
     model = replace(fitted.model, effects=(*others, trial.active))
     names = [f"{trial.effect.name}.{name}" for name in trial.amplitudes]
-    channels, _ = model.task(case).channels()
+    channels = kept.channels(model.task(case), COARSE)
     found: list[Array] = []
     for channel, compared in zip(channels, fitted.channels, strict=True):
         recording = compared.recording

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case
-from bushcli.diagnosis import weighing
+from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.linearised import Linearised
 from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
 from bushcli.effect import ActiveEffect, full_name
@@ -176,7 +176,7 @@ class Weighed(Problem):
 def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tuple[Task, Weighed]:
     """The least-squares problem of a model; `masks` say which samples of each channel are held out."""
     task = model.task(case)
-    channels, _ = task.channels()
+    channels = kept.channels(task)
     plain = task.pose(channels)
     problem = Weighed(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance = plain.states, TOLERANCE

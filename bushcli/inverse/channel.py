@@ -32,7 +32,7 @@ from bushcli.simulation import Simulation
 from cases.equilibrium import Equilibrium
 from cases.march import unsolved
 from cases.mode import modes
-from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
+from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from cases.stretches import principal_stretches
 from geometry.shape import Shape, shapes
 
@@ -88,6 +88,7 @@ class Channel:
         weighting: Weighting,
         comm: MPI.Comm,
         whole: Recording | None = None,
+        prepared: Prepare = prepare,
     ) -> None:
         self.recording = recording
         mode = modes()[recording.mode]
@@ -107,12 +108,13 @@ class Channel:
                 path.displacement,
                 displacement_noise(path),
                 comm,
+                prepared,
             )
             # Samples of the cycles in use, among those of the whole path.
             self._used = matching(path, recording)
             self.model = self.simulation.model
         else:
-            self.model = prepare(shape, mode, rubber, case.mesh.refinement, comm)
+            self.model = prepared(shape, mode, rubber, case.mesh.refinement, comm)
         self.odd = is_odd(shape, mode)
         q = recording.displacement
         self.coupon = mode.specimen == "coupon"
@@ -232,8 +234,10 @@ def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Ch
     ]
 
 
-def bushing_channels(case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD) -> list[Channel]:
-    """The case's recordings."""
+def bushing_channels(
+    case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD, prepared: Prepare = prepare
+) -> list[Channel]:
+    """The case's recordings; `prepared` makes the finite-element models."""
     return [
         Channel(
             read_recording(source),
@@ -243,6 +247,7 @@ def bushing_channels(case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD
             "relative",
             comm,
             read_recording(source, whole=True) if case.effects else None,
+            prepared,
         )
         for source in case.recordings
     ]

@@ -19,7 +19,7 @@ from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Loss, Method
 from bushcli.inverse.problem import Problem, Progress
 from bushcli.inverse.result import Weighting
-from cases.simulate import Rubber
+from cases.simulate import Prepare, Rubber, prepare
 from forms.law import Law, law, laws
 
 Array = NDArray[np.float64]
@@ -142,9 +142,9 @@ class Task:
         return start, lower, upper
 
     def channels(
-        self, coarse: bool = False, comm: MPI.Comm = MPI.COMM_WORLD
+        self, coarse: bool = False, comm: MPI.Comm = MPI.COMM_WORLD, prepared: Prepare = prepare
     ) -> tuple[list[Channel], list[Channel]]:
-        """Channels to fit, and channels to predict.
+        """Channels to fit, and channels to predict; `prepared` makes their finite-element models.
 
         Raises
         ------
@@ -163,7 +163,7 @@ class Task:
                 raise InputError(
                     Finding(case.path.name, "there are no [[recordings]] to identify a law from")
                 )
-            found = bushing_channels(case, rubber, comm)
+            found = bushing_channels(case, rubber, comm, prepared)
         known = [channel.name for channel in found]
         for name in self.hold_out:
             if name not in known:
