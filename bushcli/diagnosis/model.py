@@ -28,7 +28,9 @@ from cases.march import NotConverged
 Array = NDArray[np.float64]
 
 # Relative change of the sum of squares that ends a fit: BIC sees no smaller difference.
-TOLERANCE = 1e-4
+TOLERANCE = 3e-4
+# A fit has an end, too, where so many evaluations bring less than this share.
+VALLEY = 10, 5e-3
 # Misfit over noise below which the common factors of the forces take part in a fit.
 NEAR = 3.0
 # No simulation is trusted to better than this share of the force range.
@@ -179,7 +181,7 @@ def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tupl
     channels = kept.channels(task)
     plain = task.pose(channels)
     problem = Weighed(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
-    problem.states, problem.tolerance = plain.states, TOLERANCE
+    problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
     problem.noises = tuple(_noise(channel) for channel in channels)
     problem.factors = tuple(_factor(channel) for channel in channels)
     none = [np.zeros(len(channel.recording.force), dtype=bool) for channel in channels]
@@ -188,7 +190,11 @@ def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tupl
 
 
 def fit(
-    case: Case, model: Model, masks: Sequence[Array] | None = None, rescale: bool = False
+    case: Case,
+    model: Model,
+    masks: Sequence[Array] | None = None,
+    rescale: bool = False,
+    factors: tuple[float, ...] | None = None,
 ) -> Fitted | None:
     """Fit a model to the recordings of a case; None where it cannot be solved from its start values.
 
@@ -198,6 +204,9 @@ def fit(
         True for samples of each channel that are held out.
     rescale
         Take the scale out of the law's start values first.
+    factors
+        Standard deviation of each channel's common factor, where it is known from another fit how near the model
+        comes (`Fitted.used`).
     """
     task, problem = pose(case, model, masks)
     if not problem.names:
@@ -211,7 +220,12 @@ def fit(
             problem.watch(begun)
         except NotConverged:
             return None
-    real, problem.factors = problem.factors, tuple(0.0 for _ in problem.factors)
+    real = problem.factors
+    if factors is not None:
+        problem.factors = factors
+        end = search(problem, begun, lower, upper)
+        return _fitted(task, model, problem, end.x, end.converged, real)
+    problem.factors = tuple(0.0 for _ in real)
     end = search(problem, begun, lower, upper)
     channels = problem.compared(end.x)
     if channels is not None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case
+from bushcli.diagnosis import any_law
 from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials
 from bushcli.diagnosis.criterion import NoiseTest, noise_test
 from bushcli.diagnosis.held_out import HeldOut, held_out
@@ -36,7 +37,7 @@ Progress = Callable[[str, str, str], None]
 REFITTED, BEGINNINGS = 4, 2
 # An effect is refitted if it promises this share of what the best one promises, and a second beginning, this share of
 # what its own best point promises.
-SHARE, SECOND = 0.05, 0.8
+SHARE, SECOND = 0.1, 0.8
 # Effects in one model, at most.
 MOST = 3
 # Worse prediction of what was held out than without the effect, as a factor, that is put down to chance.
@@ -167,18 +168,17 @@ class Search:
         self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score], asked: float
     ) -> bool:
         """Refit the most promising, and take the best; whether one was taken."""
-        models = self._proposals(found, table, scores)
-        if not models:
+        beginnings = self._beginnings(found.best, table, scores)
+        laws_ = self._laws(found.best, scores)
+        if not beginnings and not laws_:
             self._stage(found, "stop", found.best, "nothing in the catalogue promises more")
             return False
-        fits = self._fitted(models)
         tried: dict[tuple[str, ...], Fitted] = {}
-        for one in fits:
-            if one is None:
-                continue
-            name = key(one.model, found.plain.model)
-            if name not in tried or one.chi_square < tried[name].chi_square:
-                tried[name] = one
+        self._try(found, tried, [*(models[0] for models in beginnings), *laws_])
+        # Another beginning is for those whose first one has not led to the noise.
+        again = [model for models in beginnings for model in models[1:]]
+        names = {name for name, one in tried.items() if at_noise(one) is not None}
+        self._try(found, tried, [model for model in again if key(model, found.plain.model) not in names])
         found.refits |= {name: one for name, one in tried.items() if _better(one, found.refits.get(name))}
         ranked = sorted(tried.values(), key=lambda one: one.bic())
         for one in ranked:
@@ -202,38 +202,48 @@ class Search:
         )
         return False
 
-    def _proposals(
-        self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score]
-    ) -> list[Model]:
-        """Models with one effect more, or a richer law, from first-order start values."""
-        best = found.best.model
-        proposed: list[Model] = []
+    def _try(self, found: Selection, tried: dict[tuple[str, ...], Fitted], models: Sequence[Model]) -> None:
+        """Refit models, and keep the best of each name."""
+        for one in self._fitted(models, found.best.model.law):
+            if one is not None and _better(one, tried.get(key(one.model, found.plain.model))):
+                tried[key(one.model, found.plain.model)] = one
+
+    def _beginnings(
+        self, best: Fitted, table: Sequence[Candidate], scores: Sequence[Score]
+    ) -> list[list[Model]]:
+        """Models with one effect more from first-order start values: of each effect, the points worth a refit."""
         grids = {one.name: one for one in table}
         most = max((one.drop for one in scores if one.testable), default=0.0)
-        promising = [one for one in scores if one.testable and one.drop > max(PROMISING, SHARE * most)][
-            :REFITTED
-        ]
-        for score in promising:
-            one = grids[score.name]
+        promising = [one for one in scores if one.testable and one.drop > max(PROMISING, SHARE * most)]
+        proposed = []
+        for score in promising[:REFITTED]:
             order = np.argsort(-score.drops)[:BEGINNINGS]
-            for point in order:
-                if point == order[0] or score.drops[point] > SECOND * score.drop:
-                    proposed.append(_with(best, found.best, one, int(point), score))
-        if not best.fixed:
-            for name, terms in RICHER:
-                if name != best.law and len(laws()[name].parameters) >= len(best.start):
-                    start = {
-                        p.name: p.start
-                        for p in laws()[name].parameters
-                        if terms is None or not p.optional or int(p.name[-1]) <= terms
-                    }
-                    proposed.append(replace(best, law=name, start=start, terms=terms))
-        elif best.effects:
-            proposed.append(replace(best, fixed=False))
+            points = [int(p) for p in order if p == order[0] or score.drops[p] > SECOND * score.drop]
+            proposed.append([_with(best.model, best, grids[score.name], point, score) for point in points])
         return proposed
 
-    def _fitted(self, models: Sequence[Model]) -> list[Fitted | None]:
-        questions = [(self.case, model) for model in models]
+    def _laws(self, best: Fitted, scores: Sequence[Score]) -> list[Model]:
+        """Models with a richer law, where any law can do something about the misfit; or with a law set free."""
+        model = best.model
+        if model.fixed:
+            return [replace(model, fixed=False)] if model.effects else []
+        most = max((one.drop for one in scores if one.testable), default=0.0)
+        if any_law.most(best.channels, best.used, best.linear) < max(PROMISING, SHARE * most):
+            return []
+        proposed = []
+        for name, terms in RICHER:
+            if name != model.law and len(laws()[name].parameters) >= len(model.start):
+                start = {
+                    p.name: p.start
+                    for p in laws()[name].parameters
+                    if terms is None or not p.optional or int(p.name[-1]) <= terms
+                }
+                proposed.append(replace(model, law=name, start=start, terms=terms))
+        return proposed
+
+    def _fitted(self, models: Sequence[Model], law: str) -> list[Fitted | None]:
+        """Refit models; another law than the one at hand has to find its scale first."""
+        questions = [(self.case, model, model.law != law) for model in models]
 
         def told(i: int, answer: Fitted | None) -> None:
             label = " + ".join([models[i].law, *models[i].names])
@@ -253,7 +263,7 @@ class Search:
                 replace(model, effects=tuple(one for one in model.effects if one.name != name))
                 for name in model.names[:-1]
             ]
-            fits = [one for one in self._fitted(models) if one is not None]
+            fits = [one for one in self._fitted(models, found.best.model.law) if one is not None]
             found.refits |= {
                 key(one.model, found.plain.model): one
                 for one in fits
@@ -274,7 +284,7 @@ class Search:
         name = key(fitted.model, found.plain.model)
         if name not in found.predictions:
             masks = tuple(one.samples for one in found.held)
-            answer = self.workers.run(_predict, [(self.case, fitted.model, masks)])[0]
+            answer = self.workers.run(_predict, [(self.case, fitted.model, masks, fitted.used)])[0]
             found.foretold[name] = answer
             found.predictions[name] = _outside(answer, found.held, fitted.factors)
         return found.predictions[name]
@@ -397,13 +407,15 @@ def _columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | No
     return columns(case, fitted, trial)
 
 
-def _refit(case: Case, model: Model) -> Fitted | None:
-    return fit(case, model)
+def _refit(case: Case, model: Model, rescale: bool) -> Fitted | None:
+    return fit(case, model, rescale=rescale)
 
 
-def _predict(case: Case, model: Model, masks: tuple[Array, ...]) -> tuple[Compared, ...] | None:
+def _predict(
+    case: Case, model: Model, masks: tuple[Array, ...], factors: tuple[float, ...]
+) -> tuple[Compared, ...] | None:
     """The recordings as a model foretells them that was fitted to what is not masked."""
     if not any(mask.any() for mask in masks):
         return None
-    partly = fit(case, model, masks)
+    partly = fit(case, model, masks, factors=factors)
     return None if partly is None else predicted(case, partly)

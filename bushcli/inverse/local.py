@@ -18,9 +18,6 @@ Method = Literal["trf", "dogbox", "dogleg"]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
 MAX_EVALUATIONS = 200
-# So many evaluations that lower the cost by less than this share are the floor of a valley: curves that leave some
-# combination of many parameters open (Ogden's on one recording) have no other end. A hundredth of a unit of chi square.
-VALLEY, FALL = 25, 1e-4
 # A misfit of this many standard deviations is where a robust loss begins to discount.
 ROBUST_AT = 2.0
 # A search that a full step would still improve by more than this share of the cost has not ended in a minimum: a
@@ -115,7 +112,8 @@ class Watched:
         self.row = 0
         self.best = min(self.best, (float(found @ found), x.copy()), key=lambda pair: pair[0])
         self._falling.append(self.best[0])
-        if len(self._falling) > VALLEY and self.best[0] > (1 - FALL) * self._falling[-1 - VALLEY]:
+        evaluations, share = self.problem.valley
+        if len(self._falling) > evaluations and self.best[0] > (1 - share) * self._falling[-1 - evaluations]:
             raise Level("the misfit no longer falls")
         return found
 

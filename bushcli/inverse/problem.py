@@ -37,6 +37,9 @@ STABILITY_STATES = 24
 
 # A relative change of the cost or of the parameters below this ends the search: far below what noise can tell.
 TOLERANCE = 1e-7
+# So many evaluations that lower the cost by less than this share are the floor of a valley: curves that leave some
+# combination of many parameters open (Ogden's on one recording) have no other end. A hundredth of a unit of chi square.
+VALLEY = 25, 1e-4
 
 Progress = Callable[[Evaluation], None]
 
@@ -82,7 +85,7 @@ class Problem:
         # What the optimiser is about to try, and the start that it came from: for the record.
         self.trial: Trial | None = None
         self.start = 0
-        self.tolerance = TOLERANCE
+        self.tolerance, self.valley = TOLERANCE, VALLEY
         self._known: dict[bytes, list[Answer] | None] = {}
 
     def watch(self, x: Array) -> None:
