@@ -21,7 +21,7 @@ from bushcli.inverse.task import Task
 from cases.feature import Installed
 from cases.mode import Mode
 from cases.model import Model as Body
-from cases.simulate import Rubber, prepare
+from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import Refinement, Shape
 
 T = TypeVar("T")
@@ -40,6 +40,19 @@ def channels(task: Task, fineness: float = 1.0) -> list[Channel]:
     """
     name = pickle.dumps((replace(task.case, effects=()), _law(task), _structure(task.effects), fineness))
 
+    def made() -> list[Channel]:
+        found, _ = task.channels(prepared=bodies(task))
+        for channel in found:
+            if channel.simulation is not None and fineness != 1.0:
+                channel.simulation.plan(fineness)
+        return found
+
+    return _kept(_sets, SETS, name, made)
+
+
+def bodies(task: Task) -> Prepare:
+    """As `cases.simulate.prepare`, for the law and effects of a task: a body that is known is not made again."""
+
     def body(
         shape: Shape,
         mode: Mode,
@@ -57,14 +70,7 @@ def channels(task: Task, fineness: float = 1.0) -> list[Channel]:
             lambda: prepare(shape, mode, rubber, refinement, comm, features),
         )
 
-    def made() -> list[Channel]:
-        found, _ = task.channels(prepared=body)
-        for channel in found:
-            if channel.simulation is not None and fineness != 1.0:
-                channel.simulation.plan(fineness)
-        return found
-
-    return _kept(_sets, SETS, name, made)
+    return body
 
 
 def _kept(store: OrderedDict[bytes, T], most: int, name: bytes, made: Callable[[], T]) -> T:

@@ -43,6 +43,12 @@ class Proposal:
     holds: tuple[float, ...]
     cost: float
 
+    @property
+    def repeats(self) -> bool:
+        """Whether it is one cycle twice, at one rate."""
+        zero, first, back, *again = self.points
+        return tuple(again) == (first, back) and zero == back and len(set(self.rates)) == 1
+
     def program(self, samples: int = 40) -> tuple[Array, Array]:
         """Return time (n,) in s and displacement (n,), with that many samples on the longest way and in each hold."""
         longest = max(abs(b - a) for a, b in zip(self.points[:-1], self.points[1:], strict=True))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case
+from bushcli.diagnosis import kept
 from bushcli.diagnosis.discriminate import Prediction, Separation, next_test, separate
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.model import Fitted, Model
@@ -29,7 +30,7 @@ Progress = Callable[[str, str, str], None]
 
 # Rivals that are looked at, the chosen one among them.
 MOST_RIVALS = 3
-# Recordings of the menu that are foretold, the cheapest first: of the recorded modes, and of others.
+# Recordings of the menu that are foretold, the cheapest first, of the recorded modes.
 MOST_PROPOSALS = 6
 # Where a mode has not been recorded: travel as a share of the rubber's thickness, or rad; seconds from rest to there.
 SHARE = {"axial": 0.6, "radial": 0.3}
@@ -37,7 +38,7 @@ TURN = 0.2
 SECONDS = 20.0
 # Noise to be expected of a mode that has not been recorded, as a share of the force range.
 NOISE = 3e-3
-SAMPLES = 12
+SAMPLES = 9
 
 
 def propose(
@@ -50,7 +51,7 @@ def propose(
     separations: list[Separation] = []
     for recorded in (True, False):
         # From the cheapest on: the first that decides is the answer.
-        for proposal in _menu(case, found, recorded)[:MOST_PROPOSALS]:
+        for proposal in _menu(case, found, recorded):
             told("next", "test", proposal.name)
             answers = crew.run(
                 _foretell, [(case, model, fitted, proposal) for model, fitted in models.values()]
@@ -102,6 +103,7 @@ def _menu(case: Case, found: Selection, recorded: bool) -> list[Proposal]:
     """Recordings of the modes that have been recorded, or of the others."""
     mounted = [channel.recording.mode for channel in found.plain.channels]
     amplitudes: dict[str, float] = {}
+    others: dict[str, float] = {}
     rate: dict[str, float] = {}
     for channel in found.plain.channels:
         q, t = channel.recording.displacement, channel.recording.time
@@ -110,7 +112,6 @@ def _menu(case: Case, found: Selection, recorded: bool) -> list[Proposal]:
         path = float(np.abs(np.diff(q)).sum())
         rate[channel.recording.mode] = path / float(t[-1] - t[0]) if t is not None else reach / SECONDS
     if not recorded:
-        others = {}
         if isinstance(case.geometry, Ring):
             others = {
                 name: share * case.geometry.thickness for name, share in SHARE.items() if name not in mounted
@@ -119,7 +120,11 @@ def _menu(case: Case, found: Selection, recorded: bool) -> list[Proposal]:
                 others["torsional"] = TURN
         rate = {name: reach / SECONDS for name, reach in others.items()}
         amplitudes = others
-    return list(menu(amplitudes, rate, mounted))
+    whole = menu(amplitudes, rate, mounted)
+    if recorded:
+        return list(whole[:MOST_PROPOSALS])
+    # Of a mode that the rig is not set up for, one recording that turns, returns and repeats.
+    return [proposal for proposal in whole if proposal.repeats][: len(others)]
 
 
 def _foretell(case: Case, model: Model, fitted: Fitted, proposal: Proposal) -> Prediction | None:
@@ -135,6 +140,7 @@ def _foretell(case: Case, model: Model, fitted: Fitted, proposal: Proposal) -> P
         time,
         q,
         None,
+        prepared=kept.bodies(task),
     )
     values: dict[str, float] = dict(model.start)
     for one in model.effects:
