@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
+from bushcli.diagnosis import kept
 from bushcli.diagnosis.held_out import HeldOut
 from bushcli.diagnosis.locate import Location, locate
 from bushcli.diagnosis.model import Fitted, Model, fit
@@ -299,14 +300,16 @@ def _maps(case: Case, found: Selection, told: Progress) -> tuple[LocalMap, ...]:
 
     if case.geometry.specimen == "coupon" or at_noise(found.plain) is not None:
         return ()
-    channels, _ = found.plain.model.task(case).channels()
-    made = []
-    for channel, compared, jacobian in zip(
-        channels, found.plain.channels, found.plain.jacobians, strict=True
-    ):
-        told("map", compared.name, "where in the rubber a change would help")
-        made.append(local_map(channel, found.plain.model.start, compared, jacobian))
-    return tuple(made)
+    plain = found.plain
+    # All recordings are of one bushing: together they tell a place that none of them tells alone.
+    one = local_map(
+        kept.channels(plain.model.task(case)),
+        plain.model.start,
+        plain.channels,
+        plain.jacobians,
+        lambda name: told("map", name, "where in the rubber a change would help"),
+    )
+    return (one,)
 
 
 def _foretold(found: Selection, stage: Stage) -> Stage:

@@ -11,7 +11,7 @@ its second order is not taken for a place in the rubber.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,65 +79,54 @@ class Gains:
 
 
 def local_map(
-    channel: Channel, problem_parameters: Mapping[str, float], compared: Compared, jacobian: Array
-) -> LocalMap:
-    """Where in the rubber a change of stiffness would help one channel.
-
-    Parameters
-    ----------
-    channel : Channel
-        Of a bushing.
-    problem_parameters : mapping
-        All of the law's, and "compliance" where it is not the case's.
-    compared : Compared
-        Recorded force beside that simulated with these parameters.
-    jacobian : shape (n, p)
-        Of the simulated force by the fitted parameters; (n, 0) with a law that is held.
-
-    Raises
-    ------
-    ValueError
-        The channel is a coupon test: its deformation is the same everywhere.
-    NotConverged
-    """
-    return _map([channel], problem_parameters, [compared], [jacobian], [_slopes(channel, problem_parameters)])
-
-
-def local_maps(
     channels: Sequence[Channel],
     problem_parameters: Mapping[str, float],
     compared: Sequence[Compared],
     jacobians: Sequence[Array],
-) -> tuple[LocalMap, ...]:
-    """Maps of all channels together, where there are several, and of each alone; arguments as of `local_map`.
-
-    The map of all together is drawn on the mesh that shows most of the rubber; on a half-plane it is the same all round
-    the axis.
-    """
-    slopes = [_slopes(channel, problem_parameters) for channel in channels]
-    parts = [slice(i, i + 1) for i in range(len(channels))]
-    if len(channels) > 1:
-        parts.insert(0, slice(None))
-    return tuple(
-        _map(channels[part], problem_parameters, compared[part], jacobians[part], slopes[part])
-        for part in parts
-    )
-
-
-def _map(
-    channels: Sequence[Channel],
-    given: Mapping[str, float],
-    compared: Sequence[Compared],
-    jacobians: Sequence[Array],
-    slopes: Sequence[tuple[Array, Cells]],
+    told: Callable[[str], None] = lambda channel: None,
 ) -> LocalMap:
-    parameters, scale, before = dict(given), 1.0, 0.0
+    """Where in the rubber a change of stiffness would help all of these channels together.
+
+    The map is drawn on the mesh that shows most of the rubber; on a half-plane it is the same all round the axis.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+        Of one bushing.
+    problem_parameters : mapping
+        All of the law's, and "compliance" where it is not the case's.
+    compared : sequence of Compared
+        Recorded force beside that simulated with these parameters, of each channel.
+    jacobians : sequence of arrays, shape (n, p) each
+        Of the simulated force by the fitted parameters; (n, 0) with a law that is held.
+    told : callable
+        Called with each channel's name before it is solved.
+
+    Raises
+    ------
+    ValueError
+        A channel is a coupon test: its deformation is the same everywhere.
+    NotConverged
+    """
+
+    def slopes_of(given: Mapping[str, float]) -> list[tuple[Array, Cells]]:
+        found = []
+        for channel in channels:
+            told(channel.name)
+            found.append(_slopes(channel, given))
+        return found
+
+    if any(channel.coupon for channel in channels):
+        raise ValueError("a coupon has no place where its rubber could differ: maps are of bushings")
+    parameters, scale, before = dict(problem_parameters), 1.0, 0.0
     held = not any(jacobian.shape[1] for jacobian in jacobians)
     shape, linear = channels[0].model.mesh.shape, channels[0].model.law.linear
     for repeat in range(REPEATS + 1):
         seen = [
             Seen(one, jacobian, *slope, channel.model.mesh.mirrors, _shared(channel))
-            for channel, one, jacobian, slope in zip(channels, compared, jacobians, slopes, strict=True)
+            for channel, one, jacobian, slope in zip(
+                channels, compared, jacobians, slopes_of(parameters), strict=True
+            )
         ]
         combined = Combined(seen, shape)
         before = before or combined.gains.before
@@ -146,7 +135,6 @@ def _map(
         factor = 1.0 + combined.uniform
         scale *= factor
         parameters |= {name: factor * value for name, value in parameters.items() if name in linear}
-        slopes = [_slopes(channel, parameters) for channel in channels]
         compared = [
             replace(one, simulated=np.where(one.known, _force(channel, parameters), np.nan))
             for channel, one in zip(channels, compared, strict=True)
@@ -163,8 +151,6 @@ def _shared(channel: Channel) -> float:
 
 def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
     """Derivatives (n, m) of a channel's force at its samples by its cells' factors, and the cells."""
-    if channel.coupon:
-        raise ValueError("a coupon has no place where its rubber could differ: maps are of bushings")
     model, simulation = channel.model, channel.simulation
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
     if simulation is None or not simulation.path_dependent:
@@ -243,7 +229,7 @@ class Combined:
         total = gains.before or 1.0
         texts = [self._gains(gains, scale, helps), self._place() if helps else "", self._part()]
         return LocalMap(
-            channel=" + ".join(self.names),
+            channels=tuple(self.names),
             points=self.cells.points,
             cells=self.cells.corners,
             factor=scale * (1.0 + self.beside) * np.exp(self.field.change) - 1.0,

@@ -206,11 +206,11 @@ class NextTest:
 
 @dataclass(frozen=True)
 class LocalMap:
-    """Where in the rubber a change of stiffness would help, for one channel.
+    """Where in the rubber a change of stiffness would help some channels together.
 
     Attributes
     ----------
-    channel : str
+    channels : tuple of str
     points : shape (n, 2) or (n, 3)
         Corners of the cells, mm: (R, Z) of the half-plane, or x, y, z.
     cells : shape (m, 4) or (m, 8)
@@ -225,7 +225,7 @@ class LocalMap:
     text : str
     """
 
-    channel: str
+    channels: tuple[str, ...]
     points: Array
     cells: NDArray[np.int64]
     factor: Array
@@ -233,6 +233,11 @@ class LocalMap:
     uniform_gain: float
     helps_locally: bool
     text: str
+
+    @property
+    def name(self) -> str:
+        """Names of the channels: "axial + radial"."""
+        return " + ".join(self.channels)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from bushcli.report.diagnosis_tables import (
     path_table,
 )
 from bushcli.report.diagnosis_words import headline, model_name, parameters_text, shown, strength, tone
-from bushcli.report.quantity import number
+from bushcli.report.quantity import listed, number
 from bushcli.report.text import Shown, problem_parts
 
 # Rows of the table of hypotheses on the terminal; the report has all of them.
@@ -33,7 +33,7 @@ def diagnosis_text(found: Diagnosis) -> Group:
     if found.remaining.mismatch and found.effects:
         parts += [Padding(Text("What is left after the final model:"), _SECOND)]
         parts += [Padding(Text(line), (0, 0, 0, 4)) for line in points(sentences(found.remaining))]
-    parts += [Padding(Text(one.text), _SECOND) for one in found.maps]
+    parts += [Padding(Text(line), _SECOND) for line in map_lines(found)]
     if found.effects:
         parts += [Text(), Text("What was left out", "bold")]
         parts += [Padding(Text(line), _SECOND) for line in effect_lines(found)]
@@ -62,6 +62,17 @@ def effect_lines(found: Diagnosis) -> list[str]:
         doubt = "" if effect.plausible else "; not plausible"
         remark = f": {effect.remark}" if effect.remark else ""
         lines.append(f"{effect.name}: {parameters_text(effect, found.channels)} ({said}{doubt}){remark}")
+    return lines
+
+
+def map_lines(found: Diagnosis) -> list[str]:
+    """Where in the bushing, a paragraph per map; which channels say so, where there are several."""
+    if len(found.channels) < 2:
+        return [one.text for one in found.maps]
+    lines = []
+    for one in found.maps:
+        together = " together" if len(one.channels) > 1 else ""
+        lines.append(f"In the rubber ({listed(list(one.channels))}{together}): {one.text}")
     return lines
 
 

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
-from bushcli.report.diagnosis import points, rival_lines
+from bushcli.report.diagnosis import map_lines, points, rival_lines
 from bushcli.report.diagnosis_tables import (
     effect_table,
     hypothesis_table,
@@ -58,7 +58,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         Section(
             "Where in the bushing",
             kinds.get("bushing_map", []),
-            lines=[_sentence(one.text) for one in found.maps],
+            lines=_sentences(map_lines(found)),
         ),
     ]
     if found.effects:

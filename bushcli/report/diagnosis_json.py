@@ -48,7 +48,8 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         ],
         "maps": [
             {
-                "channel": one.channel,
+                "channel": one.name,
+                "channels": list(one.channels),
                 "local_gain": one.local_gain,
                 "uniform_gain": one.uniform_gain,
                 "helps_locally": one.helps_locally,

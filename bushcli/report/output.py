@@ -152,12 +152,12 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
     from bushcli.report.diagnosis_html import diagnosis_html
     from bushcli.report.figures.diagnosis import diagnosis_figures
 
-    names = file_names([channel.name for channel in found.channels])
+    names = file_names([*(one.name for one in found.channels), *(one.name for one in found.maps)])
     files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
     for channel in found.channels:
         files[f"{names[channel.name]}-diagnosis.csv"] = _diagnosed(channel)
     for one in found.maps:
-        files[f"{names[one.channel]}-bushing-map.vtu"] = _text(map_vtu(one))
+        files[f"{names[one.name]}-bushing-map.vtu"] = _text(map_vtu(one))
     pictures = diagnosis_figures(found, names)
     for picture in pictures:
         files[f"{picture.name}.png"] = _bytes(picture.png)
@@ -208,7 +208,7 @@ def check_output(directory: Path, case: Case) -> None:
 def file_names(channels: Iterable[str]) -> dict[str, str]:
     """Return channel -> a name for its files: nothing in it leaves the folder or troubles a file system."""
     names: dict[str, str] = {}
-    for channel in channels:
+    for channel in dict.fromkeys(channels):
         safe = re.sub(r"[^\w.-]+", "_", channel).strip("._-")[:100] or "channel"
         number, name = 1, safe
         while name.casefold() in {taken.casefold() for taken in names.values()}:

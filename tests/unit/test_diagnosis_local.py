@@ -272,4 +272,4 @@ def test_a_coupon_has_no_places():
         coupon = True
 
     with pytest.raises(ValueError, match="no place"):
-        local_map(Coupon(), {}, None, None)
+        local_map([Coupon()], {}, [], [])

@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from bushcli.casefile import load_case
 from bushcli.curve import Curve
-from bushcli.diagnosis.local import _slopes, local_map, local_maps
+from bushcli.diagnosis.local import _slopes, local_map
 from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
@@ -186,8 +186,8 @@ def recording(mode, spot=0.0, factor=1.0, noise=0.003, seed=1):
     return Recording(mode, q, force + error, name=mode)
 
 
-def maps(tmp_path, recordings):
-    """Maps with the law held at the truth's."""
+def maps(tmp_path, recordings, alone=True):
+    """Maps with the law held at the truth's: of all together, and of each alone."""
     file = tmp_path / "case.toml"
     file.write_text(CASE, encoding="utf-8")
     case = load_case(file)
@@ -201,7 +201,9 @@ def maps(tmp_path, recordings):
         )
         for channel in channels
     ]
-    return local_maps(channels, TRUTH, compared, [np.zeros((len(one.misfit), 0)) for one in compared])
+    held = [np.zeros((len(one.misfit), 0)) for one in compared]
+    parts = [slice(None), *(slice(i, i + 1) for i in range(len(channels)) if alone)]
+    return [local_map(channels[part], TRUTH, compared[part], held[part]) for part in parts]
 
 
 def mean_near(found, near):
@@ -212,7 +214,8 @@ def mean_near(found, near):
 
 def test_softer_rubber_at_one_end_of_a_bond_is_seen_there(tmp_path):
     together, axial, torsional = maps(tmp_path, [recording(m, spot=-0.5) for m in ("axial", "torsional")])
-    assert together.channel == "axial + torsional"
+    assert together.channels == ("axial", "torsional")
+    assert together.name == "axial + torsional"
     assert together.helps_locally
     assert together.local_gain > together.uniform_gain
     assert "softer near the inner bond at the upper end" in together.text
@@ -228,7 +231,7 @@ def test_softer_rubber_at_one_end_of_a_bond_is_seen_there(tmp_path):
 def test_another_batch_is_seen_everywhere(tmp_path):
     """A factor of 363 / 650, that of the literature's bushing, with forces far beyond the first order's reach."""
     for found in maps(tmp_path, [recording(m, factor=0.56) for m in ("axial", "torsional")]):
-        assert not found.helps_locally, found.channel
+        assert not found.helps_locally, found.name
         assert found.uniform_gain > 0.999
         np.testing.assert_allclose(found.factor, 0.56 - 1.0, atol=0.02)
         assert "(0.56 on all rubber)" in found.text
@@ -237,10 +240,10 @@ def test_another_batch_is_seen_everywhere(tmp_path):
 @pytest.mark.slow
 def test_three_channels_tell_the_place_and_a_batch_from_it(tmp_path):
     names = ("axial", "radial", "torsional")
-    together, *_ = maps(tmp_path, [recording(m, spot=-0.5, seed=3) for m in names])
+    (together,) = maps(tmp_path, [recording(m, spot=-0.5, seed=3) for m in names], alone=False)
     assert together.helps_locally
     assert "softer near the inner bond at the upper end" in together.text
-    batch, *_ = maps(tmp_path, [recording(m, factor=0.8, seed=4) for m in names])
+    (batch,) = maps(tmp_path, [recording(m, factor=0.8, seed=4) for m in names], alone=False)
     assert not batch.helps_locally
     np.testing.assert_allclose(batch.factor, -0.2, atol=0.02)
 
@@ -263,6 +266,6 @@ def test_a_channel_whose_rubber_remembers_is_seen_at_its_samples(tmp_path):
     np.testing.assert_allclose(slope.sum(axis=1), force, rtol=1e-6, atol=1e-6 * np.abs(force).max())
     # Another batch, with whose law its branches go.
     compared = Compared(replace(used, force=0.8 * force), force, NoiseModel(1.0))
-    found = local_map(channel, TRUTH, compared, np.zeros((71, 0)))
+    found = local_map([channel], TRUTH, [compared], [np.zeros((71, 0))])
     assert not found.helps_locally
     np.testing.assert_allclose(found.factor, -0.2, atol=1e-4)

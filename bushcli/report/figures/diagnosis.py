@@ -32,7 +32,7 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
     Parameters
     ----------
     names
-        Channel -> name for its files.
+        Channel, and channels of a map -> name for their files.
     """
     drawn = []
     for channel in found.channels:
@@ -43,8 +43,8 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
         figure = record_figure(found, channel)
         drawn.append(picture(f"{file}-record-map", "record_map", title, figure, channel.name))
     for one in found.maps:
-        file = f"{names.get(one.channel, one.channel)}-bushing-map"
-        drawn.append(picture(file, "bushing_map", map_title(one), map_figure(one), one.channel))
+        file = f"{names[one.name]}-bushing-map"
+        drawn.append(picture(file, "bushing_map", map_title(one), map_figure(one), one.name))
     if found.next_test is not None:
         title = f"Next test: {found.next_test.name}"
         drawn.append(picture("next-test", "next_test", title, next_test_figure(found, found.next_test)))

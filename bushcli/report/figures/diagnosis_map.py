@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from textwrap import fill
+
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
@@ -19,6 +21,10 @@ Array = NDArray[np.float64]
 _COLOURS = "PuOr_r"
 # The colour scale ends where all but this share of the rubber is told apart.
 _BEYOND = 0.01
+# One that ended below this change of stiffness would paint noise in full colours.
+_LEAST = 0.02
+# Characters in a line of the title.
+_LINE = 50
 _LONGEST = 4.6  # inches of the drawing's longer side
 # Corners of a face in order around it, among those of a cell in tensor-product and in ring numbering.
 _SECTION = {"tensor": ((0, 1, 3, 2),), "ring": ((0, 1, 2, 3),)}
@@ -33,7 +39,7 @@ def map_title(found: LocalMap) -> str:
     helps = (
         "a local change helps" if found.helps_locally else "a local change helps no more than a uniform one"
     )
-    return f"{found.channel}: {helps}"
+    return f"{found.name}: {helps}"
 
 
 def map_figure(found: LocalMap) -> Figure:
@@ -41,7 +47,7 @@ def map_figure(found: LocalMap) -> Figure:
     flat = found.points.shape[1] == 2
     polygons, values, order = _section(found) if flat else _solid(found)
     top = float(np.quantile(np.abs(found.factor), 1.0 - _BEYOND)) if len(found.factor) else 0.0
-    norm = Normalize(-100.0 * max(top, 1e-3), 100.0 * max(top, 1e-3))
+    norm = Normalize(-100.0 * max(top, _LEAST), 100.0 * max(top, _LEAST))
     mappable = ScalarMappable(norm, _COLOURS)
     colours = np.array(mappable.to_rgba(100.0 * values))
     colours[:, :3] *= order[:, None]
@@ -75,7 +81,7 @@ def map_figure(found: LocalMap) -> Figure:
                 fontsize=8.5,
                 color=GREY,
             )
-        axes.set_title(literal(map_title(found)), fontsize=10.5, color=BLACK)
+        axes.set_title(literal(fill(map_title(found), _LINE)), fontsize=10.5, color=BLACK)
         return figure
 
 

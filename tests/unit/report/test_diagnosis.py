@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
+from matplotlib.text import Text as MplText
 from rich.console import Console
 
 from bushcli import report
@@ -66,6 +67,8 @@ def test_json_is_what_scripts_rely_on(case, diagnoses):
     assert document["hypotheses"][-1]["z"] is None
     assert document["problems"][0]["name"] == "coarse_noise"
     assert document["maps"][0]["helps_locally"] is True
+    assert document["maps"][0]["channel"] == "axial + radial"
+    assert document["maps"][0]["channels"] == ["axial", "radial"]
 
 
 def test_angles_are_degrees_at_the_door(case, diagnoses):
@@ -128,7 +131,7 @@ def test_text_says_where_what_how_much_better_and_what_next(case, diagnoses):
     assert max(map(len, text.splitlines())) <= 100
     for words in (
         "in the axial channel, on loading above 3 mm: the simulation is 8.6 % too soft there",
-        "a local change takes away 71 % of the misfit",
+        "In the rubber (axial and radial together): a local change takes away 71 % of the misfit",
         "inverse_r 0.3120 ± 0.0080 (r = 3.21), m 0.102 ± 0.011 MPa",
         "evidence 412, decisive",
         "cannot tell apart: mullins; or friction + viscoelasticity",
@@ -300,6 +303,27 @@ def test_both_numberings_of_corners_are_understood(diagnoses, made):
     assert map_vtu(tensor) == map_vtu(ring)
 
 
+@pytest.mark.parametrize(
+    "names", [("axial",), ("axial", "radial"), ("axial", "radial", "torsional", "conical")], ids=len
+)
+def test_the_title_of_a_map_fits_its_picture(diagnoses, names):
+    one = replace(diagnoses.half_plane(across=2, along=2, names=names), helps_locally=False)
+    figure = map_figure(one)
+    figure.draw_without_rendering()
+    title = figure.axes[0].get_children()
+    boxes = [t.get_window_extent() for t in title if isinstance(t, MplText) and names[0] in t.get_text()]
+    assert len(boxes) == 1
+    assert boxes[0].x1 <= figure.bbox.x1
+
+
+def test_a_map_that_asks_for_nothing_is_pale(diagnoses):
+    one = diagnoses.half_plane()
+    nothing = replace(one, factor=1e-3 * one.factor / np.abs(one.factor).max())
+    (drawn,) = (c for c in map_figure(nothing).axes[0].collections if isinstance(c, PolyCollection))
+    # The scale ends at 2 %, not at the tenth of a per cent that is asked for.
+    assert np.ptp(drawn.get_facecolors()[:, :3]) < 0.15
+
+
 def test_a_map_is_a_file_for_paraview(diagnoses):
     one = diagnoses.solid()
     root = ET.fromstring(map_vtu(one))
@@ -337,10 +361,14 @@ def test_pictures_are_drawn_of_a_channel_in_which_the_law_runs_away(case, diagno
 
 
 def test_the_folder_holds_all_that_the_report_shows(case, diagnoses, tmp_path):
-    found = diagnoses.torsional(case())
+    # As if there were an axial channel, too.
+    together = diagnoses.half_plane(across=2, along=2, names=("axial", "torsional"))
+    found = replace(diagnoses.torsional(case()), maps=(together,))
     document = report.diagnosis_json(found, {"total": 1.0})
     written = {path.name for path in report.write_diagnosis(tmp_path / "out", document, found)}
     assert {"result.json", "report.html", "torsional-diagnosis.csv", "torsional-diagnosis.png"} <= written
+    assert {f"axial_torsional-bushing-map.{ending}" for ending in ("vtu", "png", "svg")} <= written
+    assert not any(set(name) & set(" +") for name in written)
     rows = (tmp_path / "out" / "torsional-diagnosis.csv").read_text().splitlines()
     assert rows[0] == "rotation_deg,recorded_moment_Nmm,plain_moment_Nmm,final_moment_Nmm,held_out"
     last = [float(value) for value in rows[-1].split(",")]

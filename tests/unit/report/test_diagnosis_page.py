@@ -15,7 +15,7 @@ from bushcli.casefile import load_case
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, diagnoses):
-    """Results of a diagnosis of two channels, with rivals, maps in 2-D and 3-D, and what is to be recorded next."""
+    """Results of a diagnosis of two channels, with rivals, a map, and what is to be recorded next."""
     place = tmp_path_factory.mktemp("case")
     (place / "axial.csv").write_text(
         "displacement_mm,force_N\n" + "".join(f"{q},{100 * q}\n" for q in range(6))
@@ -69,8 +69,8 @@ def test_it_renders_without_an_error_and_asks_the_network_for_nothing(page, fold
     assert asked[0] == (folder / "report.html").as_uri()
     assert all(address.startswith("data:image/") for address in asked[1:])
     assert page.value("[...document.images].every((i) => i.complete && i.naturalWidth > 100)")
-    # Record maps of two channels, two maps in the bushing, the next test.
-    assert page.value("document.images.length") == 5
+    # Record maps of two channels, a map in the bushing, the next test.
+    assert page.value("document.images.length") == 4
     assert page.value("document.documentElement.scrollWidth <= innerWidth")
 
 

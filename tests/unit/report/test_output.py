@@ -107,6 +107,13 @@ def test_names_stay_in_the_folder_and_apart():
     assert names["schräg 1"] == "schräg_1"
 
 
+def test_a_map_of_several_channels_gets_a_name_that_no_channel_has():
+    # As `write_diagnosis` asks: a map of one channel is called as the channel is.
+    names = file_names(["axial", "radial", "axial_radial", "axial", "axial + radial"])
+    assert names["axial"] == "axial"
+    assert names["axial + radial"] == "axial_radial_2"
+
+
 def test_a_fit_writes_recorded_and_fitted_stress(case, fit, tmp_path):
     write_fit(tmp_path / "out", fit_json(case(), fit, {}), case(), fit)
     lines = (tmp_path / "out" / "planar-fit.csv").read_text().splitlines()
