@@ -3,6 +3,8 @@
 PYTEST_ARGS ?=
 IN := setup/enter
 CASE ?= examples/batch/case.toml
+CONCEALED ?= examples/concealed/case.toml
+SAY := @printf '\n== %s\n\n'
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test lint format bench install uninstall clean
@@ -13,8 +15,13 @@ help: ## this list
 setup: ## install what is missing (a second when nothing is)
 	@bash setup/setup.sh
 
-demo: setup ## the main job on the bundled example: result and plots in out/
-	$(IN) bushcli direct $(CASE) -o out
+demo: setup ## simulate one bundled example, diagnose the other: results and reports in out/
+	$(SAY) '1 of 2, seconds: a law from tests of the rubber; is the bushing as stiff as it says? ($(CASE))'
+	$(IN) bushcli direct $(CASE) -q -o out/direct
+	$(SAY) '2 of 2, a minute or two: a recording with an effect that its maker concealed; which one? ($(CONCEALED))'
+	$(IN) bushcli diagnose $(CONCEALED) --workers 2 -o out/diagnosis
+	$(SAY) 'What was concealed: examples/concealed/truth/truth.json. To open in a browser:'
+	@ls out/direct/report.html out/diagnosis/report.html
 
 test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some of them
 	tests/with-browser $(IN) python -m pytest $(PYTEST_ARGS)
