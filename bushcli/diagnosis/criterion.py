@@ -25,7 +25,7 @@ from bushcli.diagnosis.noise_model import Compared, autoregression, correlation_
 
 Array = NDArray[np.float64]
 
-LEVEL = 0.05
+LEVEL = 0.01
 # A misfit of this share of the noise it is said to have is not that noise: chance takes off a tenth, not a half.
 _FLOORED = 0.5
 # Fewer innovations say nothing about their order.

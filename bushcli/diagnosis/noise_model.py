@@ -22,6 +22,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from scipy.special import comb
 
@@ -38,8 +39,16 @@ _ORDER = 4
 # at half the sampling rate, in units of 1 / sqrt(n): both simulated, 400 series of white noise of 60 to 1,000 samples.
 _FREEDOM = 0.33
 _RATIO_STD = 3.2
-# Two standard deviations, one-sided: white noise is taken for coloured in one recording of forty.
-_SURE = 2.0
+# Standard deviations, one-sided, by which noise has to differ from white noise.
+_SURE = 3.0
+# Memory of noise is looked for in branches of so many samples, and where there are so many in such branches: of fewer,
+# every second one is too coarse for the curve, whose own curvature then looks like noise with a memory.
+_LONG, _ENOUGH = 40, 120
+# Polynomials that a branch is taken for, and samples per coefficient that it takes to leave noise.
+_DEGREE, _PER_COEFFICIENT = 5, 3
+# What polynomials leave may be larger than what differences leave by so many standard deviations of either: else they
+# do not describe the branches.
+_ALIKE = 2.0
 # Beyond, differences of order 4 see next to nothing of the noise; the ratio tends to 2.
 _LARGEST = 0.9
 _LARGEST_RATIO = 2.0
@@ -131,20 +140,25 @@ def noise_model(recording: Recording, floor: float = FLOOR) -> NoiseModel:
     Returns
     -------
     NoiseModel
-        White unless the recording says otherwise at the level of two standard deviations. Coarse sampling makes
+        White unless the recording says otherwise at the level of three standard deviations. Coarse sampling makes
         ``sigma`` an upper bound, see `bushcli.noise`.
     """
     n = len(recording.force)
-    full = force_noise(recording)
-    sigma = float(np.hypot(full, abs(recording.secant_stiffness()) * displacement_noise(recording)))
-    correlation, freedom = 0.0, _FREEDOM * n
+    full, freedom = force_noise(recording), _FREEDOM * n
+    size = full
+    smooth = _beside_polynomials(recording)
+    # Differences of order 4 use a third of what the samples know, polynomials most of it, where they fit.
+    if smooth is not None and 0.0 < smooth[0] <= full * (1.0 + _ALIKE / np.sqrt(2.0 * freedom)):
+        size, freedom = smooth
+    correlation = 0.0
     sparse = _at_half_rate(recording)
-    if sparse is not None and full > 0:
-        ratio, doubt = (sparse / full) ** 2, _SURE * _RATIO_STD / np.sqrt(n)
+    if sparse is not None and sparse[1] > 0:
+        ratio, doubt = (sparse[0] / sparse[1]) ** 2, _SURE * _RATIO_STD / np.sqrt(n)
         # A larger ratio than any noise has is the curvature of a curve with few samples and little noise.
         if doubt < np.log(ratio) < np.log(_LARGEST_RATIO) + doubt:
             correlation, freedom = _correlation(ratio), _COLOURED_FREEDOM * n
-            sigma /= np.sqrt(_passed(correlation, 1))
+            size = full / np.sqrt(_passed(correlation, 1))
+    sigma = float(np.hypot(size, abs(recording.secant_stiffness()) * displacement_noise(recording)))
     least = floor * float(np.ptp(recording.force))
     if sigma <= least:
         return NoiseModel(least)
@@ -177,14 +191,37 @@ def correlation_time(misfit: Array) -> float:
     return float(np.clip(sums[enough[0]] if len(enough) else sums[-1], 1.0, n / 4))
 
 
-def _at_half_rate(recording: Recording) -> float | None:
-    """Standard deviation that differences find in every second sample; None where there are too few."""
-    groups = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(recording))])
-    if len(groups) < 40:
+def _beside_polynomials(recording: Recording) -> tuple[float, float] | None:
+    """Standard deviation of the force beside a polynomial in each branch, and its degrees of freedom."""
+    x = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
+    squares, freedom = 0.0, 0
+    for branch in branches(recording):
+        here = slice(branch.start, branch.stop)
+        degree = min(_DEGREE, (branch.stop - branch.start) // _PER_COEFFICIENT - 1)
+        if degree < 1:
+            continue
+        position = x[here] - x[branch.start]
+        if branch.kind == "hold":
+            # Relaxation is fast at first.
+            position = np.log1p(position / max(float(position[1]), 1e-12))
+        fit = Polynomial.fit(position, recording.force[here], degree)
+        squares += float(np.sum((recording.force[here] - fit(position)) ** 2))
+        freedom += branch.stop - branch.start - degree - 1
+    return (float(np.sqrt(squares / freedom)), float(freedom)) if freedom >= 20 else None
+
+
+def _at_half_rate(recording: Recording) -> tuple[float, float] | None:
+    """Standard deviations that differences find in every second sample and in all, of long branches; None without."""
+    found = branches(recording)
+    chosen = [i for i, b in enumerate(found) if b.stop - b.start >= _LONG]
+    if sum(found[i].stop - found[i].start for i in chosen) < _ENOUGH:
         return None
-    x = np.arange(len(groups), dtype=float) if recording.time is None else recording.time
-    found = [noise(recording.force[i::2], x[i::2], order=_ORDER, groups=groups[i::2]) for i in (0, 1)]
-    return float(np.sqrt(np.mean(np.square(found))))
+    kept = np.concatenate([np.arange(found[i].start, found[i].stop) for i in chosen])
+    groups = np.concatenate([np.full(found[i].stop - found[i].start, i) for i in chosen])
+    x = (np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time)[kept]
+    force = recording.force[kept]
+    half = [noise(force[i::2], x[i::2], order=_ORDER, groups=groups[i::2]) for i in (0, 1)]
+    return float(np.sqrt(np.mean(np.square(half)))), noise(force, x, order=_ORDER, groups=groups)
 
 
 def _passed(correlation: float, stride: int) -> float:
