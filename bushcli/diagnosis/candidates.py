@@ -26,8 +26,8 @@ Array = NDArray[np.float64]
 
 # A derivative at the off value that is this small beside the effect of a typical amplitude says nothing.
 FLAT = 1e-3
-# Steps of a march, over the usual, that do for a first estimate.
-COARSE = 0.5
+# Steps of a march, over the usual, that do for a first estimate; a coarse mesh does for it, too.
+HALF = 0.5
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,8 @@ def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | Non
     others = tuple(one for one in fitted.model.effects if one.name != trial.effect.name)
     model = replace(fitted.model, effects=(*others, trial.active))
     names = [f"{trial.effect.name}.{name}" for name in trial.amplitudes]
-    channels = kept.channels(model.task(case), COARSE)
+    coarse: kept.Coarse = "memory" if trial.effect.acts == "assembly" else "solid"
+    channels = kept.channels(model.task(case), HALF, coarse)
     found: list[Array] = []
     for channel, compared in zip(channels, fitted.channels, strict=True):
         recording = compared.recording

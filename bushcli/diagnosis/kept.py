@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import pickle
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
+import numpy as np
 from mpi4py import MPI
+from numpy.typing import NDArray
 
 from bushcli.effect import ActiveEffect
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.task import Task
+from bushcli.inverse.task import COARSE, Task
 from cases.feature import Installed
 from cases.mode import Mode
 from cases.model import Model as Body
@@ -25,33 +27,73 @@ from cases.simulate import Prepare, Rubber, prepare
 from geometry.shape import Refinement, Shape
 
 T = TypeVar("T")
+Array = NDArray[np.float64]
+Coarse = Literal["never", "memory", "solid"]
 
 # At a time: bodies of the law alone and of the effect at hand, each for up to three channels.
-BODIES, SETS = 9, 4
+BODIES, SETS = 12, 6
 
 _bodies: OrderedDict[bytes, Body] = OrderedDict()
 _sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
+_brought: OrderedDict[bytes, list[tuple[float, Array]]] = OrderedDict()
 
 
-def channels(task: Task, fineness: float = 1.0) -> list[Channel]:
-    """Channels of a task, for any values of its parameters, with `fineness` times the usual steps.
+def channels(
+    task: Task, fineness: float = 1.0, coarse: Coarse = "never", anchor: Mapping[str, float] | None = None
+) -> list[Channel]:
+    """Channels of a task, for any values of its parameters.
 
     Every solution has to be given all values: what a kept model had before is not what the task says.
+
+    Parameters
+    ----------
+    fineness
+        Steps of a march over the usual number.
+    coarse
+        Which bodies get a coarse mesh: none, solid ones that remember, or all solid ones.
+    anchor
+        Parameters of the law alone at which the force of a coarse body is brought to that of the usual one.
     """
-    name = pickle.dumps((replace(task.case, effects=()), _law(task), _structure(task.effects), fineness))
+    whole = replace(task.case, effects=())
+    name = pickle.dumps((whole, _law(task), _structure(task.effects), fineness, coarse, anchor))
 
     def made() -> list[Channel]:
-        found, _ = task.channels(prepared=bodies(task))
-        for channel in found:
+        modes: set[str] = set()
+        found, _ = task.channels(prepared=bodies(task, coarse, modes))
+        for number, channel in enumerate(found):
             if channel.simulation is not None and fineness != 1.0:
                 channel.simulation.plan(fineness)
+            if channel.recording.mode in modes and anchor is not None:
+                plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
+                channel.share, channel.offset = brought(plain, anchor)[number]
         return found
 
     return _kept(_sets, SETS, name, made)
 
 
-def bodies(task: Task) -> Prepare:
-    """As `cases.simulate.prepare`, for the law and effects of a task: a body that is known is not made again."""
+def brought(plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array]]:
+    """Factor and remainder that bring the force of a coarse mesh to that of the usual one, of each channel.
+
+    Found from the law alone. A coarse mesh is too stiff by a factor that hardly depends on what the rubber remembers;
+    what the factor leaves is taken as it is.
+    """
+
+    def made() -> list[tuple[float, Array]]:
+        found = []
+        for usual, coarse in zip(channels(plain), channels(plain, coarse="solid"), strict=True):
+            exact, rough = (one.at_samples(one.solve(anchor, ()))[0] for one in (usual, coarse))
+            share = float(rough @ exact) / max(float(rough @ rough), 1e-300)
+            found.append((share, exact - share * rough))
+        return found
+
+    return _kept(_brought, SETS, pickle.dumps((plain.case, _law(plain), dict(anchor))), made)
+
+
+def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) -> Prepare:
+    """As `cases.simulate.prepare`, for the law and effects of a task: a body that is known is not made again.
+
+    The modes that got a coarse mesh are added to `modes`.
+    """
 
     def body(
         shape: Shape,
@@ -61,6 +103,12 @@ def bodies(task: Task) -> Prepare:
         comm: MPI.Comm,
         features: Sequence[Installed] = (),
     ) -> Body:
+        solid = mode.section is None or not shape.axisymmetric
+        remembers = any(item.feature.branches is not None for item in features)
+        if solid and (coarse == "solid" or (coarse == "memory" and remembers)):
+            refinement = COARSE.refinement
+            if modes is not None:
+                modes.add(mode.name)
         acting = [one for one in task.effects if one.name in {item.name for item in features}]
         what = (shape, mode.name, _law(task), rubber.bulk_modulus, refinement, _structure(acting))
         return _kept(

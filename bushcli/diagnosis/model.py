@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 
 # Relative change of the sum of squares that ends a fit: BIC sees no smaller difference.
 TOLERANCE = 3e-4
+# The same far from the noise, where no decision hangs on it.
+ROUGH = 2e-3
 # A fit has an end, too, where so many evaluations bring less than this share.
 VALLEY = 10, 5e-3
 # Misfit over noise below which the common factors of the forces take part in a fit.
@@ -52,6 +54,9 @@ class Model:
         With start values.
     terms : int, optional
         Of a law with optional terms.
+    anchor : mapping, optional
+        Of the law alone: with it, solid bodies that remember get a coarse mesh, whose force is brought to that of the
+        usual one at these parameters (`kept`). A march in three dimensions takes a minute otherwise.
     """
 
     law: str
@@ -59,6 +64,7 @@ class Model:
     fixed: bool = False
     effects: tuple[ActiveEffect, ...] = ()
     terms: int | None = None
+    anchor: Mapping[str, float] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -178,7 +184,8 @@ class Weighed(Problem):
 def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tuple[Task, Weighed]:
     """The least-squares problem of a model; `masks` say which samples of each channel are held out."""
     task = model.task(case)
-    channels = kept.channels(task)
+    coarse: kept.Coarse = "never" if model.anchor is None else "memory"
+    channels = kept.channels(task, coarse=coarse, anchor=model.anchor)
     plain = task.pose(channels)
     problem = Weighed(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
@@ -225,13 +232,14 @@ def fit(
         problem.factors = factors
         end = search(problem, begun, lower, upper)
         return _fitted(task, model, problem, end.x, end.converged, real)
-    problem.factors = tuple(0.0 for _ in real)
+    problem.factors, problem.tolerance = tuple(0.0 for _ in real), ROUGH
     end = search(problem, begun, lower, upper)
     channels = problem.compared(end.x)
     if channels is not None:
         size = np.sqrt(chi_square(channels, real) / max(sum(c.effective_samples for c in channels), 1.0))
         problem.factors = tuple(factor / max(1.0, float(size)) for factor in real)
         if size < NEAR:
+            problem.tolerance = TOLERANCE
             end = search(problem, end.x, lower, upper)
     return _fitted(task, model, problem, end.x, end.converged, real)
 
@@ -240,6 +248,22 @@ def predicted(case: Case, fitted: Fitted) -> tuple[Compared, ...] | None:
     """All samples, held-out ones included, with the parameters of a fit; None where a march did not converge."""
     _, problem = pose(case, fitted.model)
     return problem.compared(fitted.x)
+
+
+def exact(case: Case, fitted: Fitted) -> Fitted | None:
+    """The fit with the forces of the usual mesh, where they were those of a coarse one; None where that fails."""
+    task, _ = pose(case, fitted.model)
+    found = []
+    for channel, compared in zip(kept.channels(task), fitted.channels, strict=True):
+        values = {**fitted.model.start, **dict(zip(fitted.names, map(float, fitted.x), strict=True))}
+        for one in fitted.model.effects:
+            values |= {full_name(one.effect, p): one.values[p.name] for p in one.parameters}
+        try:
+            force, _ = channel.at_samples(channel.solve(values, ()))
+        except NotConverged:
+            return None
+        found.append(replace(compared, simulated=np.where(compared.known, force, np.nan)))
+    return replace(fitted, channels=tuple(found))
 
 
 def chi_square(channels: Sequence[Compared], factors: Sequence[float]) -> float:

@@ -19,7 +19,7 @@ from bushcli.diagnosis import any_law
 from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials
 from bushcli.diagnosis.criterion import NoiseTest, noise_test
 from bushcli.diagnosis.held_out import HeldOut, held_out
-from bushcli.diagnosis.model import Fitted, Model, fit, predicted
+from bushcli.diagnosis.model import Fitted, Model, exact, fit, predicted
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Hypothesis, Stage
 from bushcli.diagnosis.rivals import STRONG, Combination, forward
@@ -118,6 +118,14 @@ class Search:
 
     def run(self, plain: Fitted) -> Selection:
         """Search from the plain law."""
+        found = self._searched(plain)
+        if found.best.model.anchor is not None:
+            # What is shown in the end is the usual mesh's.
+            exact_ = self.workers.run(_exact, [(self.case, found.best)])[0]
+            found.best = exact_ or found.best
+        return found
+
+    def _searched(self, plain: Fitted) -> Selection:
         found = Selection(plain, plain)
         found.held = tuple(held_out(channel.recording) for channel in plain.channels)
         found.refits[()] = plain
@@ -238,7 +246,7 @@ class Search:
                     for p in laws()[name].parameters
                     if terms is None or not p.optional or int(p.name[-1]) <= terms
                 }
-                proposed.append(replace(model, law=name, start=start, terms=terms))
+                proposed.append(replace(model, law=name, start=start, terms=terms, anchor=None))
         return proposed
 
     def _fitted(self, models: Sequence[Model], law: str) -> list[Fitted | None]:
@@ -364,7 +372,9 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, score: Score
     values |= one.points[point]
     active = ActiveEffect(effect, values, present.channels if present is not None else None).started()
     others = tuple(e for e in model.effects if e.name != one.name)
-    return replace(model, effects=(*others, active))
+    # Solid bodies are compared on a coarse mesh from here on; what it misses is known at the law alone.
+    anchor = dict(model.start) if model.anchor is None else model.anchor
+    return replace(model, effects=(*others, active), anchor=anchor)
 
 
 def _better(one: Fitted, other: Fitted | None) -> bool:
@@ -409,6 +419,10 @@ def _columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | No
 
 def _refit(case: Case, model: Model, rescale: bool) -> Fitted | None:
     return fit(case, model, rescale=rescale)
+
+
+def _exact(case: Case, fitted: Fitted) -> Fitted | None:
+    return exact(case, fitted)
 
 
 def _predict(

@@ -115,6 +115,9 @@ class Channel:
             self.model = self.simulation.model
         else:
             self.model = prepared(shape, mode, rubber, case.mesh.refinement, comm)
+        # Of a model on a coarser mesh: what brings its force to that of the usual one.
+        self.share = 1.0
+        self.offset: Array = np.zeros(len(recording.force))
         self.odd = is_odd(shape, mode)
         q = recording.displacement
         self.coupon = mode.specimen == "coupon"
@@ -220,7 +223,7 @@ class Channel:
     def at_samples(self, answer: Answer) -> tuple[Array, Array]:
         """Force (n,) and derivatives (n, parameters) at the recorded displacements."""
         if self.simulation is not None:
-            return answer.force, answer.slope
+            return self.share * answer.force + self.offset, self.share * answer.slope
         q, force, slope = self._both_sides(answer)
         both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
         return both[:, 0], both[:, 1:]
