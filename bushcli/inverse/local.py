@@ -18,6 +18,8 @@ Method = Literal["trf", "dogbox", "dogleg"]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
 MAX_EVALUATIONS = 200
+# A relative step that is none.
+SHORT = 1e-4
 # A misfit of this many standard deviations is where a robust loss begins to discount.
 ROBUST_AT = 2.0
 # A search that a full step would still improve by more than this share of the cost has not ended in a minimum: a
@@ -173,7 +175,8 @@ def minimise(
             loss=loss,
             f_scale=ROBUST_AT / np.sqrt(mean_samples),
             ftol=problem.tolerance,
-            xtol=problem.tolerance,
+            # Steps are short beside a failure, too.
+            xtol=min(problem.tolerance, SHORT),
             gtol=1e-12,
             max_nfev=MAX_EVALUATIONS,
         )
