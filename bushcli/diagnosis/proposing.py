@@ -140,7 +140,7 @@ def _foretell(case: Case, model: Model, fitted: Fitted, proposal: Proposal) -> P
         time,
         q,
         None,
-        prepared=kept.bodies(task),
+        prepared=kept.bodies(task, "solid"),
     )
     values: dict[str, float] = dict(model.start)
     for one in model.effects:
