@@ -33,6 +33,8 @@ TOLERANCE = 3e-4
 ROUGH = 2e-3
 # A fit has an end, too, where so many evaluations bring less than this share.
 VALLEY = 10, 5e-3
+# Searches after which unstable states that were reached join the problem.
+ROUNDS = 1
 # Misfit over noise below which the common factors of the forces take part in a fit.
 NEAR = 3.0
 # No simulation is trusted to better than this share of the force range.
@@ -189,6 +191,7 @@ def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tupl
     plain = task.pose(channels)
     problem = Weighed(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
+    problem.rounds = ROUNDS
     problem.noises = tuple(_noise(channel) for channel in channels)
     problem.factors = tuple(_factor(channel) for channel in channels)
     none = [np.zeros(len(channel.recording.force), dtype=bool) for channel in channels]

@@ -24,8 +24,6 @@ from bushcli.inverse.wall import along_the_wall
 
 Array = NDArray[np.float64]
 
-# Times that states which a search reached join the problem: one is the rule, three happened.
-ROUNDS = 5
 # Failed trials in a row, each of a quarter of the step before, after which the search has met a wall.
 WALL = 6
 
@@ -58,7 +56,7 @@ def search(
         known.add(x.tobytes())
         return new and watch(problem, x)
 
-    for last in (*[False] * ROUNDS, True):
+    for last in (*[False] * problem.rounds, True):
         states = len(problem.states)
         found = minimise(problem, point, lower, upper, method, loss, WALL, None if last else explained)
         iterations, point = iterations + found.iterations, found.x
