@@ -46,7 +46,7 @@ NO_WORSE = 1.05
 PROMISING = 10.0
 # Beside a misfit that passes for noise an effect is called for only by such a fall of BIC, and refitted only where its
 # score test leaves chance less than this, the misfit taken for noise as it is.
-OUTSTANDING, CHANCE = 20.0, 1e-4
+OUTSTANDING, CHANCE = 12.0, 1e-4
 # Laws that are tried in place of a poorer one: name and, where it has optional terms, their number.
 RICHER = (("yeoh", None), ("ogden", 2))
 # Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
