@@ -9,6 +9,7 @@ import click
 
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
 from bushcli.errors import InputError, Problem
+from bushcli.interrupt import is_interrupt
 
 
 @click.command()
@@ -50,17 +51,25 @@ def diagnose(
     case = run.load()
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
-    with run.timed("diagnose"):
-        found = find(
-            case,
-            model=model,
-            effects=None if wanted is None else [name.strip() for name in wanted.split(",") if name.strip()],
-            workers=workers,
-            journal=run.output / "history-diagnose" if run.output else None,
-            resume=resume,
-            maps=not no_maps,
-            progress=_progress(run),
-        )
+    journal = run.output / "history-diagnose" if run.output else None
+    try:
+        with run.timed("diagnose"):
+            found = find(
+                case,
+                model=model,
+                effects=None
+                if wanted is None
+                else [name.strip() for name in wanted.split(",") if name.strip()],
+                workers=workers,
+                journal=journal,
+                resume=resume,
+                maps=not no_maps,
+                progress=_progress(run),
+            )
+    except BaseException as error:
+        if journal is not None and is_interrupt(error):
+            run.say(f"no verdict yet; {len(list(journal.glob('*.result')))} fits are kept for --resume")
+        raise
     result = report.diagnosis_json(found, run.timings())
     run.show(report.diagnosis_text(found))
     run.emit(result)

@@ -6,7 +6,6 @@ import functools
 import io
 import json as json_format
 import os
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -17,11 +16,12 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 from bushcli.errors import InputError
+from bushcli.interrupt import is_interrupt, listen
 
 if TYPE_CHECKING:
     from bushcli.casefile import Case
 
-DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED = 0, 1, 2, 3
+DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED, MISTAKE, INTERRUPTED = 0, 1, 2, 3, 70, 130
 # Characters in a line of piped output, and the least on a terminal.
 WIDTH, NARROWEST = 120, 100
 
@@ -148,8 +148,7 @@ def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
 
 def finish(work: Callable[[], int | None], debug: bool) -> None:
     """Run, and exit with the code that interface and errors ask for; no traceback unless `debug`."""
-    # A pipeline that ends early (`| head`) is no error of ours, and SIGTERM ends like Ctrl-C.
-    signal.signal(signal.SIGTERM, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt()))
+    listen()
     try:
         code = work() or DONE
     except InputError as error:
@@ -159,16 +158,26 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
             click.echo(f"error: {error}", err=True)
         code = WRONG_INPUT
     except KeyboardInterrupt:
-        click.echo("interrupted", err=True)
-        code = 130
+        code = _interrupted()
     except BrokenPipeError:
+        # A pipeline that ends early (`| head`) is no error of ours.
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - the interpreter flushes it at exit
         code = DONE
     except Exception as error:  # the last line of defence between a traceback and a user
         if debug:
             raise
-        if speaks():
-            click.echo(f"internal error: {type(error).__name__}: {error}", err=True)
-            click.echo("this is a mistake in bushcli; --debug shows where", err=True)
-        code = 70
+        code = _interrupted() if is_interrupt(error) else _mistaken(error)
     sys.exit(code)
+
+
+def _interrupted() -> int:
+    if speaks():
+        click.echo("interrupted", err=True)
+    return INTERRUPTED
+
+
+def _mistaken(error: Exception) -> int:
+    if speaks():
+        click.echo(f"internal error: {type(error).__name__}: {error}", err=True)
+        click.echo("this is a mistake in bushcli; --debug shows where", err=True)
+    return MISTAKE

@@ -19,7 +19,16 @@ from bushcli.diagnosis.locate import Location, locate
 from bushcli.diagnosis.model import Fitted, Model, fit
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.proposing import propose
-from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, LocalMap, Named, Quantity, Stage, Verdict
+from bushcli.diagnosis.result import (
+    DiagnosedChannel,
+    Diagnosis,
+    LocalMap,
+    Named,
+    NextTest,
+    Quantity,
+    Stage,
+    Verdict,
+)
 from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.say import paragraph, plausibility
 from bushcli.diagnosis.selection import Progress, Search, Selection, at_noise, hypotheses, key
@@ -27,9 +36,11 @@ from bushcli.diagnosis.workers import Workers
 from bushcli.effect import effects as catalogue
 from bushcli.effect import full_name
 from bushcli.errors import InputError, Problem, nearest
+from bushcli.interrupt import is_interrupt
 from bushcli.inverse.identify import fit_coupons
 from bushcli.recording import Recording, displacement_noise
 from bushcli.schedule import schedule
+from cases.march import NotConverged
 from forms.law import law, laws
 
 Array = NDArray[np.float64]
@@ -39,6 +50,9 @@ CONFIDENCE = 1.96
 # An effect that, at a typical size, would change the recordings by less than this many standard errors cannot be
 # excluded by them.
 SEEN = 3.0
+# Evidence against an effect that is not worth more than a bare mention (Kass and Raftery 1995,
+# doi:10.1080/01621459.1995.10476572), as a difference of BIC.
+BARE = 2.0
 
 
 def diagnose(
@@ -74,6 +88,12 @@ def diagnose(
     progress
         Called with the stage, what is looked at, and what came of it.
 
+    Returns
+    -------
+    Diagnosis
+        Also when it is interrupted after the model has been selected, with a condition that says so. Before that an
+        interruption (KeyboardInterrupt) leaves what is in the journal.
+
     Raises
     ------
     InputError
@@ -97,9 +117,7 @@ def diagnose(
         before, after = (search.prediction(found, one) for one in (plain, found.best))
         channels = _channels(found)
         rivals = _rivals(found)
-        told("next", "test", "what would separate the rivals")
-        proposal = propose(bare, found, rivals, crew, told) if len(rivals) > 1 else None
-        made = _maps(bare, found, told) if maps else ()
+        proposal, made, trouble = _beyond(bare, found, rivals, crew, maps, told)
     location = locate(plain.judged)
     remaining = locate(found.best.judged)
     verdict = _verdict(found)
@@ -121,7 +139,7 @@ def diagnose(
         rivals=rivals,
         next_test=proposal,
         maps=made,
-        conditions=tuple(_conditions(found, remaining, before, after)),
+        conditions=(*trouble, *_conditions(found, remaining, before, after)),
         forward_solves=sum(one.solves for one in found.refits.values()),
         failed_solves=sum(one.failed for one in found.refits.values()),
         seconds=time.perf_counter() - begin,
@@ -234,21 +252,22 @@ def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
     """Sets of effects that explain the recordings as well as the chosen one, which comes first."""
     chosen = tuple(found.best.model.names)
     near = [chosen]
-    if found.best is found.plain or not chosen:
-        # Nothing is missing that these recordings could show; what they could not show may still be there.
-        scores = found.tables[0][1] if found.tables else ()
-        for score in scores:
-            parameter = catalogue()[score.name].amplitudes[0]
-            typical = abs(parameter.start - float(parameter.off or 0.0))
-            if not score.testable or score.detectable > SEEN / 3.0 * typical:
-                near.append((score.name,))
-        return tuple(near)
     limit = found.best.bic() + STRONG
     others = sorted(found.refits.items(), key=lambda item: item[1].bic())
     for name, refit in others:
         names = tuple(refit.model.names)
-        if refit.bic() <= limit and set(names) != set(chosen) and not set(chosen) < set(names) and name:
+        better = not chosen or not set(chosen) < set(names)
+        if refit.bic() <= limit and set(names) != set(chosen) and better and name:
             near.append(names or name)
+    if not chosen:
+        # Nothing is missing that these recordings could show; what they could not show may still be there.
+        for score in found.tables[0][1] if found.tables else ():
+            parameter = catalogue()[score.name].amplitudes[0]
+            typical = abs(parameter.start - float(parameter.off or 0.0))
+            unknowns = len(score.amplitude) + len(score.shape)
+            price = unknowns * float(np.log(max(found.plain.samples, 2.0))) - score.drop
+            if not score.testable or score.detectable > SEEN / 3.0 * typical or price < BARE:
+                near.append((score.name,))
     return tuple(dict.fromkeys(near))
 
 
@@ -293,6 +312,38 @@ def _held(answer: tuple[Compared, ...] | None, i: int, held: HeldOut, span: floa
     if answer is None or not held.samples.any():
         return float("nan")
     return 100.0 * float(np.sqrt(np.mean(answer[i].misfit[held.samples] ** 2))) / span
+
+
+def _beyond(
+    case: Case,
+    found: Selection,
+    rivals: tuple[tuple[str, ...], ...],
+    crew: Workers,
+    maps: bool,
+    told: Progress,
+) -> tuple[NextTest | None, tuple[LocalMap, ...], tuple[Condition, ...]]:
+    """The next test and the maps, which the verdict does not wait for: what stops them is a condition."""
+    proposal: NextTest | None = None
+    try:
+        missing = "next test and map of the bushing"
+        if len(rivals) > 1:
+            told("next", "test", "what would separate the rivals")
+            proposal = propose(case, found, rivals, crew, told)
+        missing = "map of the bushing"
+        return proposal, _maps(case, found, told) if maps else (), ()
+    except NotConverged as error:
+        remedy = "nothing else depends on it; --no-maps leaves it out"
+        return (
+            proposal,
+            (),
+            (Condition("no_map", f"the map of the bushing cannot be solved: {error}", remedy),),
+        )
+    except BaseException as error:
+        if not is_interrupt(error):
+            raise
+        crew.stop()
+        message = f"stopped after the model was selected: {missing} not made"
+        return proposal, (), (Condition("interrupted", message, "run it again with --resume"),)
 
 
 def _maps(case: Case, found: Selection, told: Progress) -> tuple[LocalMap, ...]:

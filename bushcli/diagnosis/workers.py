@@ -7,16 +7,27 @@ stopped goes on where it was, with any number of workers, to the same end.
 from __future__ import annotations
 
 import hashlib
+import io
 import os
 import pickle
+import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import get_context
+from contextlib import contextmanager, suppress
+from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
+from bushcli import __version__
+from bushcli.interrupt import abandon_compilation
+from bushcli.source import Source
+
 Work = Callable[..., Any]
+
+# Seconds that a process is given to put its things in order.
+GRACE = 2.0
 
 
 class Workers:
@@ -36,21 +47,40 @@ class Workers:
         self.count, self.folder = max(1, count), folder
         self.reused = 0
         self._executor: ProcessPoolExecutor | None = None
+        self._others = frozenset(active_children())
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
-            if not resume:
-                for file in folder.glob("*.result"):
-                    file.unlink()
+            for file in [*folder.glob("*.part"), *([] if resume else folder.glob("*.result"))]:
+                file.unlink()
 
     @contextmanager
     def open(self) -> Iterator[Workers]:
-        """Start the processes, and end them."""
+        """Start the processes, and end them: at once where an exception ends the run."""
         if self.count == 1:
             yield self
             return
-        with ProcessPoolExecutor(self.count, mp_context=get_context("spawn")) as executor:
-            self._executor = executor
+        self._executor = ProcessPoolExecutor(self.count, get_context("spawn"), initializer=_begin)
+        try:
             yield self
+        except BaseException:
+            self.stop()
+            raise
+        self._executor.shutdown()
+
+    def stop(self) -> None:
+        """End all processes, whatever they do; nothing can be run after it."""
+        if self._executor is None:
+            return
+        self._executor.shutdown(wait=False, cancel_futures=True)
+        ours = [process for process in active_children() if process not in self._others]
+        for process in ours:
+            process.terminate()
+        for process in ours:
+            process.join(GRACE)
+            # The compiler that a process has started is of its group.
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(process.pid or 0, signal.SIGKILL)
+            process.kill()
 
     def run(
         self, work: Work, questions: Sequence[tuple[Any, ...]], told: Callable[[int, Any], None] | None = None
@@ -66,13 +96,14 @@ class Workers:
                 if told is not None:
                     told(i, answers[i])
             elif self._executor is None:
-                answers[i] = self._keep(file, work(*question))
+                answers[i] = _answer(file, work, question)
                 if told is not None:
                     told(i, answers[i])
             else:
-                waiting.append((i, file, self._executor.submit(work, *question)))
-        for i, file, future in waiting:
-            answers[i] = self._keep(file, future.result())
+                with _deaf():
+                    waiting.append((i, self._executor.submit(_answer, file, work, question)))
+        for i, future in waiting:
+            answers[i] = future.result()
             if told is not None:
                 told(i, answers[i])
         return answers
@@ -80,16 +111,101 @@ class Workers:
     def _file(self, work: Work, question: tuple[Any, ...]) -> Path | None:
         if self.folder is None:
             return None
-        # Effects are found by name: what they are made of is no part of the question.
-        name = hashlib.sha256(f"{work.__module__}.{work.__qualname__}".encode() + pickle.dumps(question))
+        name = hashlib.sha256(f"{__version__} {work.__module__}.{work.__qualname__}".encode())
+        name.update(_canonical(question))
         return self.folder / f"{name.hexdigest()[:24]}.result"
 
-    def _keep(self, file: Path | None, answer: Any) -> Any:
-        if file is not None:
-            fresh = file.with_suffix(f".{os.getpid()}.part")
-            with fresh.open("wb") as out:
-                out.write(pickle.dumps(answer))
-                out.flush()
-                os.fsync(out.fileno())
-            fresh.replace(file)
-        return answer
+
+def _answer(file: Path | None, work: Work, question: tuple[Any, ...]) -> Any:
+    """Do the work, and keep what came of it."""
+    answer = work(*question)
+    if file is not None:
+        fresh = file.with_suffix(f".{os.getpid()}.part")
+        with fresh.open("wb") as out:
+            out.write(pickle.dumps(answer))
+            out.flush()
+            os.fsync(out.fileno())
+        fresh.replace(file)
+    return answer
+
+
+# -- the question's name ---------------------------------------------------------------------------------------------
+
+
+class _Canonical(pickle.Pickler):
+    """Equal values give the same bytes in every process.
+
+    Effects are pickled by name: what they are made of is no part of a question.
+    """
+
+    def __init__(self, out: io.BytesIO) -> None:
+        # Up to this protocol an array is the same whether it owns its memory or not.
+        super().__init__(out, protocol=4)
+        # No references to what was met before: whether two equal objects are one differs after a run was resumed.
+        self.fast = True
+
+    def persistent_id(self, obj: Any) -> Any:
+        if isinstance(obj, set | frozenset):
+            # Their order is another one in every process.
+            return "set", sorted(obj, key=repr)
+        if isinstance(obj, Path):
+            # Not the parts of which it was put together.
+            return "path", str(obj)
+        if isinstance(obj, Source):
+            # A recording is what its file holds.
+            return "source", vars(obj), obj.file.read_bytes()
+        return None
+
+
+def _canonical(question: tuple[Any, ...]) -> bytes:
+    out = io.BytesIO()
+    _Canonical(out).dump(question)
+    return out.getvalue()
+
+
+# -- a process that works --------------------------------------------------------------------------------------------
+
+_STOPPING = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes are started whole, and do not hear of Ctrl-C or SIGTERM before they are ready to."""
+    heard: list[int] = []
+    # Blocked here, a signal goes to another thread, and the interpreter would raise it here all the same.
+    main = threading.current_thread() is threading.main_thread()
+    handlers = {one: signal.signal(one, lambda number, _: heard.append(number)) for one in _STOPPING if main}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _STOPPING)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for one, handler in handlers.items():
+            signal.signal(one, handler or signal.SIG_DFL)
+    if heard:
+        signal.raise_signal(heard[0])
+
+
+def _begin() -> None:
+    """Make this process one that ends when the first one says so, and with it in any case."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        abandon_compilation(frame)
+        # Not by an exception: the next question may already wait.
+        os._exit(1)
+
+    # Ctrl-C goes to all processes of the terminal's group: only the first one is to answer it.
+    os.setpgrp()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # A process that has been told to end before it was ready ends here.
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOPPING)
+    signal.signal(signal.SIGTERM, end)
+    threading.Thread(target=_follow, daemon=True).start()
+
+
+def _follow() -> None:
+    """End with the process that has started this one, however that ends."""
+    first = parent_process()
+    if first is not None:
+        first.join()
+    os.killpg(0, signal.SIGKILL)

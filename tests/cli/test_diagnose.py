@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -11,6 +15,10 @@ import pytest
 
 from bushcli.cli import main
 from bushcli.diagnosis import diagnose as driver
+from bushcli.diagnosis.workers import Workers
+from cases.march import unsolved
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -143,3 +151,86 @@ def test_a_case_without_recordings_is_refused(called: Any, small: Path) -> None:
     done = called()
     assert done.code == 2
     assert "recordings" in done.err
+
+
+@pytest.mark.parametrize(
+    ("stopped", "error", "condition", "words"),
+    [
+        ("propose", KeyboardInterrupt(), "interrupted", "next test and map of the bushing not made"),
+        ("_maps", KeyboardInterrupt(), "interrupted", ": map of the bushing not made"),
+        # As PETSc's callbacks have it.
+        ("_maps", RuntimeError("KeyboardInterrupt"), "interrupted", "map of the bushing not made"),
+        ("_maps", unsolved("at 2 mm"), "no_map", "at 2 mm"),
+    ],
+)
+def test_what_stops_the_extras_is_a_condition_beside_the_verdict(
+    monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException, condition: str, words: str
+) -> None:
+    def stop(*_: Any) -> None:
+        raise error
+
+    monkeypatch.setattr(driver, "propose", lambda *_: "a test")
+    monkeypatch.setattr(driver, stopped, stop)
+    rivals = (("mullins",), ("friction",))
+    proposal, maps, (found,) = driver._beyond(None, None, rivals, Workers(), True, lambda *_: None)  # type: ignore[arg-type]
+    assert proposal == (None if stopped == "propose" else "a test")
+    assert maps == ()
+    assert found.name == condition
+    assert words in found.message
+
+
+def test_a_mistake_in_the_extras_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(*_: Any) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(driver, "_maps", stop)
+    with pytest.raises(ZeroDivisionError):
+        driver._beyond(None, None, (), Workers(), True, lambda *_: None)  # type: ignore[arg-type]
+
+
+def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    text = small.read_text().split("[material.parameters]")[0]
+    small.write_text(text + '[[recordings]]\nmode = "axial"\nfile = "axial.csv"\n')
+
+    def stopped(sent: signal.Signals, *more: str) -> dict[str, int]:
+        """Stop after the plain law; what is kept then, and when it was written."""
+        arguments = [
+            "-m",
+            "bushcli.cli",
+            "diagnose",
+            str(small),
+            "-o",
+            str(out),
+            "--effects",
+            "offset",
+            *more,
+        ]
+        # A session of its own, so that a signal to its group goes to all its processes, as Ctrl-C does.
+        with subprocess.Popen(
+            [sys.executable, *arguments],
+            env=os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        ) as process:
+            assert process.stderr is not None
+            said = ""
+            while "alone" not in said:
+                said = process.stderr.readline()
+                assert said, "ended before the plain law was fitted"
+            os.killpg(process.pid, sent)
+            # Pipes are closed when the last of its processes has ended.
+            _, said = process.communicate(timeout=60)
+        assert process.returncode == 130
+        assert "Traceback" not in said
+        assert said.splitlines()[-1] == "interrupted"
+        assert "fits are kept for --resume" in said
+        assert not (out / "result.json").exists()
+        return {file.name: file.stat().st_mtime_ns for file in (out / "history-diagnose").glob("*.result")}
+
+    kept = stopped(signal.SIGINT, "--workers", "2")
+    assert kept
+    # The plain law is not fitted again, with another number of workers.
+    assert kept.items() <= stopped(signal.SIGTERM, "--resume").items()

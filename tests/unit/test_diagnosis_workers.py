@@ -1,0 +1,173 @@
+"""Independent runs: in order, kept under the same names in every process, ended with the first one."""
+
+from __future__ import annotations
+
+import operator
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from multiprocessing import active_children
+from pathlib import Path
+
+import pytest
+
+from bushcli.casefile import load_case
+from bushcli.diagnosis.workers import Workers, _deaf
+
+CASE = """\
+[geometry]
+shape = "plain"
+inner_radius = 9.0
+outer_radius = 18.0
+length = 34.0
+[material]
+law = "yeoh"
+[[recordings]]
+mode = "axial"
+file = "axial.csv"
+"""
+
+
+@pytest.fixture
+def case(tmp_path):
+    (tmp_path / "axial.csv").write_text("displacement_mm,force_N\n" + "".join(f"{q},{q}\n" for q in range(6)))
+    (tmp_path / "case.toml").write_text(CASE)
+    return load_case(tmp_path / "case.toml")
+
+
+def name(crew, *question):
+    return crew._file(operator.mul, question).name
+
+
+def test_answers_are_in_order_and_every_process_is_of_a_group_of_its_own():
+    heard = []
+    with Workers(2).open() as crew:
+        assert crew.run(operator.mul, [(i, i) for i in range(5)], lambda i, a: heard.append((i, a))) == [
+            0,
+            1,
+            4,
+            9,
+            16,
+        ]
+        groups = set(crew.run(os.getpgrp, [()] * 4))
+    assert heard == [(i, i * i) for i in range(5)]
+    # Ctrl-C at the terminal goes to the group of the first process.
+    assert os.getpgrp() not in groups
+    assert not active_children()
+
+
+def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp_path):
+    def interrupt(number, answer):
+        raise KeyboardInterrupt
+
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), Workers(2, tmp_path).open() as crew:
+        crew.run(time.sleep, [(0.0,), (100.0,), (100.0,), (100.0,), (100.0,)], interrupt)
+    assert time.monotonic() - begin < 50.0
+    assert not active_children()
+    assert len(list(tmp_path.glob("*.result"))) == 1
+    resumed = Workers(1, tmp_path, resume=True)
+    assert resumed.run(time.sleep, [(0.0,)]) == [None]
+    assert resumed.reused == 1
+
+
+def test_processes_end_with_the_first_one_when_that_is_killed(tmp_path):
+    script = (
+        "import os, time\n"
+        "from bushcli.diagnosis.workers import Workers\n"
+        "if __name__ == '__main__':\n"
+        "    with Workers(2).open() as crew:\n"
+        "        print(*crew.run(os.getpid, [()] * 8), flush=True)\n"
+        "        crew.run(time.sleep, [(100.0,)] * 4)\n"
+    )
+    file = tmp_path / "main.py"
+    file.write_text(script)
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    with subprocess.Popen(
+        [sys.executable, str(file)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    ) as process:
+        assert process.stdout is not None
+        workers = {int(pid) for pid in process.stdout.readline().split()}
+        process.kill()
+        # What they inherited of the pipe is closed when they have ended.
+        process.communicate(timeout=60)
+    assert workers
+    end = time.monotonic() + 20.0
+    while any(map(lives, workers)) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not any(map(lives, workers))
+
+
+def lives(pid):
+    """Whether a process runs; what has ended and waits to be asked does not."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+@pytest.mark.parametrize("seed", ["1", "2"])
+def test_a_question_has_the_same_name_in_every_process(case, tmp_path, seed):
+    script = (
+        "import operator, sys\n"
+        "from pathlib import Path\n"
+        "from bushcli.casefile import load_case\n"
+        "from bushcli.diagnosis.workers import Workers\n"
+        "case = load_case(Path(sys.argv[1]))\n"
+        "print(Workers(1, Path(sys.argv[2]))._file(operator.mul, (case, {'a', 'b', 'c', 'd'})).name)\n"
+    )
+    # Sets have another order with another seed of the hash; the geometry holds one.
+    environment = os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": str(Path(__file__).parents[2])}
+    arguments = [sys.executable, "-c", script, str(case.path), str(tmp_path / "out")]
+    said = subprocess.run(arguments, env=environment, capture_output=True, text=True, check=True).stdout
+    assert said.strip() == name(Workers(1, tmp_path / "out"), case, {"a", "b", "c", "d"})
+
+
+def test_equal_questions_have_one_name_whether_their_parts_are_one_object_or_two(tmp_path):
+    crew = Workers(1, tmp_path)
+    # No literals: equal ones would be one object.
+    one, two = "".join(["ax", "ial"]), "".join(["ax", "ial"])
+    assert one is not two
+    assert name(crew, (one, one)) == name(crew, (one, two))
+
+
+def test_a_recording_that_was_changed_is_another_question(case, tmp_path):
+    crew = Workers(1, tmp_path / "out")
+    before = name(crew, case)
+    assert name(crew, replace(case, title="another")) != before
+    file = case.recordings[0].file
+    file.write_text(file.read_text() + "6,6.1\n")
+    assert name(crew, case) != before
+
+
+def test_a_new_run_begins_with_an_empty_folder(tmp_path):
+    assert Workers(1, tmp_path).run(operator.mul, [(2, 3)]) == [6]
+    (tmp_path / "half.1.part").touch()
+    assert Workers(1, tmp_path, resume=True).run(operator.mul, [(2, 3)]) == [6]
+    assert len(list(tmp_path.iterdir())) == 1
+    Workers(1, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_signal_that_comes_while_processes_are_started_is_heard_when_they_are():
+    whole = []
+
+    def start():
+        with _deaf():
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.01)
+            whole.append(True)
+
+    with pytest.raises(KeyboardInterrupt):
+        start()
+    assert whole
+
+
+def test_signals_of_the_first_process_are_heard_again_after_others_were_started():
+    with Workers(2).open() as crew:
+        crew.run(operator.mul, [(1, 2)])
+        assert not signal.pthread_sigmask(signal.SIG_BLOCK, []) & {signal.SIGINT, signal.SIGTERM}
