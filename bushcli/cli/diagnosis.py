@@ -17,8 +17,9 @@ from bushcli.interrupt import is_interrupt
 @click.option(
     "--effects",
     "wanted",
+    multiple=True,
     metavar="NAME[,NAME...]",
-    help="Look for these effects only (see `bushcli list effects`).",
+    help="Look for these effects only (see `bushcli list effects`); may be given several times.",
 )
 @click.option(
     "--workers",
@@ -34,7 +35,7 @@ from bushcli.interrupt import is_interrupt
 def diagnose(
     run: Run,
     model: str | None,
-    wanted: str | None,
+    wanted: tuple[str, ...],
     workers: int,
     resume: bool,
     no_maps: bool,
@@ -57,9 +58,7 @@ def diagnose(
             found = find(
                 case,
                 model=model,
-                effects=None
-                if wanted is None
-                else [name.strip() for name in wanted.split(",") if name.strip()],
+                effects=_names(wanted),
                 workers=workers,
                 journal=journal,
                 resume=resume,
@@ -79,6 +78,14 @@ def diagnose(
     if any(condition.name == "not_converged" for condition in found.conditions):
         return NOT_CONVERGED
     return NEGATIVE if strict and found.verdict != "explained" else DONE
+
+
+def _names(wanted: tuple[str, ...]) -> list[str] | None:
+    """Names of the option as often as it was given, each a list with commas; None without the option."""
+    names = [name.strip() for given in wanted for name in given.split(",") if name.strip()]
+    if wanted and not names:
+        raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
+    return list(dict.fromkeys(names)) or None
 
 
 def _progress(run: Run) -> Callable[[str, str, str], None] | None:

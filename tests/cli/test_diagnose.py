@@ -106,6 +106,30 @@ def test_options_reach_the_driver(run: Any, tmp_path: Path) -> None:
     assert run().asked["journal"] is None
 
 
+@pytest.mark.parametrize(
+    ("given", "asked"),
+    [
+        ([], None),
+        (["--effects", "mullins"], ["mullins"]),
+        (["--effects", "mullins", "--effects", "friction"], ["mullins", "friction"]),
+        (
+            ["--effects", "mullins,offset", "--effects", " friction ,mullins,"],
+            ["mullins", "offset", "friction"],
+        ),
+    ],
+)
+def test_effects_are_a_list_an_option_given_again_or_both(
+    run: Any, given: list[str], asked: list[str] | None
+) -> None:
+    assert run("-q", *given).asked["effects"] == asked
+
+
+def test_effects_without_a_name_are_refused(run: Any) -> None:
+    done = run("--effects", " ,")
+    assert done.code == 2
+    assert "names no effect" in done.err
+
+
 def test_the_folder_holds_result_report_curves_and_map(run: Any, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = run("-o", out)
