@@ -44,7 +44,7 @@ def paragraph(diagnosis: Diagnosis) -> str:
     """One paragraph: what was found, where, how much it helps, and what cannot be told."""
     parts = [_opening(diagnosis)]
     if diagnosis.verdict != "explained":
-        parts += [f"{one.rstrip('.')}." for one in sentences(diagnosis.location)[:2]]
+        parts += [f"{one[:1].upper()}{one[1:].rstrip('.')}." for one in sentences(diagnosis.location)[:2]]
     if diagnosis.effects:
         parts.append(_effects(diagnosis.effects))
         parts.append(_gain(diagnosis))
@@ -62,24 +62,23 @@ def paragraph(diagnosis: Diagnosis) -> str:
 def _opening(diagnosis: Diagnosis) -> str:
     law = diagnosis.plain.law
     channels = " and ".join(channel.name for channel in diagnosis.channels)
+    many = "s" if len(diagnosis.channels) > 1 else ""
     origin = {
-        "recordings": f"The {law} law alone, fitted to the recording{'s' if len(diagnosis.channels) > 1 else ''}",
-        "coupons": f"The {law} law fitted to the coupon tests",
-        "case": f"The {law} law of the case",
+        "recordings": f"The {law} law alone, fitted to the {channels} recording{many}",
+        "coupons": f"The {law} law, fitted to the coupon tests and held against the {channels} recording{many}",
+        "case": f"The {law} law of the case, held against the {channels} recording{many}",
     }[diagnosis.law_from]
     if diagnosis.verdict == "explained":
-        return (
-            f"{origin} ({channels}), reaches the noise: nothing is missing that these recordings could show."
-        )
+        return f"{origin}, reaches the noise: nothing is missing that these recordings could show."
     if diagnosis.verdict == "law_too_poor":
         return (
-            f"{origin} ({channels}), misses more than noise because the law is too poor: "
+            f"{origin}, misses more than noise because the law is too poor: "
             f"{diagnosis.material.law} describes the same rubber without any further physics."
         )
     if diagnosis.verdict == "unexplained":
-        return f"{origin} ({channels}), misses more than noise."
+        return f"{origin}, misses more than noise."
     names = " and ".join(one.name for one in diagnosis.effects)
-    return f"{origin} ({channels}), leaves out {names}."
+    return f"{origin}, leaves out {names}."
 
 
 def _effects(named: Sequence[Named]) -> str:

@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 # Standard deviation of the common factor of a channel's forces: class 0.5 of ISO 7500-1 and a converged half-plane
 # model, or a default mesh in three dimensions, whose forces are 0.2 to 0.8 % off converged ones (measured).
 SECTION, SOLID = 0.005, 0.01
+SURE = 3.0
 
 
 def whitened(rows: Array, channel: Compared, factor: float) -> Array:
@@ -78,9 +79,12 @@ def columns(channels: Sequence[Compared], factors: Sequence[float], found: Seque
 
 
 def calibrated(channel: Compared, factor: float) -> Compared:
-    """The channel with the simulated force less what the common factor most probably makes of the misfit."""
+    """The channel with the simulated force less what the common factor most probably makes of the misfit.
+
+    No more than SURE standard deviations of it are put down to calibration: what is beyond is misfit to be looked at.
+    """
     force = np.where(channel.known, channel.recording.force, 0.0) * channel.weights
     misfit = np.where(channel.known, channel.misfit, 0.0) * channel.weights
     power = float(force @ force) + (np.inf if factor == 0.0 else factor**-2)
-    share = float(force @ misfit) / power
+    share = float(np.clip(float(force @ misfit) / power, -SURE * factor, SURE * factor))
     return replace(channel, simulated=channel.simulated - share * channel.recording.force)
