@@ -38,6 +38,8 @@ REFITTED, BEGINNINGS = 4, 2
 # An effect is refitted if it promises this share of what the best one promises, and a second beginning, this share of
 # what its own best point promises.
 SHARE, SECOND = 0.1, 0.8
+# The same of one beside an effect that reaches the noise.
+NEAR = 0.5
 # Effects in one model, at most.
 MOST = 3
 # Worse prediction of what was held out than without the effect, as a factor, that is put down to chance.
@@ -177,16 +179,25 @@ class Search:
     ) -> bool:
         """Refit the most promising, and take the best; whether one was taken."""
         beginnings = self._beginnings(found.best, table, scores)
-        laws_ = self._laws(found.best, scores)
-        if not beginnings and not laws_:
+        poorer, richest = self._laws(found.best, scores)
+        if not beginnings and not poorer and not richest:
             self._stage(found, "stop", found.best, "nothing in the catalogue promises more")
             return False
         tried: dict[tuple[str, ...], Fitted] = {}
-        self._try(found, tried, [*(models[0] for models in beginnings), *laws_])
-        # Another beginning is for those whose first one has not led to the noise.
-        again = [model for models in beginnings for model in models[1:]]
-        names = {name for name, one in tried.items() if at_noise(one) is not None}
-        self._try(found, tried, [model for model in again if key(model, found.plain.model) not in names])
+        first = [models[0] for _, models in beginnings]
+        self._try(found, tried, [*first[:1], *poorer])
+        if any(at_noise(one) is not None for one in tried.values()):
+            # What promises less than half of the best is no rival of one that leaves but noise.
+            near = [drop > NEAR * beginnings[0][0] for drop, _ in beginnings]
+            self._try(
+                found, tried, [model for model, is_near in zip(first, near, strict=True) if is_near][1:]
+            )
+        else:
+            self._try(found, tried, [*first[1:], *richest])
+            # Another beginning is for those whose first one has not led to the noise.
+            again = [model for _, models in beginnings for model in models[1:]]
+            names = {name for name, one in tried.items() if at_noise(one) is not None}
+            self._try(found, tried, [model for model in again if key(model, found.plain.model) not in names])
         found.refits |= {name: one for name, one in tried.items() if _better(one, found.refits.get(name))}
         ranked = sorted(tried.values(), key=lambda one: one.bic())
         for one in ranked:
@@ -218,8 +229,8 @@ class Search:
 
     def _beginnings(
         self, best: Fitted, table: Sequence[Candidate], scores: Sequence[Score]
-    ) -> list[list[Model]]:
-        """Models with one effect more from first-order start values: of each effect, the points worth a refit."""
+    ) -> list[tuple[float, list[Model]]]:
+        """Promise of each effect, and models with it from first-order start values at the points worth a refit."""
         grids = {one.name: one for one in table}
         most = max((one.drop for one in scores if one.testable), default=0.0)
         promising = [one for one in scores if one.testable and one.drop > max(PROMISING, SHARE * most)]
@@ -227,18 +238,23 @@ class Search:
         for score in promising[:REFITTED]:
             order = np.argsort(-score.drops)[:BEGINNINGS]
             points = [int(p) for p in order if p == order[0] or score.drops[p] > SECOND * score.drop]
-            proposed.append([_with(best.model, best, grids[score.name], point, score) for point in points])
+            models = [_with(best.model, best, grids[score.name], point, score) for point in points]
+            proposed.append((score.drop, models))
         return proposed
 
-    def _laws(self, best: Fitted, scores: Sequence[Score]) -> list[Model]:
-        """Models with a richer law, where any law can do something about the misfit; or with a law set free."""
+    def _laws(self, best: Fitted, scores: Sequence[Score]) -> tuple[list[Model], list[Model]]:
+        """Models with a richer law, where any law can do something about the misfit; or with a law set free.
+
+        The last of them apart: it takes longest, and is for what nothing else explains.
+        """
         model = best.model
         if model.fixed:
-            return [replace(model, fixed=False)] if model.effects else []
+            return ([replace(model, fixed=False)] if model.effects else []), []
         most = max((one.drop for one in scores if one.testable), default=0.0)
         if any_law.most(best.channels, best.used, best.linear) < max(PROMISING, SHARE * most):
-            return []
-        proposed = []
+            return [], []
+        poorer: list[Model] = []
+        richest: list[Model] = []
         for name, terms in RICHER:
             if name != model.law and len(laws()[name].parameters) >= len(model.start):
                 start = {
@@ -246,8 +262,9 @@ class Search:
                     for p in laws()[name].parameters
                     if terms is None or not p.optional or int(p.name[-1]) <= terms
                 }
-                proposed.append(replace(model, law=name, start=start, terms=terms, anchor=None))
-        return proposed
+                other = replace(model, law=name, start=start, terms=terms, anchor=None)
+                (richest if name == RICHER[-1][0] else poorer).append(other)
+        return poorer, richest
 
     def _fitted(self, models: Sequence[Model], law: str) -> list[Fitted | None]:
         """Refit models; another law than the one at hand has to find its scale first."""

@@ -54,7 +54,7 @@ EFFECT = Effect(
             100.0,
             scan=(0.01, 0.03, 0.1, 0.3),
         ),
-        EffectParameter("beta", "1", "growth of that energy with W_max", 0.1, 0.0, 1.0, scan=(0.0, 0.1)),
+        EffectParameter("beta", "1", "growth of that energy with W_max", 0.1, 0.0, 1.0, scan=(0.05,)),
     ),
     needs="a reload below an earlier peak; first loadings to growing amplitudes tell m and beta",
     rivals=("friction", "viscoelasticity"),
