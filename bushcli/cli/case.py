@@ -39,7 +39,7 @@ def mesh(run: Run) -> int:
 
     case = run.load()
     output = run.output or Path("out")
-    report.check_output(output, case)
+    report.check_output(output, case, run.command)
     with run.timed("mesh"):
         built = meshes(case, output)
     run.show(report.mesh_text(built))

@@ -31,6 +31,7 @@ class Run:
 
     def __init__(
         self,
+        command: str,
         case: Path,
         overrides: tuple[str, ...],
         output: Path | None,
@@ -38,7 +39,7 @@ class Run:
         quiet: bool,
         verbose: bool,
     ) -> None:
-        self.path, self.overrides, self.output = case, overrides, output
+        self.command, self.path, self.overrides, self.output = command, case, overrides, output
         self.json, self.quiet, self.verbose = json, quiet, verbose
         self.begin = time.perf_counter()
         self.seconds: dict[str, float] = {}
@@ -52,7 +53,7 @@ class Run:
         if self.output is not None:
             from bushcli.report import check_output
 
-            check_output(self.output, case)
+            check_output(self.output, case, self.command)
         return case
 
     @contextmanager
@@ -140,7 +141,7 @@ def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
         debug: bool,
         **options: Any,
     ) -> None:
-        run = Run(case, overrides, output, json, quiet, verbose)
+        run = Run(command.__name__, case, overrides, output, json, quiet, verbose)
         finish(lambda: command(run, **options), debug)
 
     return wrapper

@@ -37,6 +37,9 @@ Array = NDArray[np.float64]
 
 # A local change is said to help where noise would make as much of it in less than one recording of a hundred.
 LEVEL = 0.01
+# And where it takes away more of the squared misfit than a uniform one by this share, a thirtieth of the misfit itself:
+# less may well be of a place, but of one that nobody asks for.
+MATTERS = 1e-3
 # Places are told apart where their sums of squares differ by this many variances of the noise: odds of 20 to 1.
 APART = 6.0
 # A larger uniform factor is solved for, so often at most.
@@ -225,8 +228,8 @@ class Combined:
 
     def map(self, gains: Gains, scale: float) -> LocalMap:
         """The map, in figures and words, of rubber whose stiffness was first multiplied by `scale`."""
-        helps = self.field.p < LEVEL
         total = gains.before or 1.0
+        helps = self.field.p < LEVEL and gains.uniform - gains.local > MATTERS * total
         texts = [self._gains(gains, scale, helps), self._place() if helps else "", self._part()]
         return LocalMap(
             channels=tuple(self.names),
@@ -248,7 +251,13 @@ class Combined:
         if helps:
             return (
                 f"A local change of stiffness takes away {somewhere} of the squared misfit, the best uniform "
-                f"one{factor} {everywhere}: the rubber is not everywhere the same (p {_chance(self.field.p)})."
+                f"one{factor} {everywhere}: if the rubber is to blame, it is not everywhere the same "
+                f"(p {_chance(self.field.p)})."
+            )
+        if self.field.p < LEVEL:
+            return (
+                f"The best uniform change of stiffness{factor} takes away {everywhere} of the squared misfit, a local "
+                "one hardly more: these recordings tell of no place in the rubber."
             )
         return (
             f"A local change of stiffness does not help significantly more than a uniform one{factor}, which takes "
@@ -357,6 +366,8 @@ def _change(value: float) -> str:
 def _percent(share: float) -> str:
     if share < 0.01:
         return "less than 1 %"
+    if share > 0.9995:
+        return "more than 99.9 %"
     # What is left of a large share is what one wants to know.
     return f"{100 * share:.1f} %" if share > 0.9 else f"{100 * share:.0f} %"
 

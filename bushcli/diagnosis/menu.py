@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.mode import modes
+
 Array = NDArray[np.float64]
 
 # Minutes: to set up a program on a specimen that is mounted, and to mount it in another direction. Guesses, in
@@ -117,7 +119,11 @@ def menu(
                 (0.0,) * 5,
             ),
         )
+        # A strip or a sheet is not pushed: it buckles, and cannot become shorter than nothing.
+        coupon = modes()[channel].specimen == "coupon"
         for text, points, rates, holds in plans:
+            if coupon and min(points) < 0:
+                continue
             ways = zip(points[:-1], points[1:], rates, strict=True)
             seconds = sum(abs(end - begin) / speed for begin, end, speed in ways) + sum(holds)
             cost = _SET_UP + extra + seconds / 60.0

@@ -170,11 +170,15 @@ def _sigma(found: Selection, proposal: Proposal, span: float) -> float:
 
 
 def _words(proposal: Proposal, distance: float, rivals: Sequence[str]) -> str:
-    unit, factor = ("deg", 180.0 / np.pi) if modes()[proposal.channel].rotational else ("mm", 1.0)
+    mode = modes()[proposal.channel]
+    unit, factor = (" deg", 180.0 / np.pi) if mode.rotational else (" mm", 1.0)
+    if mode.specimen == "coupon":
+        unit = ""
     points = ", ".join(f"{factor * q:.3g}" for q in proposal.points)
     rates = sorted({float(f"{factor * v:.3g}") for v in proposal.rates})
     holds = sorted({h for h in proposal.holds if h > 0})
-    text = f"{proposal.channel} through {points} {unit} at {' and '.join(f'{v:g}' for v in rates)} {unit}/s"
+    speed = f"{unit}/s" if unit else " 1/s"
+    text = f"{proposal.channel} through {points}{unit} at {' and '.join(f'{v:g}' for v in rates)}{speed}"
     if holds:
         text += f", holding for {' and '.join(f'{h:g}' for h in holds)} s"
     told = (

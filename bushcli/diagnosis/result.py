@@ -251,8 +251,8 @@ class Diagnosis:
         without any effect, reaches it; "unexplained": nothing in the catalogue helps enough.
     text
         One paragraph in plain words.
-    law_from : {"recordings", "coupons", "case"}
-        Where the plain model's law comes from; in the last two cases it is fixed.
+    law_from : {"recordings", "coupons"}
+        Where the plain model's law comes from; that of coupons is fixed.
     plain, material : Material
         Law of the plain and of the final model.
     parameters
@@ -279,7 +279,7 @@ class Diagnosis:
     case: Case
     verdict: Verdict
     text: str
-    law_from: Literal["recordings", "coupons", "case"]
+    law_from: Literal["recordings", "coupons"]
     plain: Material
     material: Material
     parameters: Mapping[str, Quantity]

@@ -66,7 +66,6 @@ def _opening(diagnosis: Diagnosis) -> str:
     origin = {
         "recordings": f"The {law} law alone, fitted to the {channels} recording{many}",
         "coupons": f"The {law} law, fitted to the coupon tests and held against the {channels} recording{many}",
-        "case": f"The {law} law of the case, held against the {channels} recording{many}",
     }[diagnosis.law_from]
     if diagnosis.verdict == "explained":
         return f"{origin}, reaches the noise: nothing is missing that these recordings could show."

@@ -22,7 +22,8 @@ def sentence(mismatch: Mismatch, channels: int = 1) -> str:
     str
         "64 % of the excess misfit is on unloading below 4 mm in cycles 1 to 3: the simulation is 21 % too stiff there".
     """
-    share = f"{100 * min(mismatch.share, 1.0):.0f} % of the excess misfit is"
+    percent = 100 * min(mismatch.share, 1.0)
+    share = f"{f'{percent:.0f}' if percent >= 1 else 'less than 1'} % of the excess misfit is"
     where = " ".join(part for part in (_branch(mismatch), _displacement(mismatch), _cycles(mismatch)) if part)
     rate = _rate(mismatch)
     where = f"{where} {rate}".strip()

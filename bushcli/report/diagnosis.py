@@ -40,13 +40,7 @@ def diagnosis_text(found: Diagnosis) -> Group:
     parts += [Text(), Shown(misfit_table(found))]
     parts += [Text(), Text(f"Law {found.material.law}: {_law_values(found)}")]
     parts += _rivals(found)
-    parts += [Text(), Shown(hypothesis_table(found, _HYPOTHESES))]
-    left = len(found.hypotheses) - min(sum(h.testable for h in found.hypotheses), _HYPOTHESES)
-    if left:
-        untested = sum(not h.testable for h in found.hypotheses)
-        parts.append(
-            Text(f"{left} more in result.json and report.html, {untested} of them not testable", "dim")
-        )
+    parts += _hypotheses(found)
     parts += [Text(), Shown(path_table(found))]
     spent = f"{found.forward_solves} forward solves, {found.failed_solves} failed, {found.seconds:.0f} s"
     parts.append(Text(spent, "dim"))
@@ -67,19 +61,27 @@ def effect_lines(found: Diagnosis) -> list[str]:
 
 def map_lines(found: Diagnosis) -> list[str]:
     """Where in the bushing, a paragraph per map; which channels say so, where there are several."""
-    if len(found.channels) < 2:
-        return [one.text for one in found.maps]
     lines = []
     for one in found.maps:
         together = " together" if len(one.channels) > 1 else ""
-        lines.append(f"In the rubber ({listed(list(one.channels))}{together}): {one.text}")
+        said = f"In the rubber ({listed(list(one.channels))}{together}): " if len(found.channels) > 1 else ""
+        lines.append(f"{said}{one.text}")
+    cause = {
+        "missing_physics": listed([effect.name for effect in found.effects]),
+        "law_too_poor": f"the law {found.material.law}",
+    }.get(found.verdict)
+    if lines and cause and any(one.helps_locally for one in found.maps):
+        lines.append(f"It is the plain law's misfit that is mapped: {cause} was found to explain it.")
     return lines
 
 
 def rival_lines(found: Diagnosis) -> list[str]:
     """Which models cannot be told apart, and the recording that would do it."""
     lines = []
-    if len(found.rivals) > 1:
+    if len(found.rivals) > 1 and found.verdict == "explained":
+        names = ", ".join(model_name(names) for names in found.rivals[1:])
+        lines.append(f"What these recordings could not show if it were there: {names}.")
+    elif len(found.rivals) > 1:
         names = "; or ".join(model_name(names) for names in found.rivals)
         lines.append(f"These recordings cannot tell apart: {names}.")
     if found.next_test is not None:
@@ -92,6 +94,22 @@ def _rivals(found: Diagnosis) -> list[object]:
     if not lines:
         return []
     return [Text(), Text("Rivals", "bold"), *(Padding(Text(line), _SECOND) for line in lines)]
+
+
+def _hypotheses(found: Diagnosis) -> list[object]:
+    """The most promising ones, and how many more there are."""
+    tested = sum(one.testable for one in found.hypotheses)
+    untested = len(found.hypotheses) - tested
+    parts: list[object] = [Text(), Shown(hypothesis_table(found, _HYPOTHESES))] if tested else []
+    more = []
+    if tested > _HYPOTHESES:
+        more.append(f"{tested - _HYPOTHESES} more")
+    if untested:
+        more.append(f"{untested} that cannot be tested with these recordings")
+    if more:
+        parts += [] if tested else [Text()]
+        parts.append(Text(f"{' and '.join(more)}: see result.json and report.html (-o DIR)", "dim"))
+    return parts
 
 
 def _law_values(found: Diagnosis) -> str:

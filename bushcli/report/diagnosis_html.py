@@ -79,10 +79,15 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
             ],
         )
     )
-    source = "" if found.law_from == "case" else found.law_from
-    lines = [found.text]
     return page(
-        result, found.case, found.material, f"{headline(found)}.", lines, tone(found), sections, source
+        result,
+        found.case,
+        found.material,
+        f"{headline(found)}.",
+        [found.text],
+        tone(found),
+        sections,
+        found.law_from,
     )
 
 

@@ -29,6 +29,13 @@ from bushcli.report.quantity import quantities
 
 RESULT = "result.json"
 REPORT = "report.html"
+# What the name of a curve's file ends with, by command.
+_CURVES = {
+    "direct": ("", "-comparison"),
+    "fit": ("-fit",),
+    "inverse": ("-identified",),
+    "diagnose": ("-diagnosis",),
+}
 
 
 def write_direct(
@@ -185,8 +192,8 @@ def write_meshes(
     return _write(directory, files, None)
 
 
-def check_output(directory: Path, case: Case) -> None:
-    """Refuse a folder before anything is computed for it.
+def check_output(directory: Path, case: Case, command: str = "direct") -> None:
+    """Refuse a folder before anything is computed for it by a command.
 
     Raises
     ------
@@ -198,10 +205,11 @@ def check_output(directory: Path, case: Case) -> None:
         raise InputError(Problem(str(existing), "is a file", "", "a folder for the results"))
     if not os.access(existing, os.W_OK | os.X_OK):
         raise InputError(Problem(str(existing), "is not writable", "", "another -o"))
-    channels = [load.mode for load in case.load_cases] + [source.label for source in case.recordings]
-    curves = [
-        f"{name}{ending}.csv" for name in file_names(channels).values() for ending in ("", "-comparison")
-    ]
+    channels = [source.label for source in (case.coupons if command == "fit" else case.recordings)]
+    if command == "direct":
+        channels = [load.mode for load in case.load_cases] + channels
+    endings = _CURVES.get(command, ())
+    curves = [f"{name}{ending}.csv" for name in file_names(channels).values() for ending in endings]
     _refuse_others(directory, [RESULT, REPORT, *curves], case)
 
 

@@ -47,9 +47,9 @@ class Shown:
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """Draw for the console in hand."""
+        # Not the table's own title, which is wrapped at the width of a narrow table.
+        yield Text(self.table.title, "bold")
         drawn = rich.table.Table(
-            title=Text(self.table.title, "bold"),
-            title_justify="left",
             box=box.SIMPLE_HEAD if console.is_terminal else None,
             pad_edge=False,
             padding=(0, 2, 0, 0),

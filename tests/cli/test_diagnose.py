@@ -7,12 +7,14 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
 
+from bushcli.casefile import load_case
 from bushcli.cli import main
 from bushcli.diagnosis import diagnose as driver
 from bushcli.diagnosis.workers import Workers
@@ -167,6 +169,39 @@ def test_wrong_names_end_with_2_and_the_nearest(called: Any, arguments: list[str
     assert done.code == 2
     for word in words:
         assert word in done.err
+
+
+def test_all_wrong_names_are_told_at_once(called: Any) -> None:
+    done = called("--effects", "mulins,offset", "--effects", "fricton")
+    assert done.code == 2
+    assert '"mullins"' in done.err
+    assert '"friction"' in done.err
+    # The list of those that there are is long: once.
+    assert done.err.count("swaging") == 1
+
+
+def test_a_folder_with_a_file_of_somebody_is_refused_before_anything_is_solved(
+    run: Any, tmp_path: Path
+) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "axial-diagnosis.csv").write_text("mine")
+    done = run("-o", tmp_path / "out")
+    assert done.code == 2
+    assert "axial-diagnosis.csv: is there already" in done.err
+    assert done.asked == {}
+
+
+def test_effects_of_the_case_and_loud_noise_are_told(small: Path, diagnoses: ModuleType) -> None:
+    case = load_case(small)
+    channel = diagnoses.channel()
+    assert driver._doubts(case, (channel,)) == []
+    text = small.read_text() + '[[effects]]\nname = "rig_compliance"\nparameters = { stiffness = 5000 }\n'
+    small.write_text(text)
+    effects, noise = driver._doubts(load_case(small), (replace(channel, noise_percent=63.0),))
+    assert effects.name == "effects_of_the_case"
+    assert "(rig_compliance)" in effects.message
+    assert noise.name == "loud_noise"
+    assert "axial 63 %" in noise.message
 
 
 def test_a_case_without_recordings_is_refused(called: Any, small: Path) -> None:

@@ -155,6 +155,12 @@ def test_the_worst_pair_counts():
     assert len(found.distances) == 6
 
 
+def test_coupons_are_not_pushed():
+    offered = menu({"uniaxial": 1.5, "axial": 1.5}, {"uniaxial": 0.1, "axial": 0.1}, mounted=())
+    assert {one.channel for one in offered if min(one.points) < 0} == {"axial"}
+    assert sum(one.channel == "uniaxial" for one in offered) >= 4
+
+
 def test_the_menu_is_complete_and_its_costs_make_sense():
     offered = menu({"axial": 8.0, "radial": 3.0}, {"axial": 0.5, "radial": 0.5}, mounted=("axial",))
     assert [one.cost for one in offered] == sorted(one.cost for one in offered)

@@ -151,6 +151,17 @@ def test_one_factor_on_all_rubber_is_found_and_is_no_place():
     assert "tell of no place" in result.text
 
 
+def test_a_place_that_hardly_matters_beside_the_factor_is_no_place():
+    """Another batch, and a spot that is softer by a per cent: seen beyond doubt, and nothing that anybody looks for."""
+    cells = section()
+    found = combined([seen(mode, -0.3 + spot(cells, -0.01), 8) for mode in MODES])
+    assert found.field.p < LEVEL
+    result = found.map(found.gains, 1.0)
+    assert not result.helps_locally
+    assert result.local_gain > result.uniform_gain
+    assert "hardly more" in result.text
+
+
 @pytest.mark.parametrize("law", ["held", "fitted"])
 def test_a_spot_is_found_where_it_is(law):
     cells = section()

@@ -1,5 +1,6 @@
 """Where the misfit is: toy curves whose misfit is put in one place must be found there, and noise nowhere."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.stats import binom
 from bushcli.diagnosis.bins import bins
 from bushcli.diagnosis.locate import locate
 from bushcli.diagnosis.noise_model import Compared, NoiseModel, autoregression, correlation_time, noise_model
-from bushcli.diagnosis.words import sentences
+from bushcli.diagnosis.words import sentence, sentences
 from bushcli.recording import Recording, branches
 
 SIGMA = 5.0
@@ -82,6 +83,13 @@ def test_a_factor_is_everywhere():
     assert location.mismatch[0].whole >= {"cycle", "branch", "side", "displacement"}
     assert sentences(location)[0].startswith("100 % of the excess misfit is spread over the whole recording")
     assert "30 % too stiff" in sentences(location)[0]
+
+
+def test_a_share_that_rounds_to_nothing_is_told_as_less_than_one():
+    time, q = BOTH_SIDES
+    (one, *_) = found(time, q, law(q) / 1.3).mismatch
+    assert sentence(replace(one, share=0.004)).startswith("less than 1 % of the excess misfit")
+    assert sentence(replace(one, share=0.012)).startswith("1 % of")
 
 
 def test_an_offset_is_too_low_on_both_sides_and_not_stiff_on_one_and_soft_on_the_other():

@@ -137,10 +137,37 @@ def test_text_says_where_what_how_much_better_and_what_next(case, diagnoses):
         "cannot tell apart: mullins; or friction + viscoelasticity",
         "Next test: axial to 6 mm",
         "yeoh + mullins + friction",
-        "2 of them not testable",
+        "2 that cannot be tested with these recordings",
         "problem coarse_noise",
     ):
         assert words in flat, words
+
+
+def test_a_map_of_what_has_a_cause_says_so(case, diagnoses):
+    words = "It is the plain law's misfit that is mapped: mullins was found to explain it."
+    found = diagnoses.diagnosis(case())
+    assert words in " ".join(said(found).split())
+    nowhere = replace(found.maps[0], helps_locally=False)
+    assert "that is mapped" not in said(replace(found, maps=(nowhere,)))
+    assert "that is mapped" not in said(diagnoses.diagnosis(case(), "unexplained"))
+
+
+def test_rivals_of_an_explained_misfit_are_what_could_not_be_seen(case, diagnoses):
+    found = diagnoses.diagnosis(case(), "explained", rivals=((), ("offset",), ("time_lag",)))
+    text = " ".join(said(found).split())
+    assert "What these recordings could not show if it were there: offset, time_lag." in text
+    assert "cannot tell apart" not in text
+
+
+def test_a_table_of_nothing_is_left_out(case, diagnoses):
+    untested = tuple(one for one in diagnoses.hypotheses() if not one.testable)
+    text = said(diagnoses.diagnosis(case(), "explained", hypotheses=untested))
+    assert "score test" not in text
+    assert "2 that cannot be tested with these recordings: see result.json" in text
+
+
+def test_titles_of_narrow_tables_are_not_wrapped(case, diagnoses):
+    assert "Rms misfit, % of the force range\n" in said(diagnoses.diagnosis(case()))
 
 
 def test_what_remains_is_told_only_when_there_is_something(case, diagnoses):

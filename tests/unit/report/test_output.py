@@ -89,6 +89,30 @@ def test_a_new_or_an_empty_folder_is_accepted(case, tmp_path):
     check_output(tmp_path, case())
 
 
+@pytest.mark.parametrize(
+    ("command", "file"),
+    [
+        ("direct", "measured-comparison.csv"),
+        ("inverse", "measured-identified.csv"),
+        ("diagnose", "measured-diagnosis.csv"),
+    ],
+)
+def test_every_command_is_refused_its_own_files_before_it_begins(case, tmp_path, command, file):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / file).write_text("mine")
+    with pytest.raises(InputError, match="not by an earlier run"):
+        check_output(tmp_path / "out", case(), command)
+    others = {"direct", "fit", "inverse", "diagnose", "check"} - {command}
+    for other in others:
+        check_output(tmp_path / "out", case(), other)
+
+
+@pytest.mark.parametrize("command", ["inverse", "diagnose"])
+def test_results_may_be_written_beside_the_case(case, command):
+    # What these write has other names than the recordings.
+    check_output(case().path.parent, case(), command)
+
+
 def test_a_failure_in_the_middle_leaves_no_part_behind(write, tmp_path):
     # A directory where a file belongs: the rename cannot replace it.
     write(tmp_path / "out")
