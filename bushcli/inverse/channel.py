@@ -159,7 +159,8 @@ class Channel:
                 raise unsolved(str(error)) from None
             q = self.recording.displacement
             return Answer(q, answer.force[self._used], answer.slope[self._used])
-        self.model.set_parameters(parameters)
+        # Those of effects that do not act on this channel are none of its model's.
+        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         ends: list[Array] = []
 
         def at_the_end(solver: Equilibrium) -> None:
