@@ -84,7 +84,7 @@ def _effects(named: Sequence[Named]) -> str:
     told = []
     for one in named:
         values = ", ".join(_value(name, quantity) for name, quantity in one.parameters.items())
-        told.append(f"{one.summary} ({one.name}: {values})")
+        told.append(f"{one.summary.rstrip('.')} ({one.name}: {values}).")
     return " ".join(told)
 
 

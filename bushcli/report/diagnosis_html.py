@@ -7,15 +7,16 @@ from typing import Any
 
 from markupsafe import Markup
 
-from bushcli.diagnosis.result import Diagnosis
+from bushcli.diagnosis.result import Diagnosis, Named
 from bushcli.diagnosis.words import sentences
-from bushcli.report.diagnosis import map_lines, points, rival_lines
+from bushcli.report.diagnosis import map_lines, rival_lines
 from bushcli.report.diagnosis_tables import (
     effect_table,
     hypothesis_table,
     misfit_table,
     parameter_table,
     path_table,
+    untested_table,
 )
 from bushcli.report.diagnosis_words import headline, tone
 from bushcli.report.figures.diagnosis_curves import curve_plot, time_plot
@@ -73,10 +74,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
     sections.append(
         Section(
             "How the model was selected",
-            tables=[path_table(found)],
-            lines=[
-                f"{i}. {_sentence(stage.text)}" for i, stage in enumerate(found.path, start=1) if stage.text
-            ],
+            tables=[path_table(found, reasons=True)],
         )
     )
     return page(
@@ -92,20 +90,28 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
 
 
 def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
-    lines = points([_sentence(one) for one in sentences(found.location)])
+    # What there is stands beside the curves, with the numbers that it has there.
+    lines = [] if found.location.mismatch else _sentences(list(sentences(found.location)))
     if found.remaining.mismatch and found.effects:
         lines += ["After the final model:", *_sentences(list(sentences(found.remaining)))]
-    return Section("Where in the record", pictures, lines=lines)
+    note = (
+        "A rectangle for each cycle and band of displacement: orange where the simulated force is too large, purple "
+        "where it is too small. The places in words stand beside the curves, with their numbers."
+    )
+    return Section("Where in the record", pictures, lines=lines, note=note if found.location.mismatch else "")
 
 
 def _effects(found: Diagnosis) -> list[str]:
     """A paragraph per effect: what it is, and whether its parameters are plausible."""
-    return [
-        f"{effect.name}: {_sentence(effect.summary)} "
-        f"The parameters are {'' if effect.plausible else 'not '}plausible"
-        + (f": {effect.remark}." if effect.remark else ".")
-        for effect in found.effects
-    ]
+    return [f"{effect.name}: {_sentence(effect.summary)} {_plausible(effect)}" for effect in found.effects]
+
+
+def _plausible(effect: Named) -> str:
+    if effect.plausible:
+        return _sentence(effect.remark or "its parameters are plausible")
+    return _sentence(
+        f"not plausible: {effect.remark}" if effect.remark else "its parameters are not plausible"
+    )
 
 
 def _hypotheses(found: Diagnosis) -> Section:
@@ -114,7 +120,8 @@ def _hypotheses(found: Diagnosis) -> Section:
         "significance. BIC (change against the plain law; negative is better) and misfit are of the refit together "
         "with the law, for those that were refitted."
     )
-    return Section("What was thought of", tables=[hypothesis_table(found)], note=note)
+    tables = [table for table in (hypothesis_table(found), untested_table(found)) if table.rows]
+    return Section("What was thought of", tables=tables, note=note)
 
 
 def _sentences(lines: list[str]) -> list[str]:

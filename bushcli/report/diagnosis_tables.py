@@ -37,7 +37,7 @@ def effect_table(found: Diagnosis) -> Table:
             )
             first = ["", "", ""]
     heads = ("effect", "parameter", "value", "unit", "95 % interval", "that is", "evidence", "plausible")
-    return Table("What was left out (evidence: change of BIC without it)", heads, tuple(rows), left=2)
+    return Table("Effects (evidence: change of BIC without it)", heads, tuple(rows), left=2)
 
 
 def parameter_table(found: Diagnosis) -> Table:
@@ -80,15 +80,18 @@ def misfit_table(found: Diagnosis) -> Table:
 
 
 def hypothesis_table(found: Diagnosis, most: int | None = None) -> Table:
-    """All that was thought of; with ``most``, only so many that could be tested."""
+    """All that could be tested, or so many of it."""
     tested = [one for one in found.hypotheses if one.testable]
-    others = [one for one in found.hypotheses if not one.testable]
     rows = [_hypothesis_row(found, one) for one in tested[:most]]
-    if most is None:
-        rows += [(one.name, "cannot be tested", one.reason, *[""] * 5) for one in others]
     heads = ("hypothesis", "", "first estimate", "fall of chi2", "z", "p", "BIC", "misfit/noise")
     title = "Hypotheses: score test beside the plain law, then BIC and misfit after the refit"
     return Table(title, heads, tuple(rows), left=3)
+
+
+def untested_table(found: Diagnosis) -> Table:
+    """What could not be tested, and why."""
+    rows = [(one.name, one.reason) for one in found.hypotheses if not one.testable]
+    return Table("Cannot be tested with these recordings", ("hypothesis", "why"), tuple(rows), left=2)
 
 
 def _hypothesis_row(found: Diagnosis, one: Hypothesis) -> Row:
@@ -105,22 +108,24 @@ def _hypothesis_row(found: Diagnosis, one: Hypothesis) -> Row:
     )
 
 
-def path_table(found: Diagnosis) -> Table:
-    """The selection, step by step; BIC against the first step."""
+def path_table(found: Diagnosis, reasons: bool = False) -> Table:
+    """The selection, step by step, with what was done and why if that is wanted; BIC against the first step."""
     first = next((stage.bic for stage in found.path if math.isfinite(stage.bic)), 0.0)
     rows = [
         (
             str(i),
             stage.action,
             " + ".join((stage.law, *stage.effects)),
+            *([stage.text] if reasons else []),
             f"{stage.bic - first:+.0f}" if math.isfinite(stage.bic) else "-",
             number(stage.misfit),
             number(stage.held_out),
         )
         for i, stage in enumerate(found.path, start=1)
     ]
-    heads = ("step", "action", "model", "BIC", "misfit/noise", "held out/noise")
-    return Table("The selection (BIC: against step 1)", heads, tuple(rows), left=3)
+    first_heads = ("step", "action", "model", *(["why"] if reasons else []))
+    heads = (*first_heads, "BIC", "misfit/noise", "held out/noise")
+    return Table("The selection (BIC: against step 1)", heads, tuple(rows), left=len(first_heads))
 
 
 def probability(p: float) -> str:

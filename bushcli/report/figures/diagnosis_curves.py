@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 from bushcli.diagnosis.locate import Mismatch
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
 from bushcli.diagnosis.words import sentence
+from bushcli.recording import branches
 from bushcli.report.figures.picture import (
     BLACK,
     BLUE,
@@ -53,7 +56,7 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
                 np.stack([q[run], recorded.force[run]], axis=1),
                 np.stack([path[run], channel.before[run]], axis=1),
             )
-            for run in _runs(mismatch.samples & np.isfinite(channel.before))
+            for run in _pieces(channel, mismatch.samples & np.isfinite(channel.before))
         ]
         worst = _worst(channel, mismatch)
         at = (float(q[worst]), float((recorded.force[worst] + channel.before[worst]) / 2))
@@ -68,6 +71,7 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         _force_limits(channel),
         series,
         regions,
+        heading=_heading(found, channel),
     )
 
 
@@ -112,6 +116,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         bands,
         height=280.0,
         brief=True,
+        heading=_heading(found, channel),
     )
 
 
@@ -197,6 +202,11 @@ def _abscissa_label(channel: DiagnosedChannel) -> str:
     return "time [s]" if channel.recording.time is not None else "sample"
 
 
+def _heading(found: Diagnosis, channel: DiagnosedChannel) -> str:
+    """The channel's name, where there are several to be told apart."""
+    return channel.name if len(found.channels) > 1 else ""
+
+
 def _label(what: str, rms: float) -> str:
     return f"{what}: {percent(rms)} rms"
 
@@ -214,6 +224,24 @@ def _runs(marked: NDArray[np.bool_]) -> list[slice]:
     """Stretches of two or more neighbouring samples that are marked."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
     return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 2]
+
+
+def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]:
+    """The same, cut where the path turns and where the lines cross, with one sample in common.
+
+    An outline that goes back on itself encloses nothing.
+    """
+    branch = np.zeros(len(marked), dtype=int)
+    for i, one in enumerate(branches(channel.recording)):
+        branch[one.start : one.stop] = i
+    above = channel.before > channel.recording.force
+    cuts = 1 + np.flatnonzero((np.diff(branch) != 0) | np.diff(above))
+    pieces = []
+    for run in _runs(marked):
+        ends = [run.start, *cuts[(cuts > run.start) & (cuts < run.stop)], run.stop]
+        # A branch ends where the path turns: the next one begins there, too.
+        pieces += [slice(max(int(a) - 1, run.start), int(b)) for a, b in pairwise(ends)]
+    return [piece for piece in pieces if piece.stop - piece.start >= 2]
 
 
 def _oriented(one: Array, other: Array) -> Array:

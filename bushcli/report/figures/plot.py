@@ -85,6 +85,8 @@ class Plot:
     height : float
     brief : bool
         Whether the regions are named elsewhere on the page, and only their numbers are to be clicked here.
+    heading : str
+        Before the legend, where it has to be told from others.
     """
 
     name: str
@@ -98,6 +100,7 @@ class Plot:
     bands: Sequence[tuple[float, float, float, float, str]] = ()
     height: float = 430.0
     brief: bool = False
+    heading: str = ""
 
 
 def svg(plot: Plot) -> str:
@@ -217,7 +220,8 @@ def _number(plot: Plot, region: Region, width: float, height: float) -> str:
 
 
 def _legend(plot: Plot) -> str:
-    entries = [
+    entries = [f"<strong>{html.escape(plot.heading)}</strong>"] if plot.heading else []
+    entries += [
         f'<button type="button" class="key {series.key}" data-key="{series.key}" aria-pressed="true">'
         f"<i></i>{html.escape(series.label)}</button>"
         for series in plot.series

@@ -13,6 +13,8 @@ from rich.console import Console
 
 from bushcli import report
 from bushcli.diagnosis.result import Hypothesis
+from bushcli.diagnosis.words import sentences
+from bushcli.recording import Recording
 from bushcli.report.diagnosis_field import map_vtu
 from bushcli.report.diagnosis_html import diagnosis_html
 from bushcli.report.diagnosis_words import amplitude_text, headline, strength, tone
@@ -222,6 +224,38 @@ def test_areas_that_overlap_are_one(case, diagnoses):
             assert x @ np.roll(y, -1) - y @ np.roll(x, -1) >= 0
 
 
+def enclosed(region):
+    """Area of all outlines, each by itself."""
+    return sum((x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2 for x, y in (part.T for part in region.outlines))
+
+
+def test_an_area_on_the_way_there_and_back_is_not_cancelled(case, diagnoses):
+    """Twice as stiff everywhere: the outline of the whole path would enclose nothing."""
+    _, q = diagnoses.program([3.0, 6.0], 0.5)
+    force = 100.0 * q
+    one = replace(
+        diagnoses.channel(),
+        recording=Recording("axial", q, force, name="axial"),
+        before=2 * force,
+        after=force,
+        held_out=np.zeros(len(q), dtype=bool),
+        path=q,
+    )
+    found = diagnoses.diagnosis(case(), channels=(one,))
+    (region,) = curve_plot(found, one).regions
+    assert found.location.mismatch[0].samples.all()
+    # Two triangles, on the way there and back: q * 100 q / 2.
+    assert enclosed(region) == pytest.approx(2 * (50 * 3**2 + 50 * 6**2))
+
+
+def test_curves_of_several_channels_are_told_apart(case, diagnoses):
+    found = diagnoses.rivalling(case())
+    for plot in (curve_plot, time_plot):
+        assert "<strong>radial</strong>" in svg(plot(found, found.channels[1]))
+    alone = diagnoses.diagnosis(case())
+    assert "<strong>" not in svg(curve_plot(alone, alone.channels[0]))
+
+
 def test_the_misfit_is_in_percent_and_held_out_samples_are_marked(case, diagnoses):
     found = diagnoses.diagnosis(case())
     (one,) = found.channels
@@ -421,6 +455,13 @@ def test_every_verdict_has_its_page(case, diagnoses, kind):
     assert "Where in the bushing" not in text
     for words in ("Before and after", "What was thought of", "How the model was selected", "Provenance"):
         assert words in text
+    # Each step with its reason, each effect that cannot be tested with why.
+    assert all(stage.text in text for stage in found.path)
+    assert "Cannot be tested with these recordings" in text
+    assert "one rate only: a lag looks like friction" in text
+    # Where it misses stands beside the curves, once.
+    for place in sentences(found.location):
+        assert text.lower().count(f"{place}.") + text.count(f" {place}</button>") == 1
 
 
 def test_the_page_runs_its_own_script_and_no_other(case, diagnoses):
