@@ -33,6 +33,8 @@ TOLERANCE = 3e-4
 ROUGH = 2e-3
 # A fit has an end, too, where so many evaluations bring less than this share.
 VALLEY = 10, 5e-3
+# The same of a fit that begins where another one ended.
+AGAIN = 3, 2e-2
 # Searches after which unstable states that were reached join the problem.
 ROUNDS = 1
 # Misfit over noise below which the common factors of the forces take part in a fit.
@@ -191,7 +193,7 @@ def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tupl
     plain = task.pose(channels)
     problem = Weighed(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
-    problem.rounds = ROUNDS
+    problem.rounds, problem.walls = ROUNDS, False
     problem.noises = tuple(_noise(channel) for channel in channels)
     problem.factors = tuple(_factor(channel) for channel in channels)
     none = [np.zeros(len(channel.recording.force), dtype=bool) for channel in channels]
@@ -232,7 +234,8 @@ def fit(
             return None
     real = problem.factors
     if factors is not None:
-        problem.factors = factors
+        # Another fit has been nearly here.
+        problem.factors, problem.valley = factors, AGAIN
         end = search(problem, begun, lower, upper)
         return _fitted(task, model, problem, end.x, end.converged, real)
     problem.factors, problem.tolerance = tuple(0.0 for _ in real), ROUGH

@@ -88,6 +88,8 @@ class Problem:
         self.trial: Trial | None = None
         self.start = 0
         self.tolerance, self.valley, self.rounds = TOLERANCE, VALLEY, ROUNDS
+        # Whether a search follows a wall of parameters that cannot be solved.
+        self.walls = True
         self._known: dict[bytes, list[Answer] | None] = {}
 
     def watch(self, x: Array) -> None:

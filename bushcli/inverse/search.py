@@ -62,7 +62,7 @@ def search(
         iterations, point = iterations + found.iterations, found.x
         if last or (len(problem.states) == states and not explained(point)):
             break
-    if found.beside_failure:
+    if found.beside_failure and problem.walls:
         found = along_the_wall(problem, found, lower, upper, method, loss)
     return replace(found, start=start, iterations=iterations)
 
