@@ -46,13 +46,13 @@ def run(options: argparse.Namespace) -> int:
 def score(options: argparse.Namespace) -> int:
     """Compare truth and results."""
     from benchmarks.concealed.report import document
-    from benchmarks.concealed.score import read
+    from benchmarks.concealed.score import read, waiting
 
     found = read(options.folder)
     if not found:
         print(f"{options.folder}: no recordings", file=sys.stderr)
         return 1
-    text = document(found)
+    text = document(found, waiting(options.folder))
     print(text)
     if options.output:
         options.output.write_text(text, encoding="utf-8")

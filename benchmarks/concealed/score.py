@@ -87,6 +87,12 @@ def read(folder: Path) -> list[Item]:
     return items
 
 
+def waiting(folder: Path) -> list[Truth]:
+    """Truths of recordings that have been made and not diagnosed."""
+    files = sorted((folder / "truth").glob("*.json"))
+    return [read_truth(file) for file in files if not (folder / "results" / file.stem / "run.json").exists()]
+
+
 def named(result: Result) -> frozenset[str]:
     """Effects that a result names."""
     return frozenset(one["name"] for one in result["effects"])
