@@ -53,6 +53,9 @@ SEEN = 3.0
 # Noise of so many percent of the force range hides what is usually asked for: the literature takes 10 % of misfit for a
 # good agreement of simulation and rig.
 LOUD = 5.0
+# Effects that leave more than this share of the squared misfit beyond the noise do not explain it: they are the
+# nearest that the catalogue has.
+UNEXPLAINED = 0.1
 # Evidence against an effect that is not worth more than a bare mention (Kass and Raftery 1995,
 # doi:10.1080/01621459.1995.10476572), as a difference of BIC.
 BARE = 2.0
@@ -206,7 +209,8 @@ def _material(material: Material, fitted: Fitted) -> Material:
 def _verdict(found: Selection) -> Verdict:
     best, reached = found.best, at_noise(found.best) is not None
     if best.model.effects:
-        explains = reached or best.chi_square < 0.5 * found.plain.chi_square
+        excess = [max(one.chi_square - one.samples, 0.0) for one in (best, found.plain)]
+        explains = reached or excess[0] < UNEXPLAINED * excess[1]
         return "missing_physics" if explains else "unexplained"
     if best.model.law != found.plain.model.law:
         return "law_too_poor" if reached or best.size < 0.5 * found.plain.size else "unexplained"

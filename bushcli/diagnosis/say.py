@@ -52,7 +52,12 @@ def paragraph(diagnosis: Diagnosis) -> str:
     elif diagnosis.verdict == "law_too_poor":
         parts.append(_gain(diagnosis))
     if diagnosis.verdict == "unexplained":
-        parts.append("Nothing in the catalogue of effects, alone or with others, explains it.")
+        nearest = " and ".join(one.name for one in diagnosis.effects)
+        parts.append(
+            f"Nothing in the catalogue of effects explains it; {nearest} comes nearest, and leaves much more than noise."
+            if nearest
+            else "Nothing in the catalogue of effects, alone or with others, explains it."
+        )
     parts.append(_rivals(diagnosis))
     if diagnosis.next_test is not None:
         parts.append(f"Next test: {diagnosis.next_test.text}")
