@@ -54,7 +54,7 @@ def paragraph(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "unexplained":
         nearest = " and ".join(one.name for one in diagnosis.effects)
         parts.append(
-            f"Nothing in the catalogue of effects explains it; {nearest} comes nearest, and leaves much more than noise."
+            f"Nothing in the catalogue of effects explains it; {nearest} comes nearest, and leaves more than noise."
             if nearest
             else "Nothing in the catalogue of effects, alone or with others, explains it."
         )
