@@ -307,7 +307,9 @@ def commands() -> list[tuple[str, str]]:
         ]
         for line in lines:
             line = re.sub(r"\s#.*", "", line)
-            found += [(path.name, call) for call in re.findall(r"(?<!concealed )\b(?:bushcli|make) [^|;&>)]*", line)]
+            found += [
+                (path.name, call) for call in re.findall(r"(?<!concealed )\b(?:bushcli|make) [^|;&>)]*", line)
+            ]
     return found
 
 
