@@ -136,7 +136,7 @@ def _scores(items: Sequence[Item], seeds: Sequence[int], waiting: Sequence[Truth
         solid = sum("radial" in truth.specimen.amplitude for truth in waiting)
         title += (
             f"**{len(waiting)} more of these seeds were made and not diagnosed; {solid} of them have a radial "
-            "channel, which takes longest.** Nothing of their truth has been looked at.\n"
+            "channel, which takes longest.**\n"
         )
     title += "\n"
     return title + table(["score", "", "target", "reached"], rows)
