@@ -57,6 +57,9 @@ class EffectParameter:
         Values of a shape parameter that a diagnosis tries, in units of ``scale``.
     scale : {"", "duration", "amplitude"}
         What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
+    sizes : tuple of float
+        Finite values of an amplitude that a diagnosis tries in place of the derivative at ``off``, over the rubber's
+        thickness: of an effect whose curve takes another form as it grows.
     reciprocal : (str, str) or None
         Name and unit under which 1/value may be given in the case file, and by which the field knows it.
     of_channel : bool
@@ -77,6 +80,7 @@ class EffectParameter:
     optional: bool = False
     scan: tuple[float, ...] = ()
     scale: Literal["", "duration", "amplitude"] = ""
+    sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
     of_channel: bool = False
     of_mesh: bool = False

@@ -21,6 +21,7 @@ from bushcli.diagnosis.score import Candidate
 from bushcli.effect import ActiveEffect, Effect, EffectParameter, full_name
 from bushcli.inverse.channel import Channel
 from cases.march import NotConverged
+from geometry.ring import Ring
 
 Array = NDArray[np.float64]
 
@@ -43,12 +44,15 @@ class Trial:
         Parameters by which derivatives are taken, by the effect's names.
     shape : mapping
         The grid's point.
+    size : float, optional
+        The first amplitude's finite value that is tried in place of its derivative.
     """
 
     effect: Effect
     active: ActiveEffect
     amplitudes: tuple[str, ...]
     shape: Mapping[str, float]
+    size: float | None = None
 
 
 def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str]:
@@ -87,7 +91,11 @@ def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str
         off = {p.name: float(p.off or 0.0) for p in amplitudes}
         before = {} if present is None else dict(present.values)
         active = ActiveEffect(effect, before | off | shape, present.channels if present else None)
-        found.append(Trial(effect, active, tuple(p.name for p in amplitudes), shape))
+        names = tuple(p.name for p in amplitudes)
+        sizes: list[float | None] = [None]
+        if amplitudes[0].sizes and isinstance(case.geometry, Ring):
+            sizes = [share * case.geometry.thickness for share in amplitudes[0].sizes]
+        found += [Trial(effect, active, names, shape, size) for size in sizes]
     return found, "" if found else "it is in the model already"
 
 
@@ -153,6 +161,9 @@ def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[s
         return slope
     if trial.effect.acts == "rubber":
         return slope
+    if trial.size is not None:
+        moved, _ = channel.at_samples(channel.solve({**values, names[0]: values[names[0]] + trial.size}, ()))
+        return np.column_stack([(moved - force) / trial.size, slope[:, 1:]])
     for i, name in enumerate(names):
         size = next(p.start for p in trial.effect.parameters if p.name == trial.amplitudes[i])
         if float(np.abs(slope[:, i]).max()) * size > FLAT * float(np.ptp(force)):

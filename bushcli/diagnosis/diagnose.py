@@ -281,7 +281,7 @@ def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
             typical = abs(parameter.start - float(parameter.off or 0.0))
             unknowns = len(score.amplitude) + len(score.shape)
             price = unknowns * float(np.log(max(found.plain.samples, 2.0))) - score.drop
-            if not score.testable or score.detectable > SEEN / 3.0 * typical or price < BARE:
+            if not score.testable or score.hidden > SEEN / 3.0 * typical or price < BARE:
                 near.append((score.name,))
     return tuple(dict.fromkeys(near))
 

@@ -191,10 +191,23 @@ def correlation_time(misfit: Array) -> float:
     return float(np.clip(sums[enough[0]] if len(enough) else sums[-1], 1.0, n / 4))
 
 
+def smoothed(recording: Recording) -> Array:
+    """Recorded force (n,) without most of its noise: a polynomial in each branch; short ones stay as they are."""
+    fitted, _ = _polynomials(recording)
+    return np.where(np.isfinite(fitted), fitted, recording.force)
+
+
 def _beside_polynomials(recording: Recording) -> tuple[float, float] | None:
     """Standard deviation of the force beside a polynomial in each branch, and its degrees of freedom."""
+    fitted, freedom = _polynomials(recording)
+    squares = float(np.nansum((recording.force - fitted) ** 2))
+    return (float(np.sqrt(squares / freedom)), float(freedom)) if freedom >= 20 else None
+
+
+def _polynomials(recording: Recording) -> tuple[Array, int]:
+    """A polynomial in each branch at its samples (n,), nan in branches too short for one; degrees of freedom left."""
     x = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
-    squares, freedom = 0.0, 0
+    fitted, freedom = np.full(len(recording.force), np.nan), 0
     for branch in branches(recording):
         here = slice(branch.start, branch.stop)
         degree = min(_DEGREE, (branch.stop - branch.start) // _PER_COEFFICIENT - 1)
@@ -204,10 +217,9 @@ def _beside_polynomials(recording: Recording) -> tuple[float, float] | None:
         if branch.kind == "hold":
             # Relaxation is fast at first.
             position = np.log1p(position / max(float(position[1]), 1e-12))
-        fit = Polynomial.fit(position, recording.force[here], degree)
-        squares += float(np.sum((recording.force[here] - fit(position)) ** 2))
+        fitted[here] = Polynomial.fit(position, recording.force[here], degree)(position)
         freedom += branch.stop - branch.start - degree - 1
-    return (float(np.sqrt(squares / freedom)), float(freedom)) if freedom >= 20 else None
+    return fitted, freedom
 
 
 def _at_half_rate(recording: Recording) -> tuple[float, float] | None:

@@ -38,8 +38,11 @@ from bushcli.diagnosis.linearised import OWN, Linearised, cone_fit
 
 Array = NDArray[np.float64]
 
-# An amplitude of usual size that changes the curves by less than one standard error cannot be seen.
-_SEEN = 1.0
+# An amplitude of usual size that changes the curves by less than one standard error cannot be seen, unless the misfit
+# asks for a larger one by such a fall of the sum of squares, and that is no more than so many times the usual.
+_SEEN, _ASKED, _UNUSUAL = 1.0, 10.0, 100.0
+# Share of its change that has to be its own then: far from its usual size, first order says nothing of a sliver.
+_SLIVER = 0.1
 
 
 @dataclass(frozen=True)
@@ -113,6 +116,8 @@ class Score:
         Size of the first amplitude that stands out by 3 standard errors, in its unit.
     drops : (points,) array
         The fall at every point of the grid.
+    hidden : float
+        As ``detectable``, at the point of the grid where that is largest.
     """
 
     name: str
@@ -130,6 +135,7 @@ class Score:
     taken_up: float
     detectable: float
     drops: Array
+    hidden: float
 
 
 def score(fit: Linearised, candidate: Candidate) -> Score:
@@ -181,6 +187,7 @@ def score(fit: Linearised, candidate: Candidate) -> Score:
         taken_up=1.0 - float(np.sum(g**2)) / whole,
         detectable=float(3.0 * std[0]),
         drops=drops,
+        hidden=float(3.0 * max(_std(g)[0] for g in own)),
     )
 
 
@@ -201,17 +208,28 @@ def untestable(fit: Linearised, candidate: Candidate) -> str:
     size = ", ".join(
         f"{name} = {value:.3g}" for name, value in zip(candidate.amplitudes, typical, strict=True)
     )
-    if candidate.typical is not None and whole < _SEEN:
-        return f"{size} would change these recordings by {whole:.1g} standard errors only"
     if own < OWN * whole:
         return "all that it would change, the fitted parameters can change as well"
-    if candidate.typical is not None and own < _SEEN:
-        taken = 100 * (1.0 - (own / whole) ** 2)
-        return (
-            f"the fitted parameters can imitate it ({taken:.3g} %); what is left of {size} is {own:.1g} standard "
-            "errors"
-        )
-    return ""
+    if (
+        candidate.typical is None
+        or own >= _SEEN
+        or (own > _SLIVER * whole and _asked(fit, candidate, typical))
+    ):
+        return ""
+    if whole < _SEEN:
+        return f"{size} would change these recordings by {whole:.1g} standard errors only"
+    taken = 100 * (1.0 - (own / whole) ** 2)
+    return f"the fitted parameters can imitate it ({taken:.3g} %); what is left of {size} is {own:.1g} standard errors"
+
+
+def _asked(fit: Linearised, candidate: Candidate, typical: Array) -> bool:
+    """Whether the misfit asks for an effect that is larger than usual, but not beyond reason."""
+    for columns in candidate.columns:
+        g = fit.left(columns)
+        amplitude, drop = cone_fit(g.T @ g, -(g.T @ fit.rest), candidate.signs)
+        if drop > _ASKED and bool(np.all(np.abs(amplitude) <= _UNUSUAL * typical)):
+            return True
+    return False
 
 
 def largest_of_normals(z: float, correlation: Array, two_sided: bool) -> float:
@@ -292,4 +310,5 @@ def _untested(candidate: Candidate, reason: str) -> Score:
         taken_up=float("nan"),
         detectable=float("nan"),
         drops=np.zeros(len(candidate.columns)),
+        hidden=float("nan"),
     )

@@ -42,13 +42,18 @@ SHARE, SECOND = 0.1, 0.8
 NEAR = 0.5
 # Effects in one model, at most.
 MOST = 3
-# Worse prediction of what was held out than without the effect, as a factor, that is put down to chance.
-NO_WORSE = 1.05
+# Worse prediction of what was held out than without the effect that is put down to chance: as a factor of the misfit,
+# or as a rise of the sum of squares.
+NO_WORSE, CHANCE_RISE = 1.05, 6.0
 # A score test that promises less than this fall of chi square is not followed.
 PROMISING = 10.0
 # Beside a misfit that passes for noise an effect is called for only by such a fall of BIC, and refitted only where its
 # score test leaves chance less than this, the misfit taken for noise as it is.
 OUTSTANDING, CHANCE = 12.0, 1e-4
+# Noise with effects in the model is looked at once more, unless chance gives a worse misfit as often as this.
+USUAL = 0.1
+# Pairs of effects that are refitted where none is taken alone.
+PAIRS = 2
 # Laws that are tried in place of a poorer one: name and, where it has optional terms, their number.
 RICHER = (("yeoh", None), ("ogden", 2))
 # Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
@@ -144,7 +149,8 @@ class Search:
             if not self._extended(found, table, scores, asked):
                 return found
             self._reduced(found)
-            if at_noise(found.best) is not None:
+            test = at_noise(found.best)
+            if test is not None and (test.p > USUAL or test.size <= AT_NOISE):
                 break
         done = at_noise(found.best) is not None
         self._stage(
@@ -198,15 +204,28 @@ class Search:
             again = [model for _, models in beginnings for model in models[1:]]
             names = {name for name, one in tried.items() if at_noise(one) is not None}
             self._try(found, tried, [model for model in again if key(model, found.plain.model) not in names])
+        if self._taken(found, tried, asked):
+            return True
+        if at_noise(found.best) is None:
+            pairs: dict[tuple[str, ...], Fitted] = {}
+            self._try(found, pairs, self._pairs(found, table, scores, tried))
+            if self._taken(found, pairs, asked):
+                return True
+        self._stage(
+            found, "stop", found.best, "no effect of the catalogue improves the fit enough to be believed"
+        )
+        return False
+
+    def _taken(self, found: Selection, tried: dict[tuple[str, ...], Fitted], asked: float) -> bool:
+        """Take the best of the models tried that also predicts what was held out no worse; whether there was one."""
         found.refits |= {name: one for name, one in tried.items() if _better(one, found.refits.get(name))}
-        ranked = sorted(tried.values(), key=lambda one: one.bic())
-        for one in ranked:
+        for one in sorted(tried.values(), key=lambda one: one.bic()):
             gain = found.best.bic() - one.bic()
             if gain < asked:
                 break
             before, after = self.prediction(found, found.best), self.prediction(found, one)
             added = _difference(one, found.best)
-            if np.isfinite(before) and after > NO_WORSE * before:
+            if np.isfinite(before) and self._worse(found, before, after):
                 text = (
                     f"{added} fits better but predicts what was held out worse "
                     f"({after:.3g} against {before:.3g} of the noise)"
@@ -216,10 +235,55 @@ class Search:
             found.best = one
             self._stage(found, "add", one, f"{added}: BIC falls by {gain:.4g}")
             return True
-        self._stage(
-            found, "stop", found.best, "no effect of the catalogue improves the fit enough to be believed"
-        )
         return False
+
+    def _worse(self, found: Selection, before: float, after: float) -> bool:
+        """Whether a prediction is worse than another one, by more than chance."""
+        samples = sum(
+            float(one.samples.sum()) / channel.noise.correlation_time
+            for one, channel in zip(found.held, found.plain.channels, strict=True)
+        )
+        return after > NO_WORSE * before and samples * (after**2 - before**2) > CHANCE_RISE
+
+    def _pairs(
+        self,
+        found: Selection,
+        table: Sequence[Candidate],
+        scores: Sequence[Score],
+        tried: dict[tuple[str, ...], Fitted],
+    ) -> list[Model]:
+        """Models with two more effects, of which neither was taken alone, from first-order start values.
+
+        One effect of two that are missing may fit better and yet predict worse, because it stands for both.
+        """
+        best = found.best
+        room = MOST - len(best.model.effects)
+        if room < 2:
+            return []
+        grids, by_name = {one.name: one for one in table}, {one.name: one for one in scores}
+        alone = max((one.drop for one in scores if one.testable), default=0.0)
+        models: list[Model] = []
+        for pair in forward(best.linear, table, 2):
+            known = {name for name in best.model.names if name in pair.names}
+            if len(pair.names) < 2 or known or pair.drop < alone + PROMISING:
+                continue
+            begun = {
+                one.name: one
+                for fit in tried.values()
+                for one in fit.model.effects
+                if fit.model.law == best.model.law
+            }
+            model = best.model
+            for name, point in zip(pair.names, pair.points, strict=True):
+                model = _with(model, best, grids[name], point, by_name[name])
+                if name in begun:
+                    # Where a refit of it alone has ended is a better beginning.
+                    others = tuple(one for one in model.effects if one.name != name)
+                    model = replace(model, effects=(*others, begun[name]))
+            models.append(model)
+            if len(models) == PAIRS:
+                break
+        return models
 
     def _try(self, found: Selection, tried: dict[tuple[str, ...], Fitted], models: Sequence[Model]) -> None:
         """Refit models, and keep the best of each name."""

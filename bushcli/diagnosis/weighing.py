@@ -4,16 +4,20 @@ A load cell is calibrated to about a percent, and a mesh is too stiff by a fract
 a channel wrong by one factor. That factor is unknown with a known standard deviation, so it is noise that all samples
 share: the covariance is that of the samples plus s^2 F F'. Misfit and derivatives are multiplied with the inverse root
 of it, after which sums of squares mean what they should, and an effect that does no more than scale one channel by a
-percent is not called for.
+percent is not called for. F is the recorded force without its noise: with it, a fit would be drawn to forces that are
+too small, because a recording scaled down has less noise (D'Agostini).
 
 References
 ----------
 Kennedy and O'Hagan (2001), J. R. Stat. Soc. B 63:425-464, doi:10.1111/1467-9868.00294 (a model's discrepancy as
 noise).
+D'Agostini (1994), On the use of the covariance matrix to fit correlated data, Nucl. Instrum. Methods A 346:306-311,
+doi:10.1016/0168-9002(94)90719-6 (the bias).
 """
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -21,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.linearised import Linearised, linearised, weighed
-from bushcli.diagnosis.noise_model import Compared
+from bushcli.diagnosis.noise_model import Compared, smoothed
+from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -29,6 +34,10 @@ Array = NDArray[np.float64]
 # model, or a default mesh in three dimensions, whose forces are 0.2 to 0.8 % off converged ones (measured).
 SECTION, SOLID = 0.005, 0.01
 SURE = 3.0
+# Recordings whose smoothed force is kept.
+_KEPT = 8
+
+_smoothed: OrderedDict[bytes, Array] = OrderedDict()
 
 
 def whitened(rows: Array, channel: Compared, factor: float) -> Array:
@@ -45,7 +54,7 @@ def whitened(rows: Array, channel: Compared, factor: float) -> Array:
 
 
 def _shared(found: Array, channel: Compared, factor: float) -> Array:
-    force = channel.recording.force * channel.weights
+    force = _shape(channel.recording) * channel.weights
     size = float(np.linalg.norm(force))
     if size == 0.0 or factor == 0.0:
         return found
@@ -53,6 +62,17 @@ def _shared(found: Array, channel: Compared, factor: float) -> Array:
     taken = 1.0 - 1.0 / np.sqrt(1.0 + (factor * size) ** 2)
     along = unit @ found
     return np.asarray(found - taken * (unit * along if found.ndim == 1 else np.outer(unit, along)))
+
+
+def _shape(recording: Recording) -> Array:
+    """What a factor multiplies: the force (n,) without its noise."""
+    clock = b"" if recording.time is None else recording.time.tobytes()
+    name = recording.displacement.tobytes() + recording.force.tobytes() + clock
+    if name not in _smoothed:
+        _smoothed[name] = smoothed(recording)
+        if len(_smoothed) > _KEPT:
+            _smoothed.popitem(last=False)
+    return _smoothed[name]
 
 
 def linear_fit(
@@ -83,8 +103,9 @@ def calibrated(channel: Compared, factor: float) -> Compared:
 
     No more than SURE standard deviations of it are put down to calibration: what is beyond is misfit to be looked at.
     """
-    force = np.where(channel.known, channel.recording.force, 0.0) * channel.weights
+    shape = _shape(channel.recording)
+    force = np.where(channel.known, shape, 0.0) * channel.weights
     misfit = np.where(channel.known, channel.misfit, 0.0) * channel.weights
     power = float(force @ force) + (np.inf if factor == 0.0 else factor**-2)
     share = float(np.clip(float(force @ misfit) / power, -SURE * factor, SURE * factor))
-    return replace(channel, simulated=channel.simulated - share * channel.recording.force)
+    return replace(channel, simulated=channel.simulated - share * shape)

@@ -69,7 +69,10 @@ EFFECT = Effect(
     name="debonding",
     summary="Part of the bond between rubber and inner sleeve is free, from one end on.",
     acts="assembly",
-    parameters=(EffectParameter("length", "mm", "of the free bond", 1.0, 0.0, 1000.0, off=0.0),),
+    parameters=(
+        # The derivative at zero is that of the bond's corner, which says little of a length that reaches the bulk.
+        EffectParameter("length", "mm", "of the free bond", 1.0, 0.0, 1000.0, off=0.0, sizes=(0.1, 0.4, 1.0)),
+    ),
     needs="two channels: it softens torsion as its share of the length, radial more",
     rivals=("batch_stiffness",),
     source="Stress concentrations at bonds of rubber to metal (2023), doi:10.5254/rct-23.611182",

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from forms.potential import Attached
 
 # Fractions of the recording: a branch much slower than it is elastic, one much faster is spent within a sample.
-_TIMES = (0.003, 0.01, 0.03, 0.1, 0.3)
+_TIMES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
 
 def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, EffectParameter]:
