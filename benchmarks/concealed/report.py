@@ -45,8 +45,8 @@ have cycles of growing amplitude to both sides, a hold and two rates, and the ch
 the recorded force range, more where the default mesh alone is off by more than two standard errors.
 
 An effect's *strength* is the change of the noise-free curves, in units of the noise, that is left when the law's
-parameters (and the other effect of a pair) have been refitted: chi square falls by its square. Sizes are drawn
-between a strength of {faint:g} and 120, as far as the effect's usual range allows: *faint* below {clear:g}, *clear*
+parameters (and the other effect of a pair) have been refitted, and a factor of each channel's forces that calibration
+and mesh leave open (0.5 %, in three dimensions 1 %): chi square falls by its square. Sizes are drawn between a strength of {faint:g} and 120, as far as the effect's usual range allows: *faint* below {clear:g}, *clear*
 below {large:g}, *large* above. On rich programs what cannot be seen is drawn again; on poor ones the law imitates
 much, and an effect of usual size may stay *hidden*: then the right answer is that it is possible, among the rivals.
 *Look-alikes* are the other effects that, at their best, stay within four standard errors of the noise-free recording:

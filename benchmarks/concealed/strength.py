@@ -2,7 +2,8 @@
 
 With d the change of the noise-free curves over the noise, and J their derivatives by the parameters that are fitted,
 the strength is the length of what is left of d after a least-squares fit of J: chi square falls by its square when the
-effect is added to a refitted law. It is exact in the effect, to first order in the law.
+effect is added to a refitted law. It is exact in the effect, to first order in the law. That a channel's forces may all
+be wrong by one factor, of calibration and mesh, is noise that its samples share.
 """
 
 from __future__ import annotations
@@ -24,6 +25,21 @@ def left(change: Array, taken: Sequence[Array]) -> Array:
     size = np.linalg.norm(J, axis=0)
     J = J[:, size > 0] / size[size > 0]
     return np.asarray(change - J @ np.linalg.lstsq(J, change, rcond=1e-10)[0])
+
+
+def beside_a_factor(rows: Array, force: Array, spread: float) -> Array:
+    """Multiply (n,) or (n, k) with the inverse root of 1 + s^2 F F', the noise's covariance with a common factor's.
+
+    Parameters
+    ----------
+    rows, force : shape (n,) or (n, k), and (n,)
+        Over the noise.
+    spread
+        Standard deviation s of the factor.
+    """
+    unit = force / max(float(np.linalg.norm(force)), 1e-300)
+    share = 1.0 - 1.0 / np.sqrt(1.0 + spread**2 * float(force @ force))
+    return np.asarray(rows - share * np.multiply.outer(unit, unit @ rows))
 
 
 def strength(change: Array, taken: Sequence[Array]) -> float:

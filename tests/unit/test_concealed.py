@@ -15,7 +15,7 @@ import pytest
 from benchmarks.concealed import draw, programs, report, score
 from benchmarks.concealed.run import Run, read_run, run_all
 from benchmarks.concealed.sizes import SIZES, Situation, sized
-from benchmarks.concealed.strength import apart, strength
+from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import Specimen, Truth, read_truth, write_truth
 from bushcli.effect import effects
 from bushcli.segment import segment
@@ -94,6 +94,15 @@ def test_rich_programs_have_cycles_a_hold_and_two_rates_that_are_found_again() -
         abs(q[b.stop - 1] - q[b.start]) / (t[b.stop - 1] - t[b.start]) for b in found if b.kind != "hold"
     ]
     assert max(rates) > 4 * min(rates)
+
+
+def test_a_common_factor_is_noise_that_samples_share() -> None:
+    rng = np.random.default_rng(7)
+    v, F, s = rng.standard_normal(20), 30.0 * rng.standard_normal(20), 0.01
+    rows = beside_a_factor(v, F, s)
+    covariance = np.eye(20) + s**2 * np.outer(F, F)
+    assert rows @ rows == pytest.approx(v @ np.linalg.solve(covariance, v), rel=1e-10)
+    assert np.linalg.norm(beside_a_factor(0.01 * F, F, s)) < 1.0 < np.linalg.norm(0.01 * F)
 
 
 def test_strength_is_what_the_law_cannot_do() -> None:
