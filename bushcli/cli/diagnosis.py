@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import TYPE_CHECKING
 
 import click
 
-from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, ranks_there_are, speaks
 from bushcli.errors import InputError, Problem
 from bushcli.interrupt import is_interrupt
+
+if TYPE_CHECKING:
+    from bushcli.casefile import Case
 
 
 @click.command()
@@ -44,12 +49,37 @@ def diagnose(
     """Say where the simulation of CASE misses its recordings, and what physics was left out.
 
     The physics is modelled, and the fit shown before and after. With -o DIR each fit is kept in
-    DIR/history-diagnose, from which --resume goes on after an interruption.
+    DIR/history-diagnose, from which --resume goes on after an interruption. Under `mpirun -n N` the first process
+    leads and the others share the refits, on as many machines as they are.
     """
+    from bushcli.diagnosis.workers import ranks
+
+    case = run.load()
+    if ranks_there_are() == 1:
+        return _diagnose(run, case, model, wanted, workers, None, resume, no_maps, strict)
+    if workers > 1:
+        raise InputError(Problem("--workers", "is for one machine", "", "mpirun -n N gives N - 1 of them"))
+    with ranks() as executor:
+        # The other ranks answer until the first one leaves this context.
+        if executor is None:
+            return DONE
+        return _diagnose(run, case, model, wanted, 1, executor, resume, no_maps, strict)
+
+
+def _diagnose(
+    run: Run,
+    case: Case,
+    model: str | None,
+    wanted: tuple[str, ...],
+    workers: int,
+    executor: Executor | None,
+    resume: bool,
+    no_maps: bool,
+    strict: bool,
+) -> int:
     from bushcli import report
     from bushcli.diagnosis.diagnose import diagnose as find
 
-    case = run.load()
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
     journal = run.output / "history-diagnose" if run.output else None
@@ -60,6 +90,7 @@ def diagnose(
                 model=model,
                 effects=_names(wanted),
                 workers=workers,
+                executor=executor,
                 journal=journal,
                 resume=resume,
                 maps=not no_maps,

@@ -108,6 +108,15 @@ def speaks() -> bool:
     return bool(MPI.COMM_WORLD.rank == 0)
 
 
+def ranks_there_are() -> int:
+    """Number of processes that `mpirun` has started; 1 without it."""
+    if not any(name in os.environ for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")):
+        return 1
+    from mpi4py import MPI
+
+    return int(MPI.COMM_WORLD.size)
+
+
 def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
     """Give a command the CASE argument and the common options, and turn its errors into exit codes."""
 

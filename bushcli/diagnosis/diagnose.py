@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -67,6 +68,7 @@ def diagnose(
     model: str | None = None,
     effects: Sequence[str] | None = None,
     workers: int = 1,
+    executor: Executor | None = None,
     journal: Path | None = None,
     resume: bool = False,
     maps: bool = True,
@@ -85,6 +87,8 @@ def diagnose(
         Names of those to be thought of; all where None.
     workers
         Processes side by side; the answer does not depend on it.
+    executor
+        Of processes that are there already, such as the other ranks of `mpirun`, in place of `workers`.
     journal
         Folder in which every run is kept, so that a stopped diagnosis can go on.
     resume
@@ -110,7 +114,7 @@ def diagnose(
     _check(case, model, effects)
     chosen, source, first = _plain(case, model)
     bare = replace(case, effects=())
-    with Workers(workers, journal, resume).open() as crew:
+    with Workers(workers, journal, resume, executor).open() as crew:
         told("fit", chosen.law, "the plain law")
         plain = crew.run(_first, [(bare, chosen)])[0]
         if plain is None:

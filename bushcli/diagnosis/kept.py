@@ -59,7 +59,8 @@ def channels(
 
     def made() -> list[Channel]:
         modes: set[str] = set()
-        found, _ = task.channels(prepared=bodies(task, coarse, modes))
+        # Never shared among ranks: those of `mpirun` run diagnosis's fits side by side.
+        found, _ = task.channels(comm=MPI.COMM_SELF, prepared=bodies(task, coarse, modes))
         for number, channel in enumerate(found):
             if channel.simulation is not None and fineness != 1.0:
                 channel.simulation.plan(fineness)

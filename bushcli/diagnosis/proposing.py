@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case
@@ -140,6 +141,7 @@ def _foretell(case: Case, model: Model, fitted: Fitted, proposal: Proposal) -> P
         time,
         q,
         None,
+        comm=MPI.COMM_SELF,
         prepared=kept.bodies(task, "solid"),
     )
     values: dict[str, float] = dict(model.start)

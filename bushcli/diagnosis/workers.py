@@ -1,4 +1,4 @@
-"""Independent runs side by side: as many processes as asked for, results in the order of the questions.
+"""Independent runs side by side: as many processes as asked for, on this machine or over MPI, results in order.
 
 A result is kept on disk as soon as it is there, under a name made of the question itself, so that a diagnosis that was
 stopped goes on where it was, with any number of workers, to the same end.
@@ -13,12 +13,12 @@ import pickle
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, cast
 
 from bushcli import __version__
 from bushcli.interrupt import abandon_compilation
@@ -41,12 +41,21 @@ class Workers:
         Where results are kept; None keeps none.
     resume
         Use what the folder holds; it is emptied otherwise.
+    executor
+        Processes that somebody else has started and ends (`ranks`), in place of `count` of our own. They may be on
+        machines that do not see the folder.
     """
 
-    def __init__(self, count: int = 1, folder: Path | None = None, resume: bool = False) -> None:
+    def __init__(
+        self,
+        count: int = 1,
+        folder: Path | None = None,
+        resume: bool = False,
+        executor: Executor | None = None,
+    ) -> None:
         self.count, self.folder = max(1, count), folder
         self.reused = 0
-        self._executor: ProcessPoolExecutor | None = None
+        self._executor: Executor | None = executor
         self._others = frozenset(active_children())
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
@@ -56,7 +65,7 @@ class Workers:
     @contextmanager
     def open(self) -> Iterator[Workers]:
         """Start the processes, and end them: at once where an exception ends the run."""
-        if self.count == 1:
+        if self.count == 1 or self._executor is not None:
             yield self
             return
         self._executor = ProcessPoolExecutor(self.count, get_context("spawn"), initializer=_begin)
@@ -100,13 +109,23 @@ class Workers:
                 if told is not None:
                     told(i, answers[i])
             else:
-                with _deaf():
-                    waiting.append((i, self._executor.submit(_answer, file, work, question)))
+                waiting.append((i, self._submitted(self._executor, file, work, question)))
         for i, future in waiting:
             answers[i] = future.result()
             if told is not None:
                 told(i, answers[i])
         return answers
+
+    def _submitted(
+        self, executor: Executor, file: Path | None, work: Work, question: tuple[Any, ...]
+    ) -> Future[Any]:
+        if isinstance(executor, ProcessPoolExecutor):
+            with _deaf():
+                return executor.submit(_answer, file, work, question)
+        future = executor.submit(_answer, None, work, question)
+        if file is not None:
+            future.add_done_callback(lambda done: _keep(file, done.result()) if _has_answer(done) else None)
+        return future
 
     def _file(self, work: Work, question: tuple[Any, ...]) -> Path | None:
         if self.folder is None:
@@ -120,13 +139,34 @@ def _answer(file: Path | None, work: Work, question: tuple[Any, ...]) -> Any:
     """Do the work, and keep what came of it."""
     answer = work(*question)
     if file is not None:
-        fresh = file.with_suffix(f".{os.getpid()}.part")
-        with fresh.open("wb") as out:
-            out.write(pickle.dumps(answer))
-            out.flush()
-            os.fsync(out.fileno())
-        fresh.replace(file)
+        _keep(file, answer)
     return answer
+
+
+def _keep(file: Path, answer: Any) -> None:
+    fresh = file.with_suffix(f".{os.getpid()}.part")
+    with fresh.open("wb") as out:
+        out.write(pickle.dumps(answer))
+        out.flush()
+        os.fsync(out.fileno())
+    fresh.replace(file)
+
+
+def _has_answer(future: Future[Any]) -> bool:
+    return not future.cancelled() and future.exception() is None
+
+
+@contextmanager
+def ranks() -> Iterator[Executor | None]:
+    """The other ranks of `mpirun` as processes that answer questions; None for those ranks themselves.
+
+    They answer until the first rank leaves the context, and only then leave it too.
+    """
+    from mpi4py import MPI
+    from mpi4py.futures import MPICommExecutor
+
+    with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:
+        yield cast("Executor | None", executor)
 
 
 # -- the question's name ---------------------------------------------------------------------------------------------
