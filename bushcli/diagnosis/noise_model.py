@@ -22,7 +22,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import Polynomial
+from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.special import comb
 
@@ -192,22 +192,29 @@ def correlation_time(misfit: Array) -> float:
 
 
 def smoothed(recording: Recording) -> Array:
-    """Recorded force (n,) without most of its noise: a polynomial in each branch; short ones stay as they are."""
-    fitted, _ = _polynomials(recording)
-    return np.where(np.isfinite(fitted), fitted, recording.force)
+    """Recorded force (n,) without most of its noise, and none of a sample's own: what its branch foretells of it.
+
+    A polynomial is fitted to each branch, without the sample; the force of short branches stays as it is.
+    """
+    fitted, leverage, _ = _polynomials(recording)
+    left = (recording.force - fitted) / (1.0 - leverage)
+    return np.where(np.isfinite(left), recording.force - left, recording.force)
 
 
 def _beside_polynomials(recording: Recording) -> tuple[float, float] | None:
     """Standard deviation of the force beside a polynomial in each branch, and its degrees of freedom."""
-    fitted, freedom = _polynomials(recording)
+    fitted, _, freedom = _polynomials(recording)
     squares = float(np.nansum((recording.force - fitted) ** 2))
     return (float(np.sqrt(squares / freedom)), float(freedom)) if freedom >= 20 else None
 
 
-def _polynomials(recording: Recording) -> tuple[Array, int]:
-    """A polynomial in each branch at its samples (n,), nan in branches too short for one; degrees of freedom left."""
+def _polynomials(recording: Recording) -> tuple[Array, Array, int]:
+    """A polynomial in each branch at its samples (n,), by how much each sample draws it to itself (n,), freedom left.
+
+    Both are nan in branches too short for a polynomial.
+    """
     x = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
-    fitted, freedom = np.full(len(recording.force), np.nan), 0
+    fitted, leverage, freedom = np.full(len(x), np.nan), np.full(len(x), np.nan), 0
     for branch in branches(recording):
         here = slice(branch.start, branch.stop)
         degree = min(_DEGREE, (branch.stop - branch.start) // _PER_COEFFICIENT - 1)
@@ -217,9 +224,11 @@ def _polynomials(recording: Recording) -> tuple[Array, int]:
         if branch.kind == "hold":
             # Relaxation is fast at first.
             position = np.log1p(position / max(float(position[1]), 1e-12))
-        fitted[here] = Polynomial.fit(position, recording.force[here], degree)(position)
+        basis, _ = np.linalg.qr(legvander(2.0 * position / float(position[-1]) - 1.0, degree))
+        fitted[here] = basis @ (basis.T @ recording.force[here])
+        leverage[here] = np.sum(basis**2, axis=1)
         freedom += branch.stop - branch.start - degree - 1
-    return fitted, freedom
+    return fitted, leverage, freedom
 
 
 def _at_half_rate(recording: Recording) -> tuple[float, float] | None:

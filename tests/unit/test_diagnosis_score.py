@@ -190,6 +190,20 @@ def test_an_effect_without_any_or_with_hidden_influence_cannot_be_tested():
     assert (told.testable, told.reason) == (False, "the recording has no time")
 
 
+def test_an_effect_larger_than_usual_is_tested_where_the_misfit_asks_for_it():
+    """30 times the usual size, which changes the curve by half a standard error."""
+    loop = maxwell(TIME, Q, 3.0)
+    usual = 0.5 / np.linalg.norm(loop / SIGMA)
+    for times, testable in ((0.0, False), (30.0, True)):
+        channel, linear = fit(TIME, Q, noisy(law(Q) + times * usual * loop, 5))
+        found = score(linear, effect(channel, "large", ("a",), [loop], typical=(usual,)))
+        assert found.testable is testable, times
+    assert found.amplitude["a"] == pytest.approx(30.0 * usual, abs=4 * found.std["a"])
+    # More than a hundred times the usual size is beyond reason.
+    beyond = score(linear, effect(channel, "large", ("a",), [loop], typical=(usual / 10,)))
+    assert "standard errors only" in beyond.reason
+
+
 def test_a_prior_on_the_parameters_leaves_an_effect_more_to_say():
     """Without a prior a factor is the law's own; with the parameters known to 1 % a factor of 1.3 is seen."""
     channel, free = fit(TIME, Q, noisy(1.3 * law(Q), 6))
