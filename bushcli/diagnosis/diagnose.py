@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
 from bushcli.diagnosis import kept
+from bushcli.diagnosis.doubts import doubts_of_the_data, doubts_of_the_model
 from bushcli.diagnosis.held_out import HeldOut
-from bushcli.diagnosis.locate import Location, locate
+from bushcli.diagnosis.hypotheses import hypotheses
+from bushcli.diagnosis.locate import locate
 from bushcli.diagnosis.model import Fitted, Model, fit
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.proposing import propose
@@ -32,7 +34,7 @@ from bushcli.diagnosis.result import (
 )
 from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.say import paragraph, plausibility
-from bushcli.diagnosis.selection import Progress, Search, Selection, at_noise, hypotheses, key
+from bushcli.diagnosis.selection import Progress, Search, Selection, at_noise, key
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import effects as catalogue
 from bushcli.effect import full_name
@@ -51,9 +53,6 @@ CONFIDENCE = 1.96
 # An effect that, at a typical size, would change the recordings by less than this many standard errors cannot be
 # excluded by them.
 SEEN = 3.0
-# Noise of so many percent of the force range hides what is usually asked for: the literature takes 10 % of misfit for a
-# good agreement of simulation and rig.
-LOUD = 5.0
 # Effects that leave more than this share of the squared misfit beyond the noise do not explain it: they are the
 # nearest that the catalogue has.
 UNEXPLAINED = 0.1
@@ -149,7 +148,11 @@ def diagnose(
         rivals=rivals,
         next_test=proposal,
         maps=made,
-        conditions=(*trouble, *_conditions(found, remaining, before, after), *_doubts(case, channels)),
+        conditions=(
+            *trouble,
+            *doubts_of_the_model(found, remaining, before, after),
+            *doubts_of_the_data(case, channels),
+        ),
         forward_solves=sum(one.solves for one in found.refits.values()),
         failed_solves=sum(one.failed for one in found.refits.values()),
         seconds=time.perf_counter() - begin,
@@ -388,60 +391,3 @@ def _foretold(found: Selection, stage: Stage) -> Stage:
     if stage.law != found.plain.model.law:
         name = (f"law: {stage.law}", *name)
     return replace(stage, held_out=found.predictions.get(name, stage.held_out))
-
-
-def _doubts(case: Case, channels: tuple[DiagnosedChannel, ...]) -> list[Condition]:
-    """What is doubtful about the case and its recordings, whatever the answer."""
-    made = []
-    if case.effects:
-        names = ", ".join(one.name for one in case.effects)
-        made.append(
-            Condition(
-                "effects_of_the_case",
-                f"what the case says of effects ({names}) is not used: the plain law is without any, and they are "
-                "looked for like all others",
-                "nothing, if they are found again; bushcli inverse identifies the law with them",
-            )
-        )
-    loud = [one for one in channels if one.noise_percent > LOUD]
-    if loud:
-        sizes = ", ".join(f"{one.name} {one.noise_percent:.0f} %" for one in loud)
-        made.append(
-            Condition(
-                "loud_noise",
-                f"what passes for noise is large against the force range ({sizes}): nothing smaller can be seen",
-                "record more samples on every branch, or with less noise; the noise is taken from neighbouring samples",
-            )
-        )
-    return made
-
-
-def _conditions(found: Selection, remaining: Location, before: float, after: float) -> list[Condition]:
-    made = []
-    if found.best.model.effects and at_noise(found.best) is None:
-        made.append(
-            Condition(
-                "misfit_above_noise",
-                f"the final model still misses the recordings by {found.best.size:.2g} times the noise",
-                "what is left is not in the catalogue, or the mesh or the calibration is worse than assumed: see where "
-                "it remains",
-            )
-        )
-    if np.isfinite(before) and np.isfinite(after) and found.best.model.effects and after >= before:
-        made.append(
-            Condition(
-                "no_better_prediction",
-                "what was held out is predicted no better with the effects "
-                f"({after:.2g} against {before:.2g} of the noise)",
-                "record another cycle, or another channel, and diagnose again",
-            )
-        )
-    if not found.best.converged:
-        made.append(
-            Condition(
-                "not_converged",
-                "the search for the final model's parameters ended before it had converged",
-                "begin with other start values in [material.parameters]",
-            )
-        )
-    return made

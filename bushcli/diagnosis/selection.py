@@ -15,29 +15,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case
-from bushcli.diagnosis import any_law
+from bushcli.diagnosis.beginnings import pairs, richer, singles
 from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials
 from bushcli.diagnosis.criterion import NoiseTest, noise_test
 from bushcli.diagnosis.held_out import HeldOut, held_out
 from bushcli.diagnosis.model import Fitted, Model, exact, fit, predicted
 from bushcli.diagnosis.noise_model import Compared
-from bushcli.diagnosis.result import Hypothesis, Stage
+from bushcli.diagnosis.result import Stage
 from bushcli.diagnosis.rivals import STRONG, Combination, forward
 from bushcli.diagnosis.score import Candidate, Score, screen
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
-from bushcli.effect import ActiveEffect, Effect, effects
-from forms.law import laws
+from bushcli.effect import Effect, effects
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
 """Called with the stage, what is looked at, and what came of it."""
 
-# Effects that are refitted in each round, and points of an effect's grid from which its refit begins.
-REFITTED, BEGINNINGS = 4, 2
-# An effect is refitted if it promises this share of what the best one promises, and a second beginning, this share of
-# what its own best point promises.
-SHARE, SECOND = 0.1, 0.8
 # The same of one beside an effect that reaches the noise.
 NEAR = 0.5
 # Effects in one model, at most.
@@ -45,17 +39,11 @@ MOST = 3
 # Worse prediction of what was held out than without the effect that is put down to chance: as a factor of the misfit,
 # or as a rise of the sum of squares.
 NO_WORSE, CHANCE_RISE = 1.05, 6.0
-# A score test that promises less than this fall of chi square is not followed.
-PROMISING = 10.0
 # Beside a misfit that passes for noise an effect is called for only by such a fall of BIC, and refitted only where its
 # score test leaves chance less than this, the misfit taken for noise as it is.
 OUTSTANDING, CHANCE = 12.0, 1e-4
 # Noise with effects in the model is looked at once more, unless chance gives a worse misfit as often as this.
 USUAL = 0.1
-# Pairs of effects that are refitted where none is taken alone.
-PAIRS = 2
-# Laws that are tried in place of a poorer one: name and, where it has optional terms, their number.
-RICHER = (("yeoh", None), ("ogden", 2))
 # Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
 # the literature accepts of a model is far above it.
 AT_NOISE = 1.05
@@ -184,8 +172,8 @@ class Search:
         self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score], asked: float
     ) -> bool:
         """Refit the most promising, and take the best; whether one was taken."""
-        beginnings = self._beginnings(found.best, table, scores)
-        poorer, richest = self._laws(found.best, scores)
+        beginnings = singles(found.best, table, scores)
+        poorer, richest = richer(found.best, scores)
         if not beginnings and not poorer and not richest:
             self._stage(found, "stop", found.best, "nothing in the catalogue promises more")
             return False
@@ -207,9 +195,12 @@ class Search:
         if self._taken(found, tried, asked):
             return True
         if at_noise(found.best) is None:
-            pairs: dict[tuple[str, ...], Fitted] = {}
-            self._try(found, pairs, self._pairs(found, table, scores, tried))
-            if self._taken(found, pairs, asked):
+            law = found.best.model.law
+            begun = [e for one in tried.values() if one.model.law == law for e in one.model.effects]
+            two: dict[tuple[str, ...], Fitted] = {}
+            if len(found.best.model.effects) + 2 <= MOST:
+                self._try(found, two, pairs(found.best, table, scores, begun))
+            if self._taken(found, two, asked):
                 return True
         self._stage(
             found, "stop", found.best, "no effect of the catalogue improves the fit enough to be believed"
@@ -245,90 +236,11 @@ class Search:
         )
         return after > NO_WORSE * before and samples * (after**2 - before**2) > CHANCE_RISE
 
-    def _pairs(
-        self,
-        found: Selection,
-        table: Sequence[Candidate],
-        scores: Sequence[Score],
-        tried: dict[tuple[str, ...], Fitted],
-    ) -> list[Model]:
-        """Models with two more effects, of which neither was taken alone, from first-order start values.
-
-        One effect of two that are missing may fit better and yet predict worse, because it stands for both.
-        """
-        best = found.best
-        room = MOST - len(best.model.effects)
-        if room < 2:
-            return []
-        grids, by_name = {one.name: one for one in table}, {one.name: one for one in scores}
-        alone = max((one.drop for one in scores if one.testable), default=0.0)
-        models: list[Model] = []
-        for pair in forward(best.linear, table, 2):
-            known = {name for name in best.model.names if name in pair.names}
-            if len(pair.names) < 2 or known or pair.drop < alone + PROMISING:
-                continue
-            begun = {
-                one.name: one
-                for fit in tried.values()
-                for one in fit.model.effects
-                if fit.model.law == best.model.law
-            }
-            model = best.model
-            for name, point in zip(pair.names, pair.points, strict=True):
-                model = _with(model, best, grids[name], point, by_name[name])
-                if name in begun:
-                    # Where a refit of it alone has ended is a better beginning.
-                    others = tuple(one for one in model.effects if one.name != name)
-                    model = replace(model, effects=(*others, begun[name]))
-            models.append(model)
-            if len(models) == PAIRS:
-                break
-        return models
-
     def _try(self, found: Selection, tried: dict[tuple[str, ...], Fitted], models: Sequence[Model]) -> None:
         """Refit models, and keep the best of each name."""
         for one in self._fitted(models, found.best.model.law):
             if one is not None and _better(one, tried.get(key(one.model, found.plain.model))):
                 tried[key(one.model, found.plain.model)] = one
-
-    def _beginnings(
-        self, best: Fitted, table: Sequence[Candidate], scores: Sequence[Score]
-    ) -> list[tuple[float, list[Model]]]:
-        """Promise of each effect, and models with it from first-order start values at the points worth a refit."""
-        grids = {one.name: one for one in table}
-        most = max((one.drop for one in scores if one.testable), default=0.0)
-        promising = [one for one in scores if one.testable and one.drop > max(PROMISING, SHARE * most)]
-        proposed = []
-        for score in promising[:REFITTED]:
-            order = np.argsort(-score.drops)[:BEGINNINGS]
-            points = [int(p) for p in order if p == order[0] or score.drops[p] > SECOND * score.drop]
-            models = [_with(best.model, best, grids[score.name], point, score) for point in points]
-            proposed.append((score.drop, models))
-        return proposed
-
-    def _laws(self, best: Fitted, scores: Sequence[Score]) -> tuple[list[Model], list[Model]]:
-        """Models with a richer law, where any law can do something about the misfit; or with a law set free.
-
-        The last of them apart: it takes longest, and is for what nothing else explains.
-        """
-        model = best.model
-        if model.fixed:
-            return ([replace(model, fixed=False)] if model.effects else []), []
-        most = max((one.drop for one in scores if one.testable), default=0.0)
-        if any_law.most(best.channels, best.used, best.linear) < max(PROMISING, SHARE * most):
-            return [], []
-        poorer: list[Model] = []
-        richest: list[Model] = []
-        for name, terms in RICHER:
-            if name != model.law and len(laws()[name].parameters) >= len(model.start):
-                start = {
-                    p.name: p.start
-                    for p in laws()[name].parameters
-                    if terms is None or not p.optional or int(p.name[-1]) <= terms
-                }
-                other = replace(model, law=name, start=start, terms=terms, anchor=None)
-                (richest if name == RICHER[-1][0] else poorer).append(other)
-        return poorer, richest
 
     def _fitted(self, models: Sequence[Model], law: str) -> list[Fitted | None]:
         """Refit models; another law than the one at hand has to find its scale first."""
@@ -383,79 +295,6 @@ class Search:
         stage = Stage(action, fitted.model.names, fitted.model.law, fitted.bic(), fitted.size, kept, text)  # type: ignore[arg-type]
         found.stages.append(stage)
         self.progress(action, " + ".join([fitted.model.law, *fitted.model.names]), text)
-
-
-def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
-    """All that was thought of, the best refits first, then the most promising, then what cannot be tested."""
-    scores = found.tables[0][1] if found.tables else ()
-    rows = []
-    plain = found.plain.bic()
-    for score in scores:
-        refit = found.refits.get((score.name,))
-        rows.append(
-            Hypothesis(
-                name=score.name,
-                testable=score.testable,
-                reason=score.reason,
-                drop=score.drop,
-                z=score.z,
-                p=score.p,
-                amplitude=dict(score.amplitude) | dict(score.shape) if score.testable else {},
-                refitted=refit is not None,
-                bic=float("nan") if refit is None else refit.bic() - plain,
-                misfit=float("nan") if refit is None else refit.size,
-                chosen=score.name in found.best.model.names,
-            )
-        )
-    for name, refit in found.refits.items():
-        if name and (len(name) > 1 or name[0].startswith("law")):
-            chosen = key(found.best.model, found.plain.model) == name
-            rows.append(
-                Hypothesis(
-                    " + ".join(name),
-                    True,
-                    "",
-                    float("nan"),
-                    float("nan"),
-                    float("nan"),
-                    {},
-                    True,
-                    refit.bic() - plain,
-                    refit.size,
-                    chosen,
-                )
-            )
-    return tuple(
-        sorted(
-            rows,
-            key=lambda row: (not row.testable, row.bic if row.refitted else 0.0, -np.nan_to_num(row.drop)),
-        )
-    )
-
-
-def _with(model: Model, fitted: Fitted, one: Candidate, point: int, score: Score) -> Model:
-    """The model with an effect at a point of its grid and its first-order amplitude."""
-    effect = effects()[one.name]
-    present = next((e for e in model.effects if e.name == one.name), None)
-    columns_ = fitted.linear.left(one.columns[point])
-    size = np.maximum(np.sum(columns_**2, axis=0), 1e-300)
-    asked = -(columns_.T @ fitted.linear.rest) / size
-    values: dict[str, float] = dict(present.values) if present is not None else {}
-    for name, value, sign in zip(one.amplitudes, asked, one.signs, strict=True):
-        parameter = effect.parameter(name)
-        amplitude = float(parameter.off or 0.0) + (max(value, 0.0) if sign > 0 else value)
-        # First order promises too much far from the off value.
-        most = 3.0 * abs(parameter.start)
-        amplitude = float(np.clip(amplitude, -most, most))
-        if amplitude == parameter.off:
-            amplitude = parameter.start
-        values[name] = float(np.clip(amplitude, parameter.lower, parameter.upper))
-    values |= one.points[point]
-    active = ActiveEffect(effect, values, present.channels if present is not None else None).started()
-    others = tuple(e for e in model.effects if e.name != one.name)
-    # Solid bodies are compared on a coarse mesh from here on; what it misses is known at the law alone.
-    anchor = dict(model.start) if model.anchor is None else model.anchor
-    return replace(model, effects=(*others, active), anchor=anchor)
 
 
 def _better(one: Fitted, other: Fitted | None) -> bool:

@@ -1,0 +1,128 @@
+"""Models that are worth a refit, from what the score tests promise: with one effect more, with two, with another law.
+
+Their start values are those that the derivatives promise, at the points of an effect's grid that promise most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bushcli.diagnosis import any_law
+from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.rivals import forward
+from bushcli.diagnosis.score import Candidate, Score
+from bushcli.effect import ActiveEffect, effects
+from forms.law import laws
+
+# Effects that are refitted in each round, and points of an effect's grid from which its refit begins.
+REFITTED, BEGINNINGS = 4, 2
+# An effect is refitted if it promises this share of what the best one promises, and a second beginning, this share of
+# what its own best point promises.
+SHARE, SECOND = 0.1, 0.8
+# A score test that promises less than this fall of chi square is not followed.
+PROMISING = 10.0
+# Pairs of effects that are refitted where none is taken alone.
+PAIRS = 2
+# Laws that are tried in place of a poorer one: name and, where it has optional terms, their number.
+RICHER = (("yeoh", None), ("ogden", 2))
+
+
+def singles(
+    best: Fitted, table: Sequence[Candidate], scores: Sequence[Score]
+) -> list[tuple[float, list[Model]]]:
+    """Promise of each effect, and models with it from first-order start values at the points worth a refit."""
+    grids = {one.name: one for one in table}
+    most = max((one.drop for one in scores if one.testable), default=0.0)
+    promising = [one for one in scores if one.testable and one.drop > max(PROMISING, SHARE * most)]
+    proposed = []
+    for score in promising[:REFITTED]:
+        order = np.argsort(-score.drops)[:BEGINNINGS]
+        points = [int(p) for p in order if p == order[0] or score.drops[p] > SECOND * score.drop]
+        models = [_with(best.model, best, grids[score.name], point, score) for point in points]
+        proposed.append((score.drop, models))
+    return proposed
+
+
+def pairs(
+    best: Fitted, table: Sequence[Candidate], scores: Sequence[Score], begun: Sequence[ActiveEffect]
+) -> list[Model]:
+    """Models with two more effects, of which neither was taken alone.
+
+    One effect of two that are missing may fit better and yet predict worse, because it stands for both.
+
+    Parameters
+    ----------
+    begun
+        Effects as refits of each alone have left them: better start values than first order has.
+    """
+    grids, by_name = {one.name: one for one in table}, {one.name: one for one in scores}
+    ended = {one.name: one for one in begun}
+    alone = max((one.drop for one in scores if one.testable), default=0.0)
+    models: list[Model] = []
+    for pair in forward(best.linear, table, 2):
+        known = set(best.model.names) & set(pair.names)
+        if len(pair.names) < 2 or known or pair.drop < alone + PROMISING:
+            continue
+        model = best.model
+        for name, point in zip(pair.names, pair.points, strict=True):
+            model = _with(model, best, grids[name], point, by_name[name])
+            if name in ended:
+                others = tuple(one for one in model.effects if one.name != name)
+                model = replace(model, effects=(*others, ended[name]))
+        models.append(model)
+        if len(models) == PAIRS:
+            break
+    return models
+
+
+def richer(best: Fitted, scores: Sequence[Score]) -> tuple[list[Model], list[Model]]:
+    """Models with a richer law, where any law can do something about the misfit; or with a law set free.
+
+    The last of them apart: it takes longest, and is for what nothing else explains.
+    """
+    model = best.model
+    if model.fixed:
+        return ([replace(model, fixed=False)] if model.effects else []), []
+    most = max((one.drop for one in scores if one.testable), default=0.0)
+    if any_law.most(best.channels, best.used, best.linear) < max(PROMISING, SHARE * most):
+        return [], []
+    poorer: list[Model] = []
+    richest: list[Model] = []
+    for name, terms in RICHER:
+        if name != model.law and len(laws()[name].parameters) >= len(model.start):
+            start = {
+                p.name: p.start
+                for p in laws()[name].parameters
+                if terms is None or not p.optional or int(p.name[-1]) <= terms
+            }
+            other = replace(model, law=name, start=start, terms=terms, anchor=None)
+            (richest if name == RICHER[-1][0] else poorer).append(other)
+    return poorer, richest
+
+
+def _with(model: Model, fitted: Fitted, one: Candidate, point: int, score: Score) -> Model:
+    """The model with an effect at a point of its grid and its first-order amplitude."""
+    effect = effects()[one.name]
+    present = next((e for e in model.effects if e.name == one.name), None)
+    columns_ = fitted.linear.left(one.columns[point])
+    size = np.maximum(np.sum(columns_**2, axis=0), 1e-300)
+    asked = -(columns_.T @ fitted.linear.rest) / size
+    values: dict[str, float] = dict(present.values) if present is not None else {}
+    for name, value, sign in zip(one.amplitudes, asked, one.signs, strict=True):
+        parameter = effect.parameter(name)
+        amplitude = float(parameter.off or 0.0) + (max(value, 0.0) if sign > 0 else value)
+        # First order promises too much far from the off value.
+        most = 3.0 * abs(parameter.start)
+        amplitude = float(np.clip(amplitude, -most, most))
+        if amplitude == parameter.off:
+            amplitude = parameter.start
+        values[name] = float(np.clip(amplitude, parameter.lower, parameter.upper))
+    values |= one.points[point]
+    active = ActiveEffect(effect, values, present.channels if present is not None else None).started()
+    others = tuple(e for e in model.effects if e.name != one.name)
+    # Solid bodies are compared on a coarse mesh from here on; what it misses is known at the law alone.
+    anchor = dict(model.start) if model.anchor is None else model.anchor
+    return replace(model, effects=(*others, active), anchor=anchor)
