@@ -15,6 +15,8 @@ doi:10.1137/1.9781611970944.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -77,6 +79,7 @@ class Equilibrium:
 
     def __init__(self, model: Model, tolerance: float) -> None:
         self.model, self.tolerance = model, tolerance
+        self._interrupt: KeyboardInterrupt | None = None
         self.x, self.b = model.create_vector(), model.create_vector()
         self.matrix = model.create_matrix()
         self.reactions = 0.0
@@ -206,7 +209,14 @@ class Equilibrium:
     def _newton(self, factorised: bool = False) -> tuple[int, str]:
         """Solve by SNES from `x`, whose tangent may be the one factorised last; iterations and reason."""
         self._factorised = factorised
-        self.snes.solve(None, self.x)
+        self._interrupt = None
+        try:
+            self.snes.solve(None, self.x)
+        except PETSc.Error:
+            # What is raised in a callback comes out as PETSc's own error.
+            if self._interrupt is not None:
+                raise self._interrupt from None
+            raise
         # SNES leaves the last trial of the line search in the state: put the accepted iterate there.
         self._to_state(self.x)
         reason = self.snes.getConvergedReason()
@@ -224,18 +234,29 @@ class Equilibrium:
         state.scatter_forward()
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        self._to_state(x)
-        self.model.assemble_residual(b)
-        self.force = reaction(self.model, b, self.rate)
-        self.reactions = self.model.clear_constrained(b)
+        with self._heard():
+            self._to_state(x)
+            self.model.assemble_residual(b)
+            self.force = reaction(self.model, b, self.rate)
+            self.reactions = self.model.clear_constrained(b)
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, matrix: PETSc.Mat, _: PETSc.Mat) -> None:
         if self._factorised:
             self._factorised = False
             return
-        self.model.assemble_tangent(matrix)
+        with self._heard():
+            self.model.assemble_tangent(matrix)
         self.tangents += 1
         self._fatigue = 0
+
+    @contextmanager
+    def _heard(self) -> Iterator[None]:
+        """Know of an interruption in a callback."""
+        try:
+            yield
+        except KeyboardInterrupt as interrupt:
+            self._interrupt = interrupt
+            raise
 
     def _balanced(self, norm: float) -> bool:
         """Whether the residual in `b` is small: its forces over the reactions, its volumes over the body's own."""

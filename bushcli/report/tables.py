@@ -82,7 +82,7 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     used = material or case.material
     parameters = ", ".join(f"{name} = {value:.4g}" for name, value in used.parameters.items())
     if not parameters:
-        parameters = "to be identified from the coupon tests"
+        parameters = f"to be identified from the {'coupon tests' if case.coupons else 'recordings'}"
     elif source or not case.material.parameters:
         parameters += f" (identified from the {source or 'coupon tests'})"
     bulk = number(used.bulk_modulus, 4)

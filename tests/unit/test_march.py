@@ -174,3 +174,25 @@ def test_size_does_not_matter(rubber):
     stiff = rubber("neo_hookean", 2e6, C10=500.0)
     hard = march(prepare(large, modes()["axial"], stiff, COARSE), ramp(30.0, 2))
     np.testing.assert_allclose(hard.force, 1e5 * soft.force, rtol=1e-7, atol=1e-3)
+
+
+@pytest.mark.parametrize("what", ["assemble_residual", "assemble_tangent"])
+def test_an_interruption_comes_out_as_one_wherever_the_solver_is(axial, what, monkeypatch):
+    """Some of these calls come from SNES, which would make its own error of it."""
+    usual, calls, last = getattr(axial, what), 0, 0
+
+    def interrupted(*arguments):
+        nonlocal calls
+        calls += 1
+        if calls == last:
+            raise KeyboardInterrupt
+        return usual(*arguments)
+
+    monkeypatch.setattr(axial, what, interrupted)
+    march(axial, ramp(3.0, 3))
+    whole = calls
+    assert whole > 0
+    for last in range(1, whole + 1):
+        calls = 0
+        with pytest.raises(KeyboardInterrupt):
+            march(axial, ramp(3.0, 3))
