@@ -126,8 +126,7 @@ def _shear(model: Model, case: Case) -> float:
 
 def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | None:
     """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved."""
-    others = tuple(one for one in fitted.model.effects if one.name != trial.effect.name)
-    model = replace(fitted.model, effects=(*others, trial.active))
+    model = replace(fitted.model, effects=(*_beside(fitted.model, trial), trial.active))
     names = [f"{trial.effect.name}.{name}" for name in trial.amplitudes]
     coarse: kept.Coarse = "memory" if trial.effect.acts == "assembly" else "solid"
     channels = kept.channels(model.task(case), HALF, coarse)
@@ -145,6 +144,19 @@ def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | Non
         except NotConverged:
             return None
     return tuple(found)
+
+
+def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
+    """The effects of the model beside which an effect is tried.
+
+    What acts in the bushing is tried beside what the rig does, and without what else acts in the bushing: the kernels
+    of every combination would have to be compiled, some ten of which one is refitted. One branch more of an effect is
+    tried beside those it has.
+    """
+    others = tuple(one for one in model.effects if one.name != trial.effect.name)
+    if trial.effect.acts == "rig" or len(others) < len(model.effects):
+        return others
+    return tuple(one for one in others if one.effect.acts == "rig")
 
 
 def _values(model: Model) -> dict[str, float]:
