@@ -117,6 +117,16 @@ def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
             assert abs(one.parameters[key].value - truth) < 3 * one.parameters[key].std
 
 
+def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_path: Path) -> None:
+    """The derivative by a debonded length is that of the bond's corner at zero, and has the other sign here."""
+    found = diagnose(
+        case(tmp_path, {"debonding": {"length": 3.0}}), effects=["debonding", "offset"], maps=False
+    )
+    assert names(found) == ["debonding"]
+    length = found.effects[0].parameters["length"]
+    assert abs(length.value - 3.0) < 3 * length.std < 3.0
+
+
 def test_what_is_in_no_catalogue_is_unexplained_and_located(tmp_path: Path) -> None:
     """A tear: from the middle of the recording on the bushing is softer by a quarter, all at once."""
 
