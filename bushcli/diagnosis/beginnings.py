@@ -81,13 +81,15 @@ def pairs(
 def richer(best: Fitted, scores: Sequence[Score]) -> tuple[list[Model], list[Model]]:
     """Models with a richer law, where any law can do something about the misfit; or with a law set free.
 
-    The last of them apart: it takes longest, and is for what nothing else explains.
+    The last of them apart: it takes longest, and is for what nothing else explains. Beside effects it takes longer
+    still, and is tried only where any law promises more than any effect.
     """
     model = best.model
     if model.fixed:
         return ([replace(model, fixed=False)] if model.effects else []), []
     most = max((one.drop for one in scores if one.testable), default=0.0)
-    if any_law.most(best.channels, best.used, best.linear) < max(PROMISING, SHARE * most):
+    promised = any_law.most(best.channels, best.used, best.linear)
+    if promised < max(PROMISING, SHARE * most):
         return [], []
     poorer: list[Model] = []
     richest: list[Model] = []
@@ -100,7 +102,7 @@ def richer(best: Fitted, scores: Sequence[Score]) -> tuple[list[Model], list[Mod
             }
             other = replace(model, law=name, start=start, terms=terms, anchor=None)
             (richest if name == RICHER[-1][0] else poorer).append(other)
-    return poorer, richest
+    return poorer, richest if not model.effects or promised > most else []
 
 
 def _with(model: Model, fitted: Fitted, one: Candidate, point: int, score: Score) -> Model:
