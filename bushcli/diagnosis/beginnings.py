@@ -31,12 +31,12 @@ RICHER = (("yeoh", None), ("ogden", 2))
 
 
 def singles(
-    best: Fitted, table: Sequence[Candidate], scores: Sequence[Score]
+    best: Fitted, table: Sequence[Candidate], scores: Sequence[Score], least: float = 0.0
 ) -> list[tuple[float, list[Model]]]:
-    """Promise of each effect, and models with it from first-order start values at the points worth a refit."""
+    """Promise of each effect, if at least so much, and models with it at the points worth a refit."""
     grids = {one.name: one for one in table}
     most = max((one.drop for one in scores if one.testable), default=0.0)
-    promising = [one for one in scores if one.testable and one.drop > max(PROMISING, SHARE * most)]
+    promising = [one for one in scores if one.testable and one.drop > max(PROMISING, least, SHARE * most)]
     proposed = []
     for score in promising[:REFITTED]:
         order = np.argsort(-score.drops)[:BEGINNINGS]

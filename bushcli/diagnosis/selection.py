@@ -42,6 +42,10 @@ NO_WORSE, CHANCE_RISE = 1.05, 6.0
 # Beside a misfit that passes for noise an effect is called for only by such a fall of BIC, and refitted only where its
 # score test leaves chance less than this, the misfit taken for noise as it is.
 OUTSTANDING, CHANCE = 12.0, 1e-4
+# Of what effects have taken away of the sum of squares, the share that they may leave because real rubber and real rigs
+# follow no equation exactly: 10 % of an effect's curve, which is what the literature accepts of a model. No further
+# effect is called for so little.
+FORM = 0.01
 # Noise with effects in the model is looked at once more, unless chance gives a worse misfit as often as this.
 USUAL = 0.1
 # Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
@@ -172,10 +176,15 @@ class Search:
         self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score], asked: float
     ) -> bool:
         """Refit the most promising, and take the best; whether one was taken."""
-        beginnings = singles(found.best, table, scores)
+        form = _form_error(found)
+        asked = max(asked, form)
+        beginnings = singles(found.best, table, scores, 0.5 * form)
         poorer, richest = richer(found.best, scores)
         if not beginnings and not poorer and not richest:
-            self._stage(found, "stop", found.best, "nothing in the catalogue promises more")
+            text = "nothing in the catalogue promises more"
+            self._stage(
+                found, "stop", found.best, text + (" than the form of the effects may err" if form else "")
+            )
             return False
         tried: dict[tuple[str, ...], Fitted] = {}
         first = [models[0] for _, models in beginnings]
@@ -295,6 +304,12 @@ class Search:
         stage = Stage(action, fitted.model.names, fitted.model.law, fitted.bic(), fitted.size, kept, text)  # type: ignore[arg-type]
         found.stages.append(stage)
         self.progress(action, " + ".join([fitted.model.law, *fitted.model.names]), text)
+
+
+def _form_error(found: Selection) -> float:
+    """What the effects of the model at hand may leave because their form is not quite that of the real ones."""
+    explained = found.plain.chi_square - found.best.chi_square if found.best.model.effects else 0.0
+    return max(0.0, FORM * explained)
 
 
 def _better(one: Fitted, other: Fitted | None) -> bool:
