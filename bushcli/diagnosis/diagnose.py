@@ -34,7 +34,7 @@ from bushcli.diagnosis.result import (
 )
 from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.say import paragraph, plausibility
-from bushcli.diagnosis.selection import Progress, Search, Selection, at_noise, key
+from bushcli.diagnosis.selection import Progress, Search, Selection, at_noise, key, structure
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import effects as catalogue
 from bushcli.effect import full_name
@@ -141,7 +141,7 @@ def diagnose(
         parameters=_quantities(found.best),
         effects=named,
         hypotheses=hypotheses(found),
-        path=tuple(_foretold(found, stage) for stage in found.stages),
+        path=tuple(_foretold(found, name, stage) for name, stage in found.stages),
         channels=channels,
         location=location,
         remaining=remaining,
@@ -294,7 +294,9 @@ def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
 
 
 def _channels(found: Selection) -> tuple[DiagnosedChannel, ...]:
-    outside = [found.foretold.get(key(one.model, found.plain.model)) for one in (found.plain, found.best)]
+    outside = [
+        found.foretold.get(structure(one.model, found.plain.model)) for one in (found.plain, found.best)
+    ]
     made = []
     for i, (plain, best) in enumerate(zip(found.plain.channels, found.best.channels, strict=True)):
         recording, span = plain.recording, float(np.ptp(plain.recording.force))
@@ -385,9 +387,6 @@ def _maps(case: Case, found: Selection, told: Progress) -> tuple[LocalMap, ...]:
     return (one,)
 
 
-def _foretold(found: Selection, stage: Stage) -> Stage:
+def _foretold(found: Selection, name: tuple[str, ...], stage: Stage) -> Stage:
     """The stage with the prediction of what was held out, where it was made later."""
-    name = tuple(sorted(stage.effects))
-    if stage.law != found.plain.model.law:
-        name = (f"law: {stage.law}", *name)
     return replace(stage, held_out=found.predictions.get(name, stage.held_out))

@@ -26,7 +26,7 @@ from bushcli.diagnosis.rivals import STRONG, Combination, forward
 from bushcli.diagnosis.score import Candidate, Score, screen
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
-from bushcli.effect import Effect, effects
+from bushcli.effect import Effect, effects, full_name
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
@@ -61,7 +61,8 @@ class Selection:
     ----------
     plain, best : Fitted
         The plain law, and the model at hand.
-    stages : list of Stage
+    stages : list of (tuple of str, Stage)
+        Each with its model's `structure`.
     tables : list of (candidates, scores)
         Of each round, the first beside the plain law.
     refits : dict
@@ -70,12 +71,13 @@ class Selection:
         Effects and pairs of them to first order beside the plain law.
     held : tuple of HeldOut
     predictions, foretold : dict
-        Of models fitted without what is held out: misfit over noise on that, and all samples as they foretell them.
+        By `structure`, of models fitted without what is held out: misfit over noise on that, and all samples as they
+        foretell them.
     """
 
     plain: Fitted
     best: Fitted
-    stages: list[Stage] = field(default_factory=list)
+    stages: list[tuple[tuple[str, ...], Stage]] = field(default_factory=list)
     tables: list[tuple[list[Candidate], tuple[Score, ...]]] = field(default_factory=list)
     refits: dict[tuple[str, ...], Fitted] = field(default_factory=dict)
     combined: tuple[Combination, ...] = ()
@@ -90,6 +92,11 @@ def key(model: Model, plain: Model) -> tuple[str, ...]:
     if model.law != plain.law:
         return (f"law: {model.law}", *names)
     return (*names, "law: refitted") if plain.fixed and not model.fixed else names
+
+
+def structure(model: Model, plain: Model) -> tuple[str, ...]:
+    """Name of a model that also tells the number of an effect's branches: with the parameters of its effects."""
+    return (*key(model, plain), *(full_name(e.effect, p) for e in model.effects for p in e.parameters))
 
 
 def at_noise(found: Fitted) -> NoiseTest | None:
@@ -291,7 +298,7 @@ class Search:
 
     def prediction(self, found: Selection, fitted: Fitted) -> float:
         """Root mean square misfit over the noise on samples that the model was not fitted to; NaN without any."""
-        name = key(fitted.model, found.plain.model)
+        name = structure(fitted.model, found.plain.model)
         if name not in found.predictions:
             masks = tuple(one.samples for one in found.held)
             answer = self.workers.run(_predict, [(self.case, fitted.model, masks, fitted.used)])[0]
@@ -300,9 +307,10 @@ class Search:
         return found.predictions[name]
 
     def _stage(self, found: Selection, action: str, fitted: Fitted, text: str) -> None:
-        kept = found.predictions.get(key(fitted.model, found.plain.model), float("nan"))
+        name = structure(fitted.model, found.plain.model)
+        kept = found.predictions.get(name, float("nan"))
         stage = Stage(action, fitted.model.names, fitted.model.law, fitted.bic(), fitted.size, kept, text)  # type: ignore[arg-type]
-        found.stages.append(stage)
+        found.stages.append((name, stage))
         self.progress(action, " + ".join([fitted.model.law, *fitted.model.names]), text)
 
 
