@@ -95,8 +95,11 @@ def _pair(rng: np.random.Generator) -> Concealed:
         rivals = two in effects()[one].rivals or one in effects()[two].rivals
         lonely = of_channel(effects()[one]) or of_channel(effects()[two])
         many = [n for n in (one, two) if n in NEEDS and all(len(c) > 1 for c in NEEDS[n])]
-        if not rivals and not (lonely and many):
-            return Concealed("pair", (one, two), "rich", _channels(rng, (one, two)), False)
+        if rivals or (lonely and many):
+            continue
+        channels = _channels(rng, (one, two))
+        if all(any(effects()[name].acts_on(c) for c in channels) for name in (one, two)):
+            return Concealed("pair", (one, two), "rich", channels, False)
 
 
 def _channels(rng: np.random.Generator, names: tuple[str, ...]) -> tuple[str, ...]:

@@ -54,6 +54,13 @@ def test_channels_serve_the_effects(seed: int) -> None:
     assert plan.coupons >= ("batch_stiffness" in plan.names)
 
 
+def test_every_effect_of_a_pair_acts_on_a_channel() -> None:
+    """A longer set of channels that one effect asks for may leave out the only one that the other acts on."""
+    for plan in map(draw.concealed, range(2000, 2200)):
+        for name in plan.names:
+            assert any(effects()[name].acts_on(channel) for channel in plan.channels), plan
+
+
 def test_every_effect_has_sizes_that_the_catalogue_admits() -> None:
     assert set(SIZES) == set(effects())
     rng = np.random.default_rng(3)
