@@ -17,6 +17,7 @@ import pytest
 from bushcli.casefile import load_case
 from bushcli.cli import main
 from bushcli.diagnosis import diagnose as driver
+from bushcli.diagnosis.doubts import doubts_of_the_data
 from bushcli.diagnosis.workers import Workers
 from cases.march import unsolved
 
@@ -101,6 +102,7 @@ def test_options_reach_the_driver(run: Any, tmp_path: Path) -> None:
         "model": "gent",
         "effects": ["mullins", "friction"],
         "workers": 2,
+        "executor": None,
         "journal": tmp_path / "out" / "history-diagnose",
         "resume": False,
         "maps": False,
@@ -194,10 +196,10 @@ def test_a_folder_with_a_file_of_somebody_is_refused_before_anything_is_solved(
 def test_effects_of_the_case_and_loud_noise_are_told(small: Path, diagnoses: ModuleType) -> None:
     case = load_case(small)
     channel = diagnoses.channel()
-    assert driver._doubts(case, (channel,)) == []
+    assert doubts_of_the_data(case, (channel,)) == []
     text = small.read_text() + '[[effects]]\nname = "rig_compliance"\nparameters = { stiffness = 5000 }\n'
     small.write_text(text)
-    effects, noise = driver._doubts(load_case(small), (replace(channel, noise_percent=63.0),))
+    effects, noise = doubts_of_the_data(load_case(small), (replace(channel, noise_percent=63.0),))
     assert effects.name == "effects_of_the_case"
     assert "(rig_compliance)" in effects.message
     assert noise.name == "loud_noise"
