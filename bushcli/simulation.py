@@ -107,6 +107,8 @@ class Simulation:
         self._count = CONTACT_STEPS if contact else SOLID_STEPS if solid else STEPS
         self.fineness = 1.0
         self.step_error: float | None = None
+        # Failed steps after which a march is given up (`cases.march`).
+        self.patience: int | None = None
         self.plan(1.0)
 
     def plan(self, fineness: float) -> None:
@@ -195,7 +197,14 @@ class Simulation:
         known = _last.get(self.model)
         if known is not None and known[0] == asked and not keep_states and progress is None:
             return known[1]
-        found = sweep(self.model, targets, keep_states=keep_states, sensitivity=inner, progress=progress)
+        found = sweep(
+            self.model,
+            targets,
+            keep_states=keep_states,
+            sensitivity=inner,
+            progress=progress,
+            patience=self.patience,
+        )
         if not keep_states:
             _last[self.model] = (asked, found)
         return found
@@ -224,6 +233,7 @@ class Simulation:
             },
             series=series,
             progress=progress,
+            patience=self.patience,
         )
         none = np.zeros((len(history.force), 0))
         moved, slope = history.path_sensitivity, history.sensitivity

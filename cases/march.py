@@ -164,6 +164,7 @@ def march(
     series: Series | None = None,
     progress: Progress | None = None,
     observer: Observer | None = None,
+    patience: int | None = None,
 ) -> History:
     """Follow the program from the unloaded state.
 
@@ -192,16 +193,18 @@ def march(
         Called after each target.
     observer
         Called at each target; leaves the model's state as it is.
+    patience
+        Failed steps after which the march is given up; None = only when the step cannot be cut back any more.
 
     Raises
     ------
     NotConverged
-        The step was cut back to the smallest and still failed. Carries the history so far.
+        The step was cut back to the smallest and still failed, or patience is out. Carries the history so far.
     """
     solver = Equilibrium(model, tolerance)
     try:
         derivatives = _Derivatives(Sensitivity.of(model, sensitivity), path_rates or {}, series)
-        return _march(model, solver, program, keep_states, derivatives, series, progress, observer)
+        return _march(model, solver, program, keep_states, derivatives, series, progress, observer, patience)
     finally:
         solver.destroy()
 
@@ -215,6 +218,7 @@ def _march(
     series: Series | None,
     progress: Progress | None,
     observer: Observer | None,
+    patience: int | None,
 ) -> History:
     targets = program.displacement if series is None else program.displacement.copy()
     prescribed = program.displacement
@@ -301,6 +305,9 @@ def _march(
                     break
                 continue
             step = 0.5 * abs(goal - q)
+            failed = sum(not one.accepted for one in attempts)
+            if patience is not None and failed > patience:
+                raise NotConverged(history(), float(target), outcome.reason, q)
             if step < smallest and leaps < LEAPS:
                 # A fold of the free surface has no equilibrium near this one: look beyond it, from this state.
                 leaps += 1

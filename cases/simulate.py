@@ -94,6 +94,7 @@ def sweep(
     sensitivity: Sequence[str] = (),
     progress: Progress | None = None,
     observer: Observer | None = None,
+    patience: int | None = None,
 ) -> History:
     """Curve of a path-independent body: from rest outward to the targets on each side.
 
@@ -105,6 +106,8 @@ def sweep(
         Displacements, mm or rad, in any order; rest is added where it is missing.
     observer
         Called at each target, at rest once for each side.
+    patience
+        As of `march`, for each side.
 
     Returns
     -------
@@ -137,6 +140,7 @@ def sweep(
                 sensitivity=sensitivity,
                 progress=report,
                 observer=observer,
+                patience=patience,
             )
         except NotConverged as stopped:
             failure, history = stopped, stopped.history

@@ -32,6 +32,9 @@ Coarse = Literal["never", "memory", "solid"]
 
 # At a time: bodies of the law alone and of the effect at hand, each for up to three channels.
 BODIES, SETS = 12, 6
+# Failed steps after which a march is given up: of the many models that are tried, some have absurd parameters, and to
+# cut back their steps to the smallest takes minutes in three dimensions.
+PATIENCE = 5
 
 _bodies: OrderedDict[bytes, Body] = OrderedDict()
 _sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
@@ -62,8 +65,10 @@ def channels(
         # Never shared among ranks: those of `mpirun` run diagnosis's fits side by side.
         found, _ = task.channels(comm=MPI.COMM_SELF, prepared=bodies(task, coarse, modes))
         for number, channel in enumerate(found):
-            if channel.simulation is not None and fineness != 1.0:
-                channel.simulation.plan(fineness)
+            if channel.simulation is not None:
+                channel.simulation.patience = PATIENCE
+                if fineness != 1.0:
+                    channel.simulation.plan(fineness)
             if channel.recording.mode in modes and anchor is not None:
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
                 channel.share, channel.offset = brought(plain, anchor)[number]

@@ -196,3 +196,13 @@ def test_an_interruption_comes_out_as_one_wherever_the_solver_is(axial, what, mo
         calls = 0
         with pytest.raises(KeyboardInterrupt):
             march(axial, ramp(3.0, 3))
+
+
+def test_a_march_is_given_up_when_patience_is_out(locking):
+    """Chains that lock: the step is cut back to the smallest otherwise."""
+    failed = []
+    for patience in (None, 3):
+        with pytest.raises(NotConverged) as stopped:
+            march(locking, ramp(3.0, 3), patience=patience)
+        failed.append(sum(not one.accepted for one in stopped.value.history.attempts))
+    assert failed[1] == 4 < failed[0]
