@@ -34,7 +34,7 @@ Coarse = Literal["never", "memory", "solid"]
 BODIES, SETS = 12, 6
 # Failed steps after which a march is given up: of the many models that are tried, some have absurd parameters, and to
 # cut back their steps to the smallest takes minutes in three dimensions.
-PATIENCE = 5
+PATIENCE = 2
 
 _bodies: OrderedDict[bytes, Body] = OrderedDict()
 _sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
