@@ -65,6 +65,7 @@ def channels(
         # Never shared among ranks: those of `mpirun` run diagnosis's fits side by side.
         found, _ = task.channels(comm=MPI.COMM_SELF, prepared=bodies(task, coarse, modes))
         for number, channel in enumerate(found):
+            channel.patience = PATIENCE
             if channel.simulation is not None:
                 channel.simulation.patience = PATIENCE
                 if fineness != 1.0:

@@ -35,6 +35,8 @@ ROUGH = 2e-3
 VALLEY = 10, 5e-3
 # The same of a fit that begins where another one ended.
 AGAIN = 3, 2e-2
+# No search takes more evaluations: one that has not met the recordings by then does not, and BIC sees it.
+MOST = 40
 # Searches after which unstable states that were reached join the problem.
 ROUNDS = 1
 # Misfit over noise below which the common factors of the forces take part in a fit.
@@ -193,7 +195,7 @@ def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tupl
     plain = task.pose(channels)
     problem = Weighed(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
-    problem.rounds, problem.walls = ROUNDS, False
+    problem.rounds, problem.walls, problem.most = ROUNDS, False, MOST
     problem.noises = tuple(_noise(channel) for channel in channels)
     problem.factors = tuple(_factor(channel) for channel in channels)
     none = [np.zeros(len(channel.recording.force), dtype=bool) for channel in channels]

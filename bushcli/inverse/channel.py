@@ -118,6 +118,8 @@ class Channel:
         # Of a model on a coarser mesh: what brings its force to that of the usual one.
         self.share = 1.0
         self.offset: Array = np.zeros(len(recording.force))
+        # Failed steps after which a march is given up (`cases.march`).
+        self.patience: int | None = None
         self.odd = is_odd(shape, mode)
         q = recording.displacement
         self.coupon = mode.specimen == "coupon"
@@ -167,7 +169,13 @@ class Channel:
             if not self.coupon and solver.q in (self.targets[0], self.targets[-1]) and solver.q != 0.0:
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
-        history = sweep(self.model, self.targets, sensitivity=tuple(names), observer=at_the_end)
+        history = sweep(
+            self.model,
+            self.targets,
+            sensitivity=tuple(names),
+            observer=at_the_end,
+            patience=self.patience,
+        )
         none = np.zeros((len(history.force), 0))
         return Answer(
             history.displacement,

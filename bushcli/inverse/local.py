@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from bushcli.inverse.problem import ACTIVE, Problem
+from bushcli.inverse.problem import ACTIVE, MOST, Problem
 from bushcli.inverse.radius import Follower, Trial
 
 Array = NDArray[np.float64]
 Method = Literal["trf", "dogbox", "dogleg"]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
-MAX_EVALUATIONS = 200
 # A relative step that is none.
 SHORT = 1e-4
 # A misfit of this many standard deviations is where a robust loss begins to discount.
@@ -144,7 +143,7 @@ def minimise(
     upper: Array,
     method: Literal["trf", "dogbox"] = "trf",
     loss: Loss = "linear",
-    patience: int = MAX_EVALUATIONS,
+    patience: int = MOST,
     explained: Callable[[Array], bool] | None = None,
 ) -> Minimum:
     """Minimise the weighted misfit within bounds.
@@ -178,7 +177,7 @@ def minimise(
             # Steps are short beside a failure, too.
             xtol=min(problem.tolerance, SHORT),
             gtol=1e-12,
-            max_nfev=MAX_EVALUATIONS,
+            max_nfev=problem.most,
         )
         x, ended, message = result.x, result.status > 0, str(result.message)
     except Stopped as stopped:

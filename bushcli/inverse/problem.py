@@ -40,6 +40,8 @@ TOLERANCE = 1e-7
 # So many evaluations that lower the cost by less than this share are the floor of a valley: curves that leave some
 # combination of many parameters open (Ogden's on one recording) have no other end. A hundredth of a unit of chi square.
 VALLEY = 25, 1e-4
+# Evaluations of one search.
+MOST = 200
 # Times that states which a search reached join the problem: one is the rule, three happened.
 ROUNDS = 5
 
@@ -88,6 +90,7 @@ class Problem:
         self.trial: Trial | None = None
         self.start = 0
         self.tolerance, self.valley, self.rounds = TOLERANCE, VALLEY, ROUNDS
+        self.most = MOST
         # Whether a search follows a wall of parameters that cannot be solved.
         self.walls = True
         self._known: dict[bytes, list[Answer] | None] = {}
