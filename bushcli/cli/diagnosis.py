@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor
-from typing import TYPE_CHECKING
+from contextlib import nullcontext
 
 import click
 
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, ranks_there_are, speaks
 from bushcli.errors import InputError, Problem
 from bushcli.interrupt import is_interrupt
-
-if TYPE_CHECKING:
-    from bushcli.casefile import Case
 
 
 @click.command()
@@ -52,63 +48,47 @@ def diagnose(
     DIR/history-diagnose, from which --resume goes on after an interruption. Under `mpirun -n N` the first process
     leads and the others share the refits, on as many machines as they are.
     """
+    from bushcli import report
+    from bushcli.diagnosis.diagnose import diagnose as find
     from bushcli.diagnosis.workers import ranks
 
     case = run.load()
-    if ranks_there_are() == 1:
-        return _diagnose(run, case, model, wanted, workers, None, resume, no_maps, strict)
-    if workers > 1:
+    several = ranks_there_are() > 1
+    if several and workers > 1:
         raise InputError(Problem("--workers", "is for one machine", "", "mpirun -n N gives N - 1 of them"))
-    with ranks() as executor:
-        # The other ranks answer until the first one leaves this context.
-        if executor is None:
-            return DONE
-        return _diagnose(run, case, model, wanted, 1, executor, resume, no_maps, strict)
-
-
-def _diagnose(
-    run: Run,
-    case: Case,
-    model: str | None,
-    wanted: tuple[str, ...],
-    workers: int,
-    executor: Executor | None,
-    resume: bool,
-    no_maps: bool,
-    strict: bool,
-) -> int:
-    from bushcli import report
-    from bushcli.diagnosis.diagnose import diagnose as find
-
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
-    journal = run.output / "history-diagnose" if run.output else None
-    try:
-        with run.timed("diagnose"):
-            found = find(
-                case,
-                model=model,
-                effects=_names(wanted),
-                workers=workers,
-                executor=executor,
-                journal=journal,
-                resume=resume,
-                maps=not no_maps,
-                progress=_progress(run),
-            )
-    except BaseException as error:
-        if journal is not None and is_interrupt(error):
-            run.say(f"no verdict yet; {len(list(journal.glob('*.result')))} fits are kept for --resume")
-        raise
-    result = report.diagnosis_json(found, run.timings())
-    run.show(report.diagnosis_text(found))
-    run.emit(result)
-    if run.output and speaks():
-        report.write_diagnosis(run.output, result, found)
-        run.say(f"wrote {run.output}")
-    if any(condition.name == "not_converged" for condition in found.conditions):
-        return NOT_CONVERGED
-    return NEGATIVE if strict and found.verdict != "explained" else DONE
+    with ranks() if several else nullcontext() as executor:
+        if several and executor is None:
+            # This rank has answered until the first one left the context.
+            return DONE
+        journal = run.output / "history-diagnose" if run.output else None
+        try:
+            with run.timed("diagnose"):
+                found = find(
+                    case,
+                    model=model,
+                    effects=_names(wanted),
+                    workers=workers,
+                    executor=executor,
+                    journal=journal,
+                    resume=resume,
+                    maps=not no_maps,
+                    progress=_progress(run),
+                )
+        except BaseException as error:
+            if journal is not None and is_interrupt(error):
+                run.say(f"no verdict yet; {len(list(journal.glob('*.result')))} fits are kept for --resume")
+            raise
+        result = report.diagnosis_json(found, run.timings())
+        run.show(report.diagnosis_text(found))
+        run.emit(result)
+        if run.output:
+            report.write_diagnosis(run.output, result, found)
+            run.say(f"wrote {run.output}")
+        if any(condition.name == "not_converged" for condition in found.conditions):
+            return NOT_CONVERGED
+        return NEGATIVE if strict and found.verdict != "explained" else DONE
 
 
 def _names(wanted: tuple[str, ...]) -> list[str] | None:

@@ -168,14 +168,14 @@ def _values(model: Model) -> dict[str, float]:
 
 def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Trial) -> Array:
     """Derivative at the off value; over a finite size where there is next to none."""
-    force, slope = channel.at_samples(channel.solve(values, names))
-    if trial.effect.acts == "rig":
-        return slope
-    if trial.effect.acts == "rubber":
-        return slope
     if trial.size is not None:
+        # The first amplitude's derivative is not asked for: in three dimensions it costs more than the force.
+        force, slope = channel.at_samples(channel.solve(values, names[1:]))
         moved, _ = channel.at_samples(channel.solve({**values, names[0]: values[names[0]] + trial.size}, ()))
-        return np.column_stack([(moved - force) / trial.size, slope[:, 1:]])
+        return np.column_stack([(moved - force) / trial.size, slope])
+    force, slope = channel.at_samples(channel.solve(values, names))
+    if trial.effect.acts in ("rig", "rubber"):
+        return slope
     for i, name in enumerate(names):
         size = next(p.start for p in trial.effect.parameters if p.name == trial.amplitudes[i])
         if float(np.abs(slope[:, i]).max()) * size > FLAT * float(np.ptp(force)):
