@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from bushcli.diagnosis import any_law
-from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.model import Fitted, Hope, Model
 from bushcli.diagnosis.rivals import forward
 from bushcli.diagnosis.score import Candidate, Score
-from bushcli.effect import ActiveEffect, effects
+from bushcli.effect import ActiveEffect, effects, full_name
 from forms.law import laws
 
 # Effects that are refitted in each round, and points of an effect's grid from which its refit begins.
@@ -26,6 +26,10 @@ SHARE, SECOND = 0.1, 0.8
 PROMISING = 10.0
 # Pairs of effects that are refitted where none is taken alone.
 PAIRS = 2
+# Share of the promised fall of chi square that a start has to bring, or another one is looked at.
+HOPED = 0.5
+# An amplitude begins at no more than so many times its usual size, and where that cannot be solved, at so many.
+MOST, RETREATS = 100.0, (3.0, 0.3)
 # Laws that are tried in place of a poorer one: name and, where it has optional terms, their number.
 RICHER = (("yeoh", None), ("ogden", 2))
 
@@ -41,7 +45,9 @@ def singles(
     for score in promising[:REFITTED]:
         order = np.argsort(-score.drops)[:BEGINNINGS]
         points = [int(p) for p in order if p == order[0] or score.drops[p] > SECOND * score.drop]
-        models = [_with(best.model, best, grids[score.name], point, score) for point in points]
+        models = [
+            _with(best.model, best, grids[score.name], point, float(score.drops[point])) for point in points
+        ]
         proposed.append((score.drop, models))
     return proposed
 
@@ -58,7 +64,7 @@ def pairs(
     begun
         Effects as refits of each alone have left them: better start values than first order has.
     """
-    grids, by_name = {one.name: one for one in table}, {one.name: one for one in scores}
+    grids = {one.name: one for one in table}
     ended = {one.name: one for one in begun}
     alone = max((one.drop for one in scores if one.testable), default=0.0)
     models: list[Model] = []
@@ -68,7 +74,7 @@ def pairs(
             continue
         model = best.model
         for name, point in zip(pair.names, pair.points, strict=True):
-            model = _with(model, best, grids[name], point, by_name[name])
+            model = _with(model, best, grids[name], point, pair.drop)
             if name in ended:
                 others = tuple(one for one in model.effects if one.name != name)
                 model = replace(model, effects=(*others, ended[name]))
@@ -105,26 +111,45 @@ def richer(best: Fitted, scores: Sequence[Score]) -> tuple[list[Model], list[Mod
     return poorer, richest if not model.effects or promised > most else []
 
 
-def _with(model: Model, fitted: Fitted, one: Candidate, point: int, score: Score) -> Model:
-    """The model with an effect at a point of its grid and its first-order amplitude."""
+def _with(model: Model, fitted: Fitted, one: Candidate, point: int, drop: float) -> Model:
+    """The model with an effect at a point of its grid and its first-order amplitude.
+
+    First order promises too much far from the off value; where that cannot be solved, there are smaller amplitudes.
+
+    Parameters
+    ----------
+    drop
+        Fall of chi square that is promised.
+    """
     effect = effects()[one.name]
     present = next((e for e in model.effects if e.name == one.name), None)
+    known: dict[str, float] = dict(present.values) if present is not None else {}
     columns_ = fitted.linear.left(one.columns[point])
     size = np.maximum(np.sum(columns_**2, axis=0), 1e-300)
     asked = -(columns_.T @ fitted.linear.rest) / size
-    values: dict[str, float] = dict(present.values) if present is not None else {}
-    for name, value, sign in zip(one.amplitudes, asked, one.signs, strict=True):
-        parameter = effect.parameter(name)
-        amplitude = float(parameter.off or 0.0) + (max(value, 0.0) if sign > 0 else value)
-        # First order promises too much far from the off value.
-        most = 3.0 * abs(parameter.start)
-        amplitude = float(np.clip(amplitude, -most, most))
-        if amplitude == parameter.off:
-            amplitude = parameter.start
-        values[name] = float(np.clip(amplitude, parameter.lower, parameter.upper))
-    values |= one.points[point]
-    active = ActiveEffect(effect, values, present.channels if present is not None else None).started()
+
+    def sized(most: float) -> dict[str, float]:
+        values = dict(known)
+        for name, value, sign in zip(one.amplitudes, asked, one.signs, strict=True):
+            parameter = effect.parameter(name)
+            amplitude = float(parameter.off or 0.0) + (max(value, 0.0) if sign > 0 else value)
+            amplitude = float(np.clip(amplitude, -most * abs(parameter.start), most * abs(parameter.start)))
+            if amplitude == parameter.off:
+                amplitude = parameter.start
+            values[name] = float(np.clip(amplitude, parameter.lower, parameter.upper))
+        return values | dict(one.points[point])
+
+    channels = present.channels if present is not None else None
+    active = ActiveEffect(effect, sized(MOST), channels).started()
+    smaller = [ActiveEffect(effect, sized(most), channels).started() for most in RETREATS]
+    named = [{full_name(effect, p): e.values[p.name] for p in e.parameters} for e in smaller]
+    retreats = [{**old, **new} for old, new in zip(model.retreats or [{}] * len(named), named, strict=True)]
     others = tuple(e for e in model.effects if e.name != one.name)
-    # Solid bodies are compared on a coarse mesh from here on; what it misses is known at the law alone.
-    anchor = dict(model.start) if model.anchor is None else model.anchor
-    return replace(model, effects=(*others, active), anchor=anchor)
+    return replace(
+        model,
+        effects=(*others, active),
+        # Solid bodies are compared on a coarse mesh from here on; what it misses is known at the law alone.
+        anchor=dict(model.start) if model.anchor is None else model.anchor,
+        retreats=tuple(retreats),
+        hoped=Hope(float(fitted.linear.misfit @ fitted.linear.misfit) - HOPED * drop, fitted.used),
+    )

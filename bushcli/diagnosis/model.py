@@ -16,6 +16,7 @@ from bushcli.casefile import Case
 from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.linearised import Linearised
 from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
+from bushcli.diagnosis.start import begin
 from bushcli.effect import ActiveEffect, full_name
 from bushcli.inverse.begin import first_point
 from bushcli.inverse.channel import Channel
@@ -46,6 +47,14 @@ FLOOR = 1e-3
 
 
 @dataclass(frozen=True)
+class Hope:
+    """A weighed sum of squares, and the channels' common factors with which it was found."""
+
+    chi_square: float
+    factors: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class Model:
     """A law, its start values, and effects.
 
@@ -63,6 +72,10 @@ class Model:
     anchor : mapping, optional
         Of the law alone: with it, solid bodies that remember get a coarse mesh, whose force is brought to that of the
         usual one at these parameters (`kept`). A march in three dimensions takes a minute otherwise.
+    retreats : tuple of mapping
+        Start values by full names that stand in for those of effects where these cannot be solved, in their order.
+    hoped : Hope, optional
+        What a start has to reach, or it is compared with the law's own (`start`).
     """
 
     law: str
@@ -71,6 +84,8 @@ class Model:
     effects: tuple[ActiveEffect, ...] = ()
     terms: int | None = None
     anchor: Mapping[str, float] | None = None
+    retreats: tuple[Mapping[str, float], ...] = ()
+    hoped: Hope | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -226,8 +241,8 @@ def fit(
     if not problem.names:
         return _fitted(task, model, problem, np.zeros(0), True, problem.factors)
     start, lower, upper = task.vectors()
-    begun = first_point(problem, start, lower, upper)[0] if rescale else inside(start, lower, upper)
-    if not np.isfinite(problem.residual(begun)).all():
+    begun = _begun(problem, model, rescale, start, lower, upper)
+    if begun is None or not np.isfinite(problem.residual(begun)).all():
         return None
     if any(not channel.coupon for channel in problem.channels):
         try:
@@ -250,6 +265,23 @@ def fit(
             problem.tolerance = TOLERANCE
             end = search(problem, end.x, lower, upper)
     return _fitted(task, model, problem, end.x, end.converged, real)
+
+
+def _begun(
+    problem: Weighed, model: Model, rescale: bool, start: Array, lower: Array, upper: Array
+) -> Array | None:
+    """Start of the search, None where there is none that can be solved."""
+    if rescale:
+        return first_point(problem, start, lower, upper)[0]
+    if model.hoped is None:
+        return inside(start, lower, upper)
+    hoped = model.hoped
+
+    def is_enough(x: Array) -> bool:
+        channels = problem.compared(x)
+        return channels is not None and chi_square(channels, hoped.factors) <= hoped.chi_square
+
+    return begin(problem, start, lower, upper, model.retreats, is_enough)
 
 
 def predicted(case: Case, fitted: Fitted) -> tuple[Compared, ...] | None:
@@ -294,7 +326,8 @@ def _fitted(
         replace(one, values={p.name: values[full_name(one.effect, p)] for p in one.parameters})
         for one in task.effects
     )
-    found = replace(model, start=problem.law_parameters(x) or dict(model.start), effects=effects)
+    law_parameters = problem.law_parameters(x) or dict(model.start)
+    found = replace(model, start=law_parameters, effects=effects, retreats=(), hoped=None)
     return Fitted(
         model=found,
         names=problem.names,

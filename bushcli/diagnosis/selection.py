@@ -119,6 +119,7 @@ class Search:
 
     def __init__(self, case: Case, workers: Workers, names: Sequence[str] | None, progress: Progress) -> None:
         self.case, self.workers, self.names, self.progress = case, workers, names, progress
+        self._first: dict[tuple[object, ...], tuple[Array, ...]] = {}
 
     # -- the rounds ----------------------------------------------------------------------------------------------
 
@@ -173,8 +174,20 @@ class Search:
         answers = iter(self.workers.run(_columns, questions, told))
         table = []
         for effect, grid, reason in asked:
-            table.append(candidate(fitted, effect, grid, [next(answers) for _ in grid], reason))
+            table.append(
+                candidate(fitted, effect, grid, [self._known(t, next(answers)) for t in grid], reason)
+            )
         return table, screen(fitted.linear, table)
+
+    def _known(self, trial: Trial, found: tuple[Array, ...] | None) -> tuple[Array, ...] | None:
+        """The columns of a trial; the first ones known of it where it cannot be solved.
+
+        A law that was fitted beside an effect may not bear the bushing without it.
+        """
+        what = (trial.effect.name, *trial.amplitudes, *sorted(trial.shape.items()), trial.size)
+        if found is not None:
+            self._first.setdefault(what, found)
+        return self._first.get(what)
 
     def _catalogue(self, specimen: str) -> list[Effect]:
         return list(catalogue(self.names, effects(), specimen))
