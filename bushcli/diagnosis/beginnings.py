@@ -12,7 +12,7 @@ import numpy as np
 
 from bushcli.diagnosis import any_law
 from bushcli.diagnosis.model import Fitted, Hope, Model
-from bushcli.diagnosis.rivals import forward
+from bushcli.diagnosis.rivals import Combination
 from bushcli.diagnosis.score import Candidate, Score
 from bushcli.effect import ActiveEffect, effects, full_name
 from forms.law import laws
@@ -53,24 +53,27 @@ def singles(
 
 
 def pairs(
-    best: Fitted, table: Sequence[Candidate], scores: Sequence[Score], begun: Sequence[ActiveEffect]
+    best: Fitted,
+    table: Sequence[Candidate],
+    together: Sequence[Combination],
+    begun: Sequence[ActiveEffect],
 ) -> list[Model]:
-    """Models with two more effects, of which neither was taken alone.
+    """Models with two more effects at once.
 
     One effect of two that are missing may fit better and yet predict worse, because it stands for both.
 
     Parameters
     ----------
+    together
+        Combinations to first order, the most promising first; those of two effects that the model does not have count.
     begun
-        Effects as refits of each alone have left them: better start values than first order has.
+        Effects as other refits have left them: better start values than first order has.
     """
     grids = {one.name: one for one in table}
     ended = {one.name: one for one in begun}
-    alone = max((one.drop for one in scores if one.testable), default=0.0)
     models: list[Model] = []
-    for pair in forward(best.linear, table, 2):
-        known = set(best.model.names) & set(pair.names)
-        if len(pair.names) < 2 or known or pair.drop < alone + PROMISING:
+    for pair in together:
+        if len(pair.names) != 2 or set(best.model.names) & set(pair.names):
             continue
         model = best.model
         for name, point in zip(pair.names, pair.points, strict=True):

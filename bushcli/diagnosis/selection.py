@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case
-from bushcli.diagnosis.beginnings import pairs, richer, singles
+from bushcli.diagnosis.beginnings import PROMISING, pairs, richer, singles
 from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials
 from bushcli.diagnosis.criterion import NoiseTest, noise_test
 from bushcli.diagnosis.held_out import HeldOut, held_out
-from bushcli.diagnosis.model import Fitted, Model, exact, fit, predicted
+from bushcli.diagnosis.model import Fitted, Model, chi_square, exact, fit, predicted
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
 from bushcli.diagnosis.rivals import STRONG, Combination, forward
@@ -149,6 +149,8 @@ class Search:
             if not self._extended(found, table, scores, asked):
                 return found
             self._reduced(found)
+            if len(found.best.model.effects) == 2:
+                self._exchanged(found, asked)
             test = at_noise(found.best)
             if test is not None and (test.p > USUAL or test.size <= AT_NOISE):
                 break
@@ -228,13 +230,34 @@ class Search:
             begun = [e for one in tried.values() if one.model.law == law for e in one.model.effects]
             two: dict[tuple[str, ...], Fitted] = {}
             if len(found.best.model.effects) + 2 <= MOST:
-                self._try(found, two, pairs(found.best, table, scores, begun))
-            if self._taken(found, two, asked):
+                alone = max((one.drop for one in scores if one.testable), default=0.0)
+                together = [c for c in forward(found.best.linear, table, 2) if c.drop > alone + PROMISING]
+                self._try(found, two, pairs(found.best, table, together, begun))
+            if self._taken(found, two, asked) or self._exchanged(found, asked):
                 return True
         self._stage(
             found, "stop", found.best, "no effect of the catalogue improves the fit enough to be believed"
         )
         return False
+
+    def _exchanged(self, found: Selection, asked: float) -> bool:
+        """Put a pair of effects in place of those at hand; whether one was better.
+
+        One effect at a time does not find two that act together where a third one stands for part of both. Beside the
+        plain law, first order may promise more of the two than the model at hand has brought.
+        """
+        if at_noise(found.best) is not None or found.plain.model.effects:
+            return False
+        table = found.tables[0][0]
+        left = chi_square(found.best.channels, found.plain.used)
+        whole = float(found.plain.linear.rest @ found.plain.linear.rest)
+        known = {frozenset(one.model.names) for one in found.refits.values()}
+        promised = [
+            one for one in found.combined if whole - one.drop < left and frozenset(one.names) not in known
+        ]
+        tried: dict[tuple[str, ...], Fitted] = {}
+        self._try(found, tried, pairs(found.plain, table, promised, found.best.model.effects))
+        return self._taken(found, tried, asked)
 
     def _taken(self, found: Selection, tried: dict[tuple[str, ...], Fitted], asked: float) -> bool:
         """Take the best of the models tried that also predicts what was held out no worse; whether there was one."""
@@ -343,8 +366,9 @@ def _stands_out(score: Score) -> bool:
 
 def _difference(one: Fitted, other: Fitted) -> str:
     added = [name for name in one.model.names if name not in other.model.names]
+    gone = [name for name in other.model.names if name not in one.model.names]
     if added:
-        return " and ".join(added)
+        return " and ".join(added) + (f" in place of {' and '.join(gone)}" if gone else "")
     if one.model.law != other.model.law:
         return f"the law {one.model.law} in place of {other.model.law}"
     if other.model.fixed and not one.model.fixed:
