@@ -6,7 +6,7 @@ Their start values are those that the derivatives promise, at the points of an e
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,25 +30,47 @@ PAIRS = 2
 HOPED = 0.5
 # An amplitude begins at no more than so many times its usual size, and where that cannot be solved, at so many.
 MOST, RETREATS = 100.0, (3.0, 0.3)
+# An amplitude that was tried at a finite size begins within this factor of it.
+TRIED = 2.0
 # Laws that are tried in place of a poorer one: name and, where it has optional terms, their number.
 RICHER = (("yeoh", None), ("ogden", 2))
 
 
+@dataclass(frozen=True)
+class Beginning:
+    """An effect that is worth a refit.
+
+    Attributes
+    ----------
+    drop : float
+        Fall of chi square that is promised.
+    models : list of Model
+        With the effect, where its refit begins.
+    others : list of Model
+        Other points to begin at, for where the first ones do not lead to the noise.
+    """
+
+    drop: float
+    models: list[Model]
+    others: list[Model]
+
+
 def singles(
     best: Fitted, table: Sequence[Candidate], scores: Sequence[Score], least: float = 0.0
-) -> list[tuple[float, list[Model]]]:
-    """Promise of each effect, if at least so much, and models with it at the points worth a refit."""
+) -> list[Beginning]:
+    """Effects that promise most, if at least so much."""
     grids = {one.name: one for one in table}
     most = max((one.drop for one in scores if one.testable), default=0.0)
     promising = [one for one in scores if one.testable and one.drop > max(PROMISING, least, SHARE * most)]
     proposed = []
     for score in promising[:REFITTED]:
+        one = grids[score.name]
         order = np.argsort(-score.drops)[:BEGINNINGS]
         points = [int(p) for p in order if p == order[0] or score.drops[p] > SECOND * score.drop]
-        models = [
-            _with(best.model, best, grids[score.name], point, float(score.drops[point])) for point in points
-        ]
-        proposed.append((score.drop, models))
+        models = [_with(best.model, best, one, point, float(score.drops[point])) for point in points]
+        # What had to be tried at finite sizes may fit at two of them, each a minimum of its own.
+        at_once = len(models) if one.sizes is not None and one.sizes[points[0]] is not None else 1
+        proposed.append(Beginning(score.drop, models[:at_once], models[at_once:]))
     return proposed
 
 
@@ -130,6 +152,10 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, drop: float)
     columns_ = fitted.linear.left(one.columns[point])
     size = np.maximum(np.sum(columns_**2, axis=0), 1e-300)
     asked = -(columns_.T @ fitted.linear.rest) / size
+    tried = one.sizes[point] if one.sizes is not None else None
+    if tried is not None:
+        # What a finite size would change says little of sizes far from it.
+        asked[0] = np.clip(asked[0], tried / TRIED, TRIED * tried)
 
     def sized(most: float) -> dict[str, float]:
         values = dict(known)

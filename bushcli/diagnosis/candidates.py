@@ -209,6 +209,7 @@ def candidate(
         points=tuple(t.shape for t, _ in usable),
         signs=tuple(1 if p.off == p.lower else 0 for p in parameters),
         typical=tuple(p.start - float(p.off or 0.0) for p in parameters),
+        sizes=tuple(t.size for t, _ in usable),
     )
 
 

@@ -64,6 +64,8 @@ class Candidate:
         1 for an amplitude that cannot be less than its off value, 0 for one that can be either.
     typical : tuple of float, optional
         An ordinary size of each amplitude's difference from its off value.
+    sizes : tuple of float or None, optional
+        For each point of the grid, the first amplitude's finite size over which the change was taken.
     untestable : str
         Why it cannot be tested at all, such as a recording without time; no columns are needed then.
     """
@@ -74,6 +76,7 @@ class Candidate:
     points: tuple[Mapping[str, float], ...]
     signs: tuple[int, ...]
     typical: tuple[float, ...] | None = None
+    sizes: tuple[float | None, ...] | None = None
     untestable: str = ""
 
     @property

@@ -209,18 +209,16 @@ class Search:
             )
             return False
         tried: dict[tuple[str, ...], Fitted] = {}
-        first = [models[0] for _, models in beginnings]
-        self._try(found, tried, [*first[:1], *poorer])
+        first = [model for one in beginnings[:1] for model in one.models]
+        self._try(found, tried, [*first, *poorer])
         if any(at_noise(one) is not None for one in tried.values()):
             # What promises less than half of the best is no rival of one that leaves but noise.
-            near = [drop > NEAR * beginnings[0][0] for drop, _ in beginnings]
-            self._try(
-                found, tried, [model for model, is_near in zip(first, near, strict=True) if is_near][1:]
-            )
+            near = [one for one in beginnings[1:] if one.drop > NEAR * beginnings[0].drop]
+            self._try(found, tried, [model for one in near for model in one.models])
         else:
-            self._try(found, tried, [*first[1:], *richest])
+            self._try(found, tried, [*(model for one in beginnings[1:] for model in one.models), *richest])
             # Another beginning is for those whose first one has not led to the noise.
-            again = [model for _, models in beginnings for model in models[1:]]
+            again = [model for one in beginnings for model in one.others]
             names = {name for name, one in tried.items() if at_noise(one) is not None}
             self._try(found, tried, [model for model in again if key(model, found.plain.model) not in names])
         if self._taken(found, tried, asked):
