@@ -1,0 +1,102 @@
+"""A pair of effects in the place of a stand-in and its partner; fits are numbers here, nothing is solved."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bushcli.diagnosis import selection
+from bushcli.diagnosis.selection import Search, Selection, _difference
+
+STAND_IN, TRUE = ("compressibility", "mullins"), ("cure_shrinkage", "mullins")
+
+
+def fitted(effects, chi_square, law="yeoh"):
+    model = SimpleNamespace(
+        names=tuple(effects),
+        effects=tuple(SimpleNamespace(name=name, effect=None, parameters=()) for name in effects),
+        law=law,
+        fixed=False,
+    )
+    rest = np.array([np.sqrt(chi_square)])
+    return SimpleNamespace(
+        model=model,
+        chi_square=chi_square,
+        channels=chi_square,
+        used=(),
+        linear=SimpleNamespace(rest=rest),
+        size=np.sqrt(chi_square / 100.0),
+        bic=lambda: chi_square,
+    )
+
+
+def combination(names, drop):
+    return SimpleNamespace(names=names, drop=drop)
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Sets of effects that are refitted; the true pair leaves 100, any other 900."""
+    seen = []
+
+    def pairs(best, table, together, begun):
+        return [one.names for one in together]
+
+    def fits(self, models, law):
+        seen.extend(models)
+        return [fitted(names, 100.0 if set(names) == set(TRUE) else 900.0) for names in models]
+
+    monkeypatch.setattr(selection, "pairs", pairs)
+    monkeypatch.setattr(selection, "chi_square", lambda channels, factors: channels)
+    monkeypatch.setattr(selection, "at_noise", lambda one: one if one.chi_square <= 100.0 else None)
+    monkeypatch.setattr(Search, "_fitted", fits)
+    monkeypatch.setattr(Search, "prediction", lambda self, found, one: float("nan"))
+    return seen
+
+
+def search():
+    return Search(None, None, None, lambda *_: None)
+
+
+def state(at_hand, combined):
+    plain, best = fitted((), 1000.0), fitted(STAND_IN, at_hand)
+    found = Selection(plain, best, combined=tuple(combined))
+    found.tables.append(([], ()))
+    found.refits = {(): plain, STAND_IN: best}
+    return found
+
+
+def test_a_pair_that_promises_more_takes_the_place(asked):
+    found = state(700.0, [combination(TRUE, 900.0), combination(STAND_IN, 850.0)])
+    assert search()._exchanged(found, 6.0)
+    assert set(found.best.model.names) == set(TRUE)
+    assert asked == [TRUE]
+    assert found.stages[-1][1].text.startswith("cure_shrinkage in place of compressibility")
+
+
+def test_one_that_promises_less_than_was_reached_is_not_refitted(asked):
+    found = state(700.0, [combination(TRUE, 250.0)])
+    assert not search()._exchanged(found, 6.0)
+    assert asked == []
+
+
+def test_nothing_is_exchanged_at_the_noise(asked):
+    found = state(90.0, [combination(TRUE, 990.0)])
+    assert not search()._exchanged(found, 6.0)
+    assert asked == []
+
+
+def test_a_worse_pair_is_kept_as_a_refit_only(asked):
+    found = state(700.0, [combination(("debonding", "mullins"), 900.0)])
+    assert not search()._exchanged(found, 6.0)
+    assert found.best.model.names == STAND_IN
+    assert ("debonding", "mullins") in found.refits
+
+
+def test_what_changes_from_one_model_to_another_is_told():
+    assert _difference(fitted(TRUE, 1.0), fitted(("mullins",), 1.0)) == "cure_shrinkage"
+    assert (
+        _difference(fitted(TRUE, 1.0), fitted(STAND_IN, 1.0)) == "cure_shrinkage in place of compressibility"
+    )
