@@ -19,14 +19,14 @@ from bushcli.diagnosis.beginnings import PROMISING, pairs, richer, singles
 from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials
 from bushcli.diagnosis.criterion import NoiseTest, noise_test
 from bushcli.diagnosis.held_out import HeldOut, held_out
-from bushcli.diagnosis.model import Fitted, Model, chi_square, exact, fit, predicted
+from bushcli.diagnosis.model import Fitted, Hope, Model, chi_square, exact, fit, predicted
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
 from bushcli.diagnosis.rivals import STRONG, Combination, forward
 from bushcli.diagnosis.score import Candidate, Score, screen
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
-from bushcli.effect import Effect, effects, full_name
+from bushcli.effect import ActiveEffect, Effect, effects, full_name
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
@@ -36,6 +36,9 @@ Progress = Callable[[str, str, str], None]
 NEAR = 0.5
 # Effects in one model, at most.
 MOST = 3
+# Share of the fall of chi square by an effect from which on another effect had nearly the same, and how many of these
+# are refitted in its place beside what was found since. Their start may be worse by such a factor.
+NEARLY, RIVALS, WORSE = 0.7, 3, 1.5
 # Worse prediction of what was held out than without the effect that is put down to chance: as a factor of the misfit,
 # or as a rise of the sum of squares.
 NO_WORSE, CHANCE_RISE = 1.05, 6.0
@@ -137,6 +140,7 @@ class Search:
         found.held = tuple(held_out(channel.recording) for channel in plain.channels)
         found.refits[()] = plain
         self._stage(found, "fit", plain, f"{plain.model.law} alone")
+        reason = ""
         for _ in range(MOST):
             table, scores = self.screened(found.best)
             found.tables.append((table, scores))
@@ -146,18 +150,20 @@ class Search:
             asked = STRONG if at_noise(found.best) is None else OUTSTANDING
             if asked == OUTSTANDING and not any(_stands_out(one) for one in scores):
                 break
-            if not self._extended(found, table, scores, asked):
-                return found
+            reason = self._extended(found, table, scores, asked)
+            if reason:
+                break
             self._reduced(found)
             if len(found.best.model.effects) == 2:
                 self._exchanged(found, asked)
             test = at_noise(found.best)
             if test is not None and (test.p > USUAL or test.size <= AT_NOISE):
                 break
-        done = at_noise(found.best) is not None
-        self._stage(
-            found, "stop", found.best, "what is left is noise" if done else "effects enough for one model"
-        )
+        self._rivalled(found)
+        if not reason:
+            done = at_noise(found.best) is not None
+            reason = "what is left is noise" if done else "effects enough for one model"
+        self._stage(found, "stop", found.best, reason)
         return found
 
     def screened(self, fitted: Fitted) -> tuple[list[Candidate], tuple[Score, ...]]:
@@ -196,18 +202,15 @@ class Search:
 
     def _extended(
         self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score], asked: float
-    ) -> bool:
-        """Refit the most promising, and take the best; whether one was taken."""
+    ) -> str:
+        """Refit the most promising, and take the best; the reason why none was taken, if so."""
         form = _form_error(found)
         asked = max(asked, form)
         beginnings = singles(found.best, table, scores, 0.5 * form)
         poorer, richest = richer(found.best, scores)
         if not beginnings and not poorer and not richest:
             text = "nothing in the catalogue promises more"
-            self._stage(
-                found, "stop", found.best, text + (" than the form of the effects may err" if form else "")
-            )
-            return False
+            return text + (" than the form of the effects may err" if form else "")
         tried: dict[tuple[str, ...], Fitted] = {}
         first = [model for one in beginnings[:1] for model in one.models]
         self._try(found, tried, [*first, *poorer])
@@ -222,7 +225,7 @@ class Search:
             names = {name for name, one in tried.items() if at_noise(one) is not None}
             self._try(found, tried, [model for model in again if key(model, found.plain.model) not in names])
         if self._taken(found, tried, asked):
-            return True
+            return ""
         if at_noise(found.best) is None:
             law = found.best.model.law
             begun = [e for one in tried.values() if one.model.law == law for e in one.model.effects]
@@ -232,11 +235,8 @@ class Search:
                 together = [c for c in forward(found.best.linear, table, 2) if c.drop > alone + PROMISING]
                 self._try(found, two, pairs(found.best, table, together, begun))
             if self._taken(found, two, asked) or self._exchanged(found, asked):
-                return True
-        self._stage(
-            found, "stop", found.best, "no effect of the catalogue improves the fit enough to be believed"
-        )
-        return False
+                return ""
+        return "no effect of the catalogue improves the fit enough to be believed"
 
     def _exchanged(self, found: Selection, asked: float) -> bool:
         """Put a pair of effects in place of those at hand; whether one was better.
@@ -256,6 +256,53 @@ class Search:
         tried: dict[tuple[str, ...], Fitted] = {}
         self._try(found, tried, pairs(found.plain, table, promised, found.best.model.effects))
         return self._taken(found, tried, asked)
+
+    def _rivalled(self, found: Selection) -> None:
+        """Put what nearly explained as much as each effect, when that was taken, beside the effects found since.
+
+        The alternatives to the effect that was taken last have been refitted beside all others already.
+        """
+        best = found.best
+        swapped: dict[frozenset[str], tuple[float, Model]] = {}
+        for name in best.model.names if len(best.model.effects) > 1 else ():
+            others = frozenset(best.model.names) - {name}
+            for fitted in found.refits.values():
+                near = self._nearly(found, fitted, name)
+                if near is None or others | {near.name} in {
+                    frozenset(one.model.names) for one in found.refits.values()
+                }:
+                    continue
+                kept = tuple(one for one in best.model.effects if one.name != name)
+                hoped = Hope(WORSE * float(best.linear.misfit @ best.linear.misfit), best.used)
+                model = replace(best.model, effects=(*kept, near), hoped=hoped)
+                swapped.setdefault(others | {near.name}, (fitted.chi_square, model))
+        tried: dict[tuple[str, ...], Fitted] = {}
+        self._try(
+            found, tried, [model for _, model in sorted(swapped.values(), key=lambda pair: pair[0])][:RIVALS]
+        )
+        self._taken(found, tried, STRONG)
+
+    def _nearly(self, found: Selection, fitted: Fitted, name: str) -> ActiveEffect | None:
+        """The one effect that a fit had in place of another one, if it explained nearly as much there."""
+        model, best = fitted.model, found.best.model
+        new = [one for one in model.effects if one.name not in best.names]
+        if len(new) != 1 or name in model.names or (model.law, model.fixed) != (best.law, best.fixed):
+            return None
+        kept = [one for one in model.names if one != new[0].name]
+        same = [
+            one.chi_square
+            for one in found.refits.values()
+            if sorted(one.model.names) == sorted([*kept, name]) and one.model.law == model.law
+        ]
+        without = [
+            one.chi_square
+            for one in found.refits.values()
+            if sorted(one.model.names) == sorted(kept) and one.model.law == model.law
+        ]
+        if not same or not without:
+            return None
+        fall, wanted = min(without) - fitted.chi_square, min(without) - min(same)
+        return new[0] if fall >= NEARLY * wanted else None
 
     def _taken(self, found: Selection, tried: dict[tuple[str, ...], Fitted], asked: float) -> bool:
         """Take the best of the models tried that also predicts what was held out no worse; whether there was one."""

@@ -100,3 +100,28 @@ def test_what_changes_from_one_model_to_another_is_told():
     assert (
         _difference(fitted(TRUE, 1.0), fitted(STAND_IN, 1.0)) == "cure_shrinkage in place of compressibility"
     )
+
+
+def rivalled(monkeypatch, asked, third):
+    """Stiffness of sleeve and rig alike, both then refitted beside a misalignment; `third` explained less."""
+    monkeypatch.setattr(selection, "replace", lambda model, **new: tuple(one.name for one in new["effects"]))
+    plain, sleeve = fitted((), 1000.0), fitted(("sleeve_compliance",), 600.0)
+    best = fitted(("sleeve_compliance", "misalignment"), 120.0)
+    found = Selection(plain, best)
+    rig, other = fitted(("rig_compliance",), 620.0), fitted(("compressibility",), third)
+    for one in best, rig, other:
+        one.linear.misfit, one.model.terms = one.linear.rest, None
+    found.refits = {one.model.names: one for one in (plain, sleeve, rig, other, best)}
+    search()._rivalled(found)
+    return found
+
+
+def test_what_explained_nearly_as_much_alone_is_refitted_beside_what_came_later(monkeypatch, asked):
+    found = rivalled(monkeypatch, asked, third=800.0)
+    assert asked == [("misalignment", "rig_compliance")]
+    assert ("misalignment", "rig_compliance") in found.refits
+
+
+def test_the_nearest_come_first_and_none_twice(monkeypatch, asked):
+    rivalled(monkeypatch, asked, third=650.0)
+    assert asked == [("misalignment", "rig_compliance"), ("misalignment", "compressibility")]
