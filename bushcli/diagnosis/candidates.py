@@ -139,11 +139,36 @@ def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | Non
         if trial.effect.needs_time and recording.time is None:
             found.append(np.zeros((len(recording.force), len(names))))
             continue
-        try:
-            found.append(_derivative(channel, _values(model), names, trial))
-        except NotConverged:
+        slope = _solved(channel, (_values(model), _values(_at_own_shape(model, case))), names, trial)
+        if slope is None:
             return None
+        found.append(slope)
     return tuple(found)
+
+
+def _solved(
+    channel: Channel, points: Sequence[Mapping[str, float]], names: Sequence[str], trial: Trial
+) -> Array | None:
+    """Derivative at the first of several points that can be solved."""
+    for values in points:
+        try:
+            return _derivative(channel, values, names, trial)
+        except NotConverged:
+            continue
+    return None
+
+
+def _at_own_shape(model: Model, case: Case) -> Model:
+    """The model with the law's own start values at the stiffness of the fitted ones.
+
+    A law that has bent towards an effect it lacks may not bear the bushing with it; a derivative beside another law is
+    a fair first estimate, too.
+    """
+    chosen = model.task(case).law
+    own = {p.name: p.start for p in chosen.parameters if p.name in model.start}
+    factor = _shear(model, case) / float(chosen.shear_modulus(**own))
+    scaled = {name: value * factor if name in chosen.linear else value for name, value in own.items()}
+    return replace(model, start=scaled)
 
 
 def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:

@@ -1,0 +1,42 @@
+"""Derivatives of what an effect would do, where the fitted law does not bear the bushing with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bushcli.casefile import load_case
+from bushcli.diagnosis import candidates
+from bushcli.diagnosis.model import Model
+from cases.march import NotConverged
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "concealed" / "case.toml"
+# Bent far from any rubber's shape, initial shear modulus 2 C10 = 1.4 MPa.
+BENT = {"C10": 0.7, "C20": 0.3, "C30": -0.5}
+
+
+def test_another_point_is_tried_where_the_first_cannot_be_solved(monkeypatch):
+    asked = []
+
+    def derivative(channel, values, names, trial):
+        asked.append(values["C10"])
+        if values["C10"] < 0.5:
+            raise NotConverged(None, 1.0, "beyond", 0.5)
+        return np.ones((3, 1))
+
+    monkeypatch.setattr(candidates, "_derivative", derivative)
+    points = ({"C10": 0.4}, {"C10": 0.6}, {"C10": 0.7})
+    assert candidates._solved(None, points, [], None).shape == (3, 1)
+    assert asked == [0.4, 0.6]
+    assert candidates._solved(None, points[:1], [], None) is None
+
+
+def test_the_laws_own_shape_has_the_fitted_stiffness():
+    case = load_case(EXAMPLE, ())
+    own = candidates._at_own_shape(Model("yeoh", BENT), case)
+    law = own.task(case).law
+    assert law.shear_modulus(**own.start) == pytest.approx(1.4)
+    starts = {p.name: p.start for p in law.parameters}
+    assert own.start["C30"] / own.start["C10"] == pytest.approx(starts["C30"] / starts["C10"])
