@@ -28,6 +28,8 @@ COARSE = Refinement(across=2, along=4, around=8)
 DIGITS = {"friction": 1e-5, "sleeve_compliance": 2e-5, "debonding": 5e-5}
 # A bond that begins to give is a new way to move, whose slope changes within 1e-5 mm: less than differences resolve.
 BARELY_ON = {"debonding": {"length": 0.1}}
+# Rigid metal is metal 240 times as stiff as steel, which gives by so much of the force (`sleeve_compliance.RIGID`).
+NOT_QUITE_OFF = {"sleeve_compliance": 4e-6}
 FEATURES = [one for one in effects().values() if one.feature is not None]
 RUBBER = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 500.0)
 # Springs that hold a bond, and metal, leave more rounding than rubber does.
@@ -128,7 +130,8 @@ def check_slopes(case: Prepared, at: dict[str, float], digits: float) -> None:
 def test_an_effect_that_is_off_leaves_the_plain_model(one: Effect) -> None:
     case = prepared(one.name)
     plain = plain_force(mode_of(one), case.model.path_dependent)
-    np.testing.assert_allclose(case.force(case.off), plain, atol=1e-6 * np.abs(plain).max(), rtol=0)
+    digits = NOT_QUITE_OFF.get(one.name, 1e-6)
+    np.testing.assert_allclose(case.force(case.off), plain, atol=digits * np.abs(plain).max(), rtol=0)
 
 
 @pytest.mark.parametrize("one", FEATURES, ids=lambda one: one.name)

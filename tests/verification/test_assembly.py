@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from bushcli.assembly import installed
 from bushcli.effect import ActiveEffect, effect
+from bushcli.effects.sleeve_compliance import RIGID
 from cases.contact import pushed_back
 from cases.feature import Feature, Installed
 from cases.march import march
@@ -234,8 +235,20 @@ def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q):
     assert found == pytest.approx(lost, rel=0.05)
 
 
+def test_sleeves_that_are_rigid_turn_with_the_bushing():
+    """Metal much stiffer than this keeps a turned sleeve from equilibrium, by rounding beside the rubber's tangent."""
+    shape = shapes()["plain"](inner_radius=11.5, outer_radius=18.7, length=22.3)
+    q = np.linspace(0.02, 0.2, 10)
+    rigid = features(sleeve_compliance={"compliance": 0.0, "thickness": 2.0})
+    found, plain = (
+        march(prepare(shape, modes()["torsional"], YEOH, Refinement(), features=given), Program(q)).force
+        for given in (rigid, ())
+    )
+    np.testing.assert_allclose(found, plain, rtol=1e-3)
+
+
 def test_compliant_sleeves_are_those_that_a_case_could_give():
-    given = Sleeve(thickness=2.0, youngs_modulus=1 / (1.4e-5 + 1e-9), grip="ends")
+    given = Sleeve(thickness=2.0, youngs_modulus=1 / (1.4e-5 + RIGID), grip="ends")
     q = [1.0]
     expected = curve(bushing(inner_sleeve=given, outer_sleeve=given), "radial", YEOH, q).force
     found = curve(
