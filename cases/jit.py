@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import platform
 import time
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 # -O3 with vectorised reductions assembles a Q2-Q1 tangent 2.4 times faster than the default. Of -ffast-math only
 # the parts that allow reordering are taken: NaN must stay NaN, for the march recognises an inverted element by it.
@@ -24,6 +25,10 @@ FLAGS = [
 
 # Seconds after which a compilation without result is taken for killed; the longest take two minutes.
 ABANDONED = 900.0
+
+
+# Kept open, which is what keeps them locked.
+_locks: list[IO[str]] = []
 
 
 def _processor() -> str:
@@ -43,12 +48,35 @@ def cache_directory() -> Path:
     return base / "kernels" / _processor()
 
 
-def _clear_remains(folder: Path) -> None:
-    """Remove what a compilation left that was killed: others would wait for its end in vain."""
+def _enter(folder: Path) -> None:
+    """Use the folder from now on, to the end of this process, however that comes; what was left in it goes.
+
+    A compilation that was killed leaves a source for whose end others would wait in vain. While any process uses the
+    folder it may be compiling, and only what is old is taken for abandoned.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    in_use = (folder / "in-use.lock").open("a")
+    _locks.append(in_use)
+    try:
+        try:
+            fcntl.flock(in_use, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            _clear_remains(folder, ABANDONED)
+        else:
+            _clear_remains(folder, 0.0)
+        # Waits where another process has just come and clears up.
+        fcntl.flock(in_use, fcntl.LOCK_SH)
+    except OSError:
+        # A file system without locks.
+        _clear_remains(folder, ABANDONED)
+
+
+def _clear_remains(folder: Path, oldest: float) -> None:
+    """Remove sources that have not been compiled for so many seconds."""
     for source in folder.glob("*.c"):
         finished = source.with_suffix(".c.cached").exists() or source.with_suffix(".c.failed").exists()
         try:
-            if not finished and time.time() - source.stat().st_mtime > ABANDONED:
+            if not finished and time.time() - source.stat().st_mtime >= oldest:
                 source.unlink()
         except OSError:
             continue  # another process was faster
@@ -57,7 +85,7 @@ def _clear_remains(folder: Path) -> None:
 @cache
 def options() -> dict[str, Any]:
     """Keyword `jit_options` of DOLFINx forms and expressions."""
-    _clear_remains(cache_directory())
+    _enter(cache_directory())
     # A process waits for another one that compiles the same kernel; the default of 10 s is less than some take.
     return {
         "cffi_extra_compile_args": FLAGS,
