@@ -9,7 +9,7 @@ import platform
 import time
 from functools import cache
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 # -O3 with vectorised reductions assembles a Q2-Q1 tangent 2.4 times faster than the default. Of -ffast-math only
 # the parts that allow reordering are taken: NaN must stay NaN, for the march recognises an inverted element by it.
@@ -25,10 +25,6 @@ FLAGS = [
 
 # Seconds after which a compilation without result is taken for killed; the longest take two minutes.
 ABANDONED = 900.0
-
-
-# Kept open, which is what keeps them locked.
-_locks: list[IO[str]] = []
 
 
 def _processor() -> str:
@@ -55,8 +51,8 @@ def _enter(folder: Path) -> None:
     folder it may be compiling, and only what is old is taken for abandoned.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    in_use = (folder / "in-use.lock").open("a")
-    _locks.append(in_use)
+    # Never closed, which is what keeps it locked.
+    in_use = os.open(folder / "in-use.lock", os.O_RDWR | os.O_CREAT, 0o666)
     try:
         try:
             fcntl.flock(in_use, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -27,14 +28,19 @@ time.sleep(60)
 @pytest.fixture
 def left(tmp_path, monkeypatch):
     """A source without a kernel, and one with it; locks are given back after the test."""
-    locks = []
-    monkeypatch.setattr(jit, "_locks", locks)
+    opened = []
+
+    def kept(*given):
+        opened.append(os.open(*given))
+        return opened[-1]
+
+    monkeypatch.setattr(jit, "os", SimpleNamespace(**{**vars(os), "open": kept}))
     (tmp_path / "killed.c").write_text("")
     (tmp_path / "whole.c").write_text("")
     (tmp_path / "whole.c.cached").write_text("")
     yield tmp_path
-    for one in locks:
-        one.close()
+    for one in opened:
+        os.close(one)
 
 
 @contextmanager
