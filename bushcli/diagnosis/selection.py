@@ -49,8 +49,6 @@ OUTSTANDING, CHANCE = 12.0, 1e-4
 # follow no equation exactly: 10 % of an effect's curve, which is what the literature accepts of a model. No further
 # effect is called for so little.
 FORM = 0.01
-# Noise with effects in the model is looked at once more, unless chance gives a worse misfit as often as this.
-USUAL = 0.1
 # Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
 # the literature accepts of a model is far above it.
 AT_NOISE = 1.05
@@ -156,9 +154,6 @@ class Search:
             self._reduced(found)
             if len(found.best.model.effects) == 2:
                 self._exchanged(found, asked)
-            test = at_noise(found.best)
-            if test is not None and (test.p > USUAL or test.size <= AT_NOISE):
-                break
         self._rivalled(found)
         if not reason:
             done = at_noise(found.best) is not None
