@@ -50,10 +50,10 @@ def _enter(folder: Path) -> None:
     A compilation that was killed leaves a source for whose end others would wait in vain. While any process uses the
     folder it may be compiling, and only what is old is taken for abandoned.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    # Never closed, which is what keeps it locked.
-    in_use = os.open(folder / "in-use.lock", os.O_RDWR | os.O_CREAT, 0o666)
     try:
+        folder.mkdir(parents=True, exist_ok=True)
+        # Never closed, which is what keeps it locked.
+        in_use = os.open(folder / "in-use.lock", os.O_RDWR | os.O_CREAT, 0o666)
         try:
             fcntl.flock(in_use, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -63,7 +63,7 @@ def _enter(folder: Path) -> None:
         # Waits where another process has just come and clears up.
         fcntl.flock(in_use, fcntl.LOCK_SH)
     except OSError:
-        # A file system without locks.
+        # A file system without locks, or a folder that is for reading.
         _clear_remains(folder, ABANDONED)
 
 

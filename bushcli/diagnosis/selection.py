@@ -239,7 +239,7 @@ class Search:
         One effect at a time does not find two that act together where a third one stands for part of both. Beside the
         plain law, first order may promise more of the two than the model at hand has brought.
         """
-        if at_noise(found.best) is not None or found.plain.model.effects:
+        if at_noise(found.best) is not None:
             return False
         table = found.tables[0][0]
         left = chi_square(found.best.channels, found.plain.used)
