@@ -90,6 +90,9 @@ class Workers:
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(process.pid or 0, signal.SIGKILL)
             process.kill()
+        for process in ours:
+            # A process that was killed is there until it has been asked for.
+            process.join(GRACE)
 
     def run(
         self, work: Work, questions: Sequence[tuple[Any, ...]], told: Callable[[int, Any], None] | None = None

@@ -74,6 +74,19 @@ def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp
     assert resumed.reused == 1
 
 
+def test_processes_that_do_not_hear_are_killed_and_gone_when_the_interruption_is_told():
+    def interrupt(number, answer):
+        raise KeyboardInterrupt
+
+    with Workers(2).open() as crew:
+        # As one that is still being started: SIGTERM waits until it is ready.
+        crew.run(signal.pthread_sigmask, [(signal.SIG_BLOCK, [signal.SIGTERM])] * 8)
+        with pytest.raises(KeyboardInterrupt):
+            crew.run(time.sleep, [(0.0,), (100.0,), (100.0,), (100.0,)], interrupt)
+        crew.stop()
+    assert not active_children()
+
+
 def test_processes_end_with_the_first_one_when_that_is_killed(tmp_path):
     script = (
         "import os, time\n"
