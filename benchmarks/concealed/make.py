@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.concealed import draw, programs
+from benchmarks.concealed import draw, programs, refit
 from benchmarks.concealed.simulate import Channel, force
 from benchmarks.concealed.sizes import SIZES, Situation, sized
 from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import FAINT, LARGEST, Specimen, Truth, write_truth
 from bushcli.curve import Curve
-from bushcli.effect import ActiveEffect, effect, effects
+from bushcli.effect import ActiveEffect, acting, effect, effects, full_name
 from bushcli.recording import write_curve_csv
 from bushcli.rig import NoEquilibrium
 from bushcli.segment import segment
@@ -113,6 +113,38 @@ class Bench:
         """What effects change, weighed, by the default mesh."""
         moved = [force(self.specimen, c, active, finer=False)[0] for c in self.channels]
         return self.weighed([b - a for a, b in zip(self.plain, moved, strict=True)])
+
+    def without(self, active: Sequence[ActiveEffect], gone: ActiveEffect) -> float:
+        """Standard errors that the law and all effects but one leave of the curves with all of them, refitted."""
+        others = [one for one in active if one is not gone]
+        names = () if self.slopes[0].shape[1] == 0 else tuple(self.specimen.parameters)
+        free = [(one, p) for one in others for p in one.effect.parameters if p.name in one.values]
+        whole = (*names, *(full_name(one.effect, p) for one, p in free))
+        target = self.change(active)
+        if not whole:
+            return float(np.linalg.norm(target - (self.change(others) if others else 0.0)))
+
+        def curves(x: Array) -> tuple[Array, Array]:
+            values, slopes = [], []
+            given = dict(zip(whole, map(float, x), strict=True))
+            for c, plain in zip(self.channels, self.plain, strict=True):
+                here = {one.name for one in acting(others, c.name, c.name)}
+                own = [n for n in whole if "." not in n or n.partition(".")[0] in here]
+                value, slope = force(self.specimen, c, others, finer=False, values=given, names=own)
+                values.append(value - plain)
+                slopes.append(np.zeros((len(value), len(whole))))
+                slopes[-1][:, [whole.index(n) for n in own]] = slope
+            return self.weighed(values), self.weighed(slopes)
+
+        return refit.left(
+            curves,
+            target,
+            np.array(
+                [*map(self.specimen.parameters.__getitem__, names), *(o.values[p.name] for o, p in free)]
+            ),
+            np.array([*[-np.inf] * len(names), *(p.lower for _, p in free)]),
+            np.array([*[np.inf] * len(names), *(p.upper for _, p in free)]),
+        )
 
     def situation(self, name: str) -> Situation:
         """What the usual values of an effect depend on here."""
@@ -231,9 +263,10 @@ def _conceal(rng: np.random.Generator, plan: draw.Concealed, bench: Bench) -> tu
     found = {}
     for i, one in enumerate(active):
         others = [c for k, c in enumerate(changes) if k != i]
-        found[one.name] = round(strength(changes[i], [*bench.taken, *others]), 2)
-        if found[one.name] < FAINT and not hidden:
-            raise Unsuitable(f"{one.name} shows by {found[one.name]:.1f} standard errors only")
+        shown = strength(changes[i], [*bench.taken, *others]) if hidden else bench.without(active, one)
+        found[one.name] = round(shown, 2)
+        if shown < FAINT and not hidden:
+            raise Unsuitable(f"{one.name} shows by {shown:.1f} standard errors only")
     alike = _look_alikes(rng, active[0], changes[0], bench) if plan.kind == "single" else ()
     forces = [force(bench.specimen, c, active, finer=True)[0] for c in bench.channels]
     values = {one.name: dict(one.values) for one in active}

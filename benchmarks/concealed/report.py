@@ -46,10 +46,11 @@ the recorded force range, more where the default mesh alone is off by more than 
 
 An effect's *strength* is the change of the noise-free curves, in units of the noise, that is left when the law's
 parameters (and the other effect of a pair) have been refitted, and a factor of each channel's forces that calibration
-and mesh leave open (0.5 %, in three dimensions 1 %): chi square falls by its square. Sizes are drawn between a
-strength of {faint:g} and 120, as far as the effect's usual range allows: *faint* below {clear:g}, *clear* below
-{large:g}, *large* above. On rich programs what cannot be seen is drawn again; on poor ones the law imitates much, and
-an effect of usual size may stay *hidden*: then the right answer is that it is possible, among the rivals.
+and mesh leave open (0.5 %, in three dimensions 1 %): chi square falls by its square. On rich programs the refit is
+done in earnest, elsewhere to first order in the law. Sizes are drawn between a strength of {faint:g} and 120, to
+first order, as far as the effect's usual range allows: *faint* below {clear:g}, *clear* below {large:g}, *large*
+above. On rich programs what cannot be seen is drawn again; on poor ones the law imitates much, and an effect of usual
+size may stay *hidden*: then the right answer is that it is possible, among the rivals.
 *Look-alikes* are the other effects that, at their best, stay within four standard errors of the noise-free recording:
 nobody can tell those from the truth. They are sought with one usual size and one set of shape parameters each,
 scaled; effects with memory not in radial channels.

@@ -63,8 +63,14 @@ def force(
     *,
     finer: bool,
     names: Sequence[str] = (),
+    values: Mapping[str, float] | None = None,
 ) -> tuple[Array, Array]:
-    """Force (n,) at the samples, and its derivatives (n, parameters) by those of the law that are named.
+    """Force (n,) at the samples, and its derivatives (n, parameters) by those that are named.
+
+    Parameters
+    ----------
+    names, values
+        Parameters of the law, and "effect.parameter"; values in place of the specimen's and the effects'.
 
     Raises
     ------
@@ -86,5 +92,5 @@ def force(
         channel.displacement,
         None if finer else NOISELESS,
     )
-    answer = simulation.solve({}, names)
+    answer = simulation.solve(values or {}, tuple(names))
     return answer.force, answer.slope

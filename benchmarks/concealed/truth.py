@@ -59,7 +59,7 @@ class Truth:
         Name -> parameter -> value, in N, mm, MPa, s, rad.
     strength : mapping
         By how many standard errors each effect changes the recordings beside what the law's parameters, and the other
-        effect, can do.
+        effect, can do: fitted in earnest (`refit`) where the program is rich, else to first order in the law.
     look_alikes : tuple of str
         Other effects that would stay within 4 standard errors of these recordings, the law's parameters refitted;
         "nothing" where the law alone would.

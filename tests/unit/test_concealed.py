@@ -11,14 +11,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from benchmarks.concealed import draw, programs, report, score
+from benchmarks.concealed import draw, programs, refit, report, score
 from benchmarks.concealed.run import Run, read_run, run_all
 from benchmarks.concealed.sizes import SIZES, Situation, sized
 from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import Specimen, Truth, read_truth, write_truth
 from bushcli.effect import effects
 from bushcli.segment import segment
+from cases.march import NotConverged
+
+Array = NDArray[np.float64]
 
 SITUATION = Situation(10.0, 35.0, 5.0, 1000.0, 300.0, 600.0, 8.0, 1.0, 0.5)
 
@@ -122,6 +126,26 @@ def test_strength_is_what_the_law_cannot_do() -> None:
     assert apart(own, 0.1 * own, [J], one_sided=True) == pytest.approx(0.0, abs=1e-9)
     assert apart(own, -0.1 * own, [J], one_sided=True) == pytest.approx(7.0)
     assert apart(own, -0.1 * own, [J], one_sided=False) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_law_that_is_moved_far_may_do_what_it_cannot_to_first_order() -> None:
+    q = np.linspace(0.0, 1.0, 50)
+
+    def curves(x: Array) -> tuple[Array, Array]:
+        if x[0] > 3.0:
+            raise NotConverged("the law is not stable there")
+        return np.exp(x[0] * q), (q * np.exp(x[0] * q))[:, None]
+
+    target = np.exp(2.5 * q) + 0.1 * np.cos(20.0 * q)
+    first, free = curves(np.ones(1)), np.full(1, np.inf)
+    assert strength(target - first[0], [first[1]]) > 3.0
+    # What no law can do is left: the wave, but for what of it is along the slope.
+    _, slope = curves(np.full(1, 2.5))
+    wave = strength(target - np.exp(2.5 * q), [slope])
+    assert refit.left(curves, target, np.ones(1), -free, free) == pytest.approx(wave, rel=0.02)
+    # Within bounds, to the nearest of them.
+    bound = refit.left(curves, target, np.ones(1), np.zeros(1), np.full(1, 2.0))
+    assert bound == pytest.approx(np.linalg.norm(target - np.exp(2.0 * q)), rel=0.02)
 
 
 # -- truths and results that are made up -------------------------------------------------------------------------
