@@ -56,14 +56,18 @@ class Beginning:
 
 
 def singles(
-    best: Fitted, table: Sequence[Candidate], scores: Sequence[Score], least: float = 0.0
+    best: Fitted,
+    table: Sequence[Candidate],
+    scores: Sequence[Score],
+    least: float = 0.0,
+    count: int | None = REFITTED,
 ) -> list[Beginning]:
-    """Effects that promise most, if at least so much."""
+    """So many effects that promise most, if at least so much; all of them with None."""
     grids = {one.name: one for one in table}
     most = max((one.drop for one in scores if one.testable), default=0.0)
     promising = [one for one in scores if one.testable and one.drop > max(PROMISING, least, SHARE * most)]
     proposed = []
-    for score in promising[:REFITTED]:
+    for score in promising[:count]:
         one = grids[score.name]
         order = np.argsort(-score.drops)[:BEGINNINGS]
         points = [int(p) for p in order if p == order[0] or score.drops[p] > SECOND * score.drop]

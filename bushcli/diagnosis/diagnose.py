@@ -34,7 +34,8 @@ from bushcli.diagnosis.result import (
 )
 from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.say import paragraph, plausibility
-from bushcli.diagnosis.selection import Progress, Search, Selection, at_noise, key, structure
+from bushcli.diagnosis.selected import Selection, at_noise, key, structure
+from bushcli.diagnosis.selection import Progress, Search
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import effects as catalogue
 from bushcli.effect import full_name
@@ -283,7 +284,7 @@ def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
             near.append(names or name)
     if not chosen:
         # Nothing is missing that these recordings could show; what they could not show may still be there.
-        for score in found.tables[0][1] if found.tables else ():
+        for score in found.rounds[0].scores if found.rounds else ():
             parameter = catalogue()[score.name].amplitudes[0]
             typical = abs(parameter.start - float(parameter.off or 0.0))
             unknowns = len(score.amplitude) + len(score.shape)

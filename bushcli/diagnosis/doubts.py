@@ -8,7 +8,7 @@ from bushcli.casefile import Case
 from bushcli.condition import Condition
 from bushcli.diagnosis.locate import Location
 from bushcli.diagnosis.result import DiagnosedChannel
-from bushcli.diagnosis.selection import Selection, at_noise
+from bushcli.diagnosis.selected import Selection, at_noise
 
 # Noise of so many percent of the force range hides what is usually asked for: the literature takes 10 % of misfit for a
 # good agreement of simulation and rig.

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from bushcli.diagnosis.result import Hypothesis
-from bushcli.diagnosis.selection import Selection, key
+from bushcli.diagnosis.selected import Selection, key
 
 
 def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
     """All that was thought of, the best refits first, then the most promising, then what cannot be tested."""
-    scores = found.tables[0][1] if found.tables else ()
+    scores = found.rounds[0].scores if found.rounds else ()
     rows = []
     plain = found.plain.bic()
     for score in scores:

@@ -17,7 +17,7 @@ from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.result import NextTest
 from bushcli.diagnosis.rivals import TOLD_APART
 from bushcli.diagnosis.say import label
-from bushcli.diagnosis.selection import Selection
+from bushcli.diagnosis.selected import Selection
 from bushcli.diagnosis.workers import Workers
 from bushcli.direct import rubber_of
 from bushcli.effect import ActiveEffect, acting, effects, full_name

@@ -9,24 +9,25 @@ is not called for what a law can do. The search ends at the noise, or where noth
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case
+from bushcli.diagnosis import alternatives
 from bushcli.diagnosis.beginnings import PROMISING, pairs, richer, singles
 from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials
-from bushcli.diagnosis.criterion import NoiseTest, noise_test
 from bushcli.diagnosis.held_out import HeldOut, held_out
-from bushcli.diagnosis.model import Fitted, Hope, Model, chi_square, exact, fit, predicted
+from bushcli.diagnosis.model import Fitted, Model, exact, fit, predicted
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
-from bushcli.diagnosis.rivals import STRONG, Combination, forward
+from bushcli.diagnosis.rivals import STRONG, forward
 from bushcli.diagnosis.score import Candidate, Score, screen
+from bushcli.diagnosis.selected import Round, Selection, at_noise, key, structure
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
-from bushcli.effect import ActiveEffect, Effect, effects, full_name
+from bushcli.effect import Effect, effects
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
@@ -36,9 +37,6 @@ Progress = Callable[[str, str, str], None]
 NEAR = 0.5
 # Effects in one model, at most.
 MOST = 3
-# Share of the fall of chi square by an effect from which on another effect had nearly the same, and how many of these
-# are refitted in its place beside what was found since. Their start may be worse by such a factor.
-NEARLY, RIVALS, WORSE = 0.7, 3, 1.5
 # Worse prediction of what was held out than without the effect that is put down to chance: as a factor of the misfit,
 # or as a rise of the sum of squares.
 NO_WORSE, CHANCE_RISE = 1.05, 6.0
@@ -49,61 +47,6 @@ OUTSTANDING, CHANCE = 12.0, 1e-4
 # follow no equation exactly: 10 % of an effect's curve, which is what the literature accepts of a model. No further
 # effect is called for so little.
 FORM = 0.01
-# Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
-# the literature accepts of a model is far above it.
-AT_NOISE = 1.05
-
-
-@dataclass
-class Selection:
-    """What the search has found so far.
-
-    Attributes
-    ----------
-    plain, best : Fitted
-        The plain law, and the model at hand.
-    stages : list of (tuple of str, Stage)
-        Each with its model's `structure`.
-    tables : list of (candidates, scores)
-        Of each round, the first beside the plain law.
-    refits : dict
-        Names of effects (and "law: ...") -> fit, of all models that were refitted.
-    combined : tuple of Combination
-        Effects and pairs of them to first order beside the plain law.
-    held : tuple of HeldOut
-    predictions, foretold : dict
-        By `structure`, of models fitted without what is held out: misfit over noise on that, and all samples as they
-        foretell them.
-    """
-
-    plain: Fitted
-    best: Fitted
-    stages: list[tuple[tuple[str, ...], Stage]] = field(default_factory=list)
-    tables: list[tuple[list[Candidate], tuple[Score, ...]]] = field(default_factory=list)
-    refits: dict[tuple[str, ...], Fitted] = field(default_factory=dict)
-    combined: tuple[Combination, ...] = ()
-    held: tuple[HeldOut, ...] = ()
-    predictions: dict[tuple[str, ...], float] = field(default_factory=dict)
-    foretold: dict[tuple[str, ...], tuple[Compared, ...] | None] = field(default_factory=dict)
-
-
-def key(model: Model, plain: Model) -> tuple[str, ...]:
-    """Name of a model: its effects, and its law where that is not the plain one."""
-    names = tuple(sorted(model.names))
-    if model.law != plain.law:
-        return (f"law: {model.law}", *names)
-    return (*names, "law: refitted") if plain.fixed and not model.fixed else names
-
-
-def structure(model: Model, plain: Model) -> tuple[str, ...]:
-    """Name of a model that also tells the number of an effect's branches: with the parameters of its effects."""
-    return (*key(model, plain), *(full_name(e.effect, p) for e in model.effects for p in e.parameters))
-
-
-def at_noise(found: Fitted) -> NoiseTest | None:
-    """The test by which the misfit is noise; None where it is not."""
-    test = noise_test(found.judged, len(found.x))
-    return test if test.is_noise or found.size <= AT_NOISE else None
 
 
 class Search:
@@ -141,8 +84,8 @@ class Search:
         reason = ""
         for _ in range(MOST):
             table, scores = self.screened(found.best)
-            found.tables.append((table, scores))
-            if len(found.tables) == 1:
+            found.rounds.append(Round(found.best, table, scores))
+            if len(found.rounds) == 1:
                 found.combined = forward(found.best.linear, table, 2, inflation=1.0)
             # What passes for noise as a whole may still hold an effect that stands out by itself.
             asked = STRONG if at_noise(found.best) is None else OUTSTANDING
@@ -152,9 +95,9 @@ class Search:
             if reason:
                 break
             self._reduced(found)
-            if len(found.best.model.effects) == 2:
-                self._exchanged(found, asked)
-        self._rivalled(found)
+            if len(found.best.model.effects) == 2 and not alternatives.exchanged(self, found, asked):
+                alternatives.leftover(self, found, asked)
+        alternatives.rivalled(self, found)
         if not reason:
             done = at_noise(found.best) is not None
             reason = "what is left is noise" if done else "effects enough for one model"
@@ -208,18 +151,18 @@ class Search:
             return text + (" than the form of the effects may err" if form else "")
         tried: dict[tuple[str, ...], Fitted] = {}
         first = [model for one in beginnings[:1] for model in one.models]
-        self._try(found, tried, [*first, *poorer])
+        self.refit(found, tried, [*first, *poorer])
         if any(at_noise(one) is not None for one in tried.values()):
             # What promises less than half of the best is no rival of one that leaves but noise.
             near = [one for one in beginnings[1:] if one.drop > NEAR * beginnings[0].drop]
-            self._try(found, tried, [model for one in near for model in one.models])
+            self.refit(found, tried, [model for one in near for model in one.models])
         else:
-            self._try(found, tried, [*(model for one in beginnings[1:] for model in one.models), *richest])
+            self.refit(found, tried, [*(model for one in beginnings[1:] for model in one.models), *richest])
             # Another beginning is for those whose first one has not led to the noise.
             again = [model for one in beginnings for model in one.others]
             names = {name for name, one in tried.items() if at_noise(one) is not None}
-            self._try(found, tried, [model for model in again if key(model, found.plain.model) not in names])
-        if self._taken(found, tried, asked):
+            self.refit(found, tried, [model for model in again if key(model, found.plain.model) not in names])
+        if self.take(found, tried, asked):
             return ""
         if at_noise(found.best) is None:
             law = found.best.model.law
@@ -228,78 +171,16 @@ class Search:
             if len(found.best.model.effects) + 2 <= MOST:
                 alone = max((one.drop for one in scores if one.testable), default=0.0)
                 together = [c for c in forward(found.best.linear, table, 2) if c.drop > alone + PROMISING]
-                self._try(found, two, pairs(found.best, table, together, begun))
-            if self._taken(found, two, asked) or self._exchanged(found, asked):
+                self.refit(found, two, pairs(found.best, table, together, begun))
+            if (
+                self.take(found, two, asked)
+                or alternatives.exchanged(self, found, asked)
+                or alternatives.leftover(self, found, asked)
+            ):
                 return ""
         return "no effect of the catalogue improves the fit enough to be believed"
 
-    def _exchanged(self, found: Selection, asked: float) -> bool:
-        """Put a pair of effects in place of those at hand; whether one was better.
-
-        One effect at a time does not find two that act together where a third one stands for part of both. Beside the
-        plain law, first order may promise more of the two than the model at hand has brought.
-        """
-        if at_noise(found.best) is not None:
-            return False
-        table = found.tables[0][0]
-        left = chi_square(found.best.channels, found.plain.used)
-        whole = float(found.plain.linear.rest @ found.plain.linear.rest)
-        known = {frozenset(one.model.names) for one in found.refits.values()}
-        promised = [
-            one for one in found.combined if whole - one.drop < left and frozenset(one.names) not in known
-        ]
-        tried: dict[tuple[str, ...], Fitted] = {}
-        self._try(found, tried, pairs(found.plain, table, promised, found.best.model.effects))
-        return self._taken(found, tried, asked)
-
-    def _rivalled(self, found: Selection) -> None:
-        """Put what nearly explained as much as each effect, when that was taken, beside the effects found since.
-
-        The alternatives to the effect that was taken last have been refitted beside all others already.
-        """
-        best = found.best
-        swapped: dict[frozenset[str], tuple[float, Model]] = {}
-        for name in best.model.names if len(best.model.effects) > 1 else ():
-            others = frozenset(best.model.names) - {name}
-            for fitted in found.refits.values():
-                near = self._nearly(found, fitted, name)
-                if near is None or others | {near.name} in {
-                    frozenset(one.model.names) for one in found.refits.values()
-                }:
-                    continue
-                kept = tuple(one for one in best.model.effects if one.name != name)
-                hoped = Hope(WORSE * float(best.linear.misfit @ best.linear.misfit), best.used)
-                model = replace(best.model, effects=(*kept, near), hoped=hoped)
-                swapped.setdefault(others | {near.name}, (fitted.chi_square, model))
-        tried: dict[tuple[str, ...], Fitted] = {}
-        self._try(
-            found, tried, [model for _, model in sorted(swapped.values(), key=lambda pair: pair[0])][:RIVALS]
-        )
-        self._taken(found, tried, STRONG)
-
-    def _nearly(self, found: Selection, fitted: Fitted, name: str) -> ActiveEffect | None:
-        """The one effect that a fit had in place of another one, if it explained nearly as much there."""
-        model, best = fitted.model, found.best.model
-        new = [one for one in model.effects if one.name not in best.names]
-        if len(new) != 1 or name in model.names or (model.law, model.fixed) != (best.law, best.fixed):
-            return None
-        kept = [one for one in model.names if one != new[0].name]
-        same = [
-            one.chi_square
-            for one in found.refits.values()
-            if sorted(one.model.names) == sorted([*kept, name]) and one.model.law == model.law
-        ]
-        without = [
-            one.chi_square
-            for one in found.refits.values()
-            if sorted(one.model.names) == sorted(kept) and one.model.law == model.law
-        ]
-        if not same or not without:
-            return None
-        fall, wanted = min(without) - fitted.chi_square, min(without) - min(same)
-        return new[0] if fall >= NEARLY * wanted else None
-
-    def _taken(self, found: Selection, tried: dict[tuple[str, ...], Fitted], asked: float) -> bool:
+    def take(self, found: Selection, tried: dict[tuple[str, ...], Fitted], asked: float) -> bool:
         """Take the best of the models tried that also predicts what was held out no worse; whether there was one."""
         found.refits |= {name: one for name, one in tried.items() if _better(one, found.refits.get(name))}
         for one in sorted(tried.values(), key=lambda one: one.bic()):
@@ -328,7 +209,7 @@ class Search:
         )
         return after > NO_WORSE * before and samples * (after**2 - before**2) > CHANCE_RISE
 
-    def _try(self, found: Selection, tried: dict[tuple[str, ...], Fitted], models: Sequence[Model]) -> None:
+    def refit(self, found: Selection, tried: dict[tuple[str, ...], Fitted], models: Sequence[Model]) -> None:
         """Refit models, and keep the best of each name."""
         for one in self._fitted(models, found.best.model.law):
             if one is not None and _better(one, tried.get(key(one.model, found.plain.model))):

@@ -1,4 +1,4 @@
-"""A pair of effects in the place of a stand-in and its partner; fits are numbers here, nothing is solved."""
+"""Models beside the path of one effect at a time; fits are numbers here, nothing is solved."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.diagnosis import selection
-from bushcli.diagnosis.selection import Search, Selection, _difference
+from bushcli.diagnosis import alternatives
+from bushcli.diagnosis.beginnings import REFITTED
+from bushcli.diagnosis.selected import Round, Selection
+from bushcli.diagnosis.selection import Search, _difference
 
 STAND_IN, TRUE = ("compressibility", "mullins"), ("cure_shrinkage", "mullins")
 
@@ -48,9 +50,9 @@ def asked(monkeypatch):
         seen.extend(models)
         return [fitted(names, 100.0 if set(names) == set(TRUE) else 900.0) for names in models]
 
-    monkeypatch.setattr(selection, "pairs", pairs)
-    monkeypatch.setattr(selection, "chi_square", lambda channels, factors: channels)
-    monkeypatch.setattr(selection, "at_noise", lambda one: one if one.chi_square <= 100.0 else None)
+    monkeypatch.setattr(alternatives, "pairs", pairs)
+    monkeypatch.setattr(alternatives, "chi_square", lambda channels, factors: channels)
+    monkeypatch.setattr(alternatives, "at_noise", lambda one: one if one.chi_square <= 100.0 else None)
     monkeypatch.setattr(Search, "_fitted", fits)
     monkeypatch.setattr(Search, "prediction", lambda self, found, one: float("nan"))
     return seen
@@ -63,14 +65,14 @@ def search():
 def state(at_hand, combined):
     plain, best = fitted((), 1000.0), fitted(STAND_IN, at_hand)
     found = Selection(plain, best, combined=tuple(combined))
-    found.tables.append(([], ()))
+    found.rounds.append(Round(plain, [], ()))
     found.refits = {(): plain, STAND_IN: best}
     return found
 
 
 def test_a_pair_that_promises_more_takes_the_place(asked):
     found = state(700.0, [combination(TRUE, 900.0), combination(STAND_IN, 850.0)])
-    assert search()._exchanged(found, 6.0)
+    assert alternatives.exchanged(search(), found, 6.0)
     assert set(found.best.model.names) == set(TRUE)
     assert asked == [TRUE]
     assert found.stages[-1][1].text.startswith("cure_shrinkage in place of compressibility")
@@ -78,21 +80,76 @@ def test_a_pair_that_promises_more_takes_the_place(asked):
 
 def test_one_that_promises_less_than_was_reached_is_not_refitted(asked):
     found = state(700.0, [combination(TRUE, 250.0)])
-    assert not search()._exchanged(found, 6.0)
+    assert not alternatives.exchanged(search(), found, 6.0)
     assert asked == []
 
 
 def test_nothing_is_exchanged_at_the_noise(asked):
     found = state(90.0, [combination(TRUE, 990.0)])
-    assert not search()._exchanged(found, 6.0)
+    assert not alternatives.exchanged(search(), found, 6.0)
     assert asked == []
 
 
 def test_a_worse_pair_is_kept_as_a_refit_only(asked):
     found = state(700.0, [combination(("debonding", "mullins"), 900.0)])
-    assert not search()._exchanged(found, 6.0)
+    assert not alternatives.exchanged(search(), found, 6.0)
     assert found.best.model.names == STAND_IN
     assert ("debonding", "mullins") in found.refits
+
+
+def left_over(monkeypatch, chi_square, rounds):
+    """Two effects at hand; every round promises something of the whole catalogue, one of it that little."""
+    names = [
+        "offset",
+        "batch_stiffness",
+        "viscoelasticity",
+        "friction",
+        "swaging",
+        "misalignment",
+        "time_lag",
+    ]
+    order = [*names[:REFITTED], "free_play", "cure_shrinkage", *names[REFITTED:]]
+
+    def singles(base, table, scores, count=REFITTED):
+        assert count is None
+        return [SimpleNamespace(models=[fitted((*base.model.names, name), 1.0).model]) for name in order]
+
+    monkeypatch.setattr(alternatives, "singles", singles)
+    monkeypatch.setattr(Search, "_fitted", lambda self, models, law: trying(models))
+    seen = []
+
+    def trying(models):
+        seen.extend(one.names for one in models)
+        return [fitted(one.names, 100.0 if set(one.names) == set(TRUE) else 900.0) for one in models]
+
+    found = state(chi_square, [])
+    found.rounds = [Round(fitted(names, 1000.0), [], ()) for names in rounds]
+    return found, seen
+
+
+def test_what_promised_little_is_refitted_where_two_effects_leave_more_than_noise(monkeypatch, asked):
+    found, seen = left_over(monkeypatch, 700.0, [(), ("mullins",), STAND_IN])
+    assert alternatives.leftover(search(), found, 6.0)
+    assert set(found.best.model.names) == set(TRUE)
+    # In pairs, and no more once one of them has reached the noise.
+    assert seen == [("mullins", "free_play"), ("mullins", "cure_shrinkage")]
+
+
+def test_what_is_left_over_beside_nothing_comes_last_and_is_limited(monkeypatch, asked):
+    found, seen = left_over(monkeypatch, 700.0, [(), ("friction",)])
+    found.refits[("friction", "swaging")] = fitted(("friction", "swaging"), 900.0)
+    assert not alternatives.leftover(search(), found, 6.0)
+    assert found.best.model.names == STAND_IN
+    beside, alone = [one for one in seen if len(one) == 2], [one for one in seen if len(one) == 1]
+    assert seen == [*beside, *alone]
+    assert beside == [("friction", n) for n in ("free_play", "cure_shrinkage", "misalignment", "time_lag")]
+    assert len(alone) == len(beside) + 1 <= alternatives.LEFT
+
+
+def test_nothing_is_left_over_at_the_noise(monkeypatch, asked):
+    found, seen = left_over(monkeypatch, 90.0, [(), ("mullins",)])
+    assert not alternatives.leftover(search(), found, 6.0)
+    assert seen == []
 
 
 def test_what_changes_from_one_model_to_another_is_told():
@@ -104,7 +161,9 @@ def test_what_changes_from_one_model_to_another_is_told():
 
 def rivalled(monkeypatch, asked, third):
     """Stiffness of sleeve and rig alike, both then refitted beside a misalignment; `third` explained less."""
-    monkeypatch.setattr(selection, "replace", lambda model, **new: tuple(one.name for one in new["effects"]))
+    monkeypatch.setattr(
+        alternatives, "replace", lambda model, **new: tuple(one.name for one in new["effects"])
+    )
     plain, sleeve = fitted((), 1000.0), fitted(("sleeve_compliance",), 600.0)
     best = fitted(("sleeve_compliance", "misalignment"), 120.0)
     found = Selection(plain, best)
@@ -112,7 +171,7 @@ def rivalled(monkeypatch, asked, third):
     for one in best, rig, other:
         one.linear.misfit, one.model.terms = one.linear.rest, None
     found.refits = {one.model.names: one for one in (plain, sleeve, rig, other, best)}
-    search()._rivalled(found)
+    alternatives.rivalled(search(), found)
     return found
 
 

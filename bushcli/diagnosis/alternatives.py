@@ -1,0 +1,117 @@
+"""Models beside the path of the search: one effect at a time may go astray, or hide a rival.
+
+A stand-in may be taken for two effects that act together; what promised little to first order may be what is missing;
+and what nearly explained as much as the effect taken is its rival beside all effects found later.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from bushcli.diagnosis.beginnings import REFITTED, pairs, singles
+from bushcli.diagnosis.model import Fitted, Hope, Model, chi_square
+from bushcli.diagnosis.rivals import STRONG
+from bushcli.diagnosis.selected import Selection, at_noise, key
+from bushcli.effect import ActiveEffect
+
+if TYPE_CHECKING:
+    from bushcli.diagnosis.selection import Search
+
+# Share of the fall of chi square by an effect from which on another effect had nearly the same, and how many of these
+# are refitted in its place beside what was found since. Their start may be worse by such a factor.
+NEARLY, RIVALS, WORSE = 0.7, 3, 1.5
+# Effects beyond the most promising that are refitted beside a model, and how many before it is asked whether that did.
+LEFT, AT_ONCE = 6, 2
+
+
+def exchanged(search: Search, found: Selection, asked: float) -> bool:
+    """Put a pair of effects in place of those at hand; whether one was better.
+
+    One effect at a time does not find two that act together where a third one stands for part of both. Beside the
+    plain law, first order may promise more of the two than the model at hand has brought.
+    """
+    if at_noise(found.best) is not None:
+        return False
+    table = found.rounds[0].table
+    left = chi_square(found.best.channels, found.plain.used)
+    whole = float(found.plain.linear.rest @ found.plain.linear.rest)
+    known = {frozenset(one.model.names) for one in found.refits.values()}
+    promised = [
+        one for one in found.combined if whole - one.drop < left and frozenset(one.names) not in known
+    ]
+    tried: dict[tuple[str, ...], Fitted] = {}
+    search.refit(found, tried, pairs(found.plain, table, promised, found.best.model.effects))
+    return search.take(found, tried, asked)
+
+
+def leftover(search: Search, found: Selection, asked: float) -> bool:
+    """Refit what promised less than the few that are refitted in each round; whether one was better.
+
+    Two effects that act upon each other may be far from what derivatives promise of the second beside the first: the
+    shrinkage of a ring that is bonded all over only stiffens, and of one that is debonded at an end shifts the force.
+    """
+    for one in reversed(found.rounds):
+        if len(one.base.model.effects) > 1:
+            continue
+        if at_noise(found.best) is not None:
+            return False
+        begun = singles(one.base, one.table, one.scores, count=None)[REFITTED:]
+        models = [m for b in begun for m in b.models if key(m, found.plain.model) not in found.refits][:LEFT]
+        tried: dict[tuple[str, ...], Fitted] = {}
+        for i in range(0, len(models), AT_ONCE):
+            search.refit(found, tried, models[i : i + AT_ONCE])
+            if any(at_noise(fitted) is not None for fitted in tried.values()):
+                break
+        if search.take(found, tried, asked):
+            return True
+    return False
+
+
+def rivalled(search: Search, found: Selection) -> None:
+    """Put what nearly explained as much as each effect, when that was taken, beside the effects found since.
+
+    The alternatives to the effect that was taken last have been refitted beside all others already.
+    """
+    best = found.best
+    swapped: dict[frozenset[str], tuple[float, Model]] = {}
+    for name in best.model.names if len(best.model.effects) > 1 else ():
+        others = frozenset(best.model.names) - {name}
+        for fitted in found.refits.values():
+            near = _nearly(found, fitted, name)
+            if near is None or others | {near.name} in {
+                frozenset(one.model.names) for one in found.refits.values()
+            }:
+                continue
+            kept = tuple(one for one in best.model.effects if one.name != name)
+            hoped = Hope(WORSE * float(best.linear.misfit @ best.linear.misfit), best.used)
+            model = replace(best.model, effects=(*kept, near), hoped=hoped)
+            swapped.setdefault(others | {near.name}, (fitted.chi_square, model))
+    tried: dict[tuple[str, ...], Fitted] = {}
+    search.refit(
+        found, tried, [model for _, model in sorted(swapped.values(), key=lambda pair: pair[0])][:RIVALS]
+    )
+    search.take(found, tried, STRONG)
+
+
+def _nearly(found: Selection, fitted: Fitted, name: str) -> ActiveEffect | None:
+    """The one effect that a fit had in place of another one, if it explained nearly as much there."""
+    model, best = fitted.model, found.best.model
+    new = [one for one in model.effects if one.name not in best.names]
+    if len(new) != 1 or name in model.names or (model.law, model.fixed) != (best.law, best.fixed):
+        return None
+    kept = [one for one in model.names if one != new[0].name]
+    same = [
+        one.chi_square
+        for one in found.refits.values()
+        if sorted(one.model.names) == sorted([*kept, name]) and one.model.law == model.law
+    ]
+    without = [
+        one.chi_square
+        for one in found.refits.values()
+        if sorted(one.model.names) == sorted(kept) and one.model.law == model.law
+    ]
+    if not same or not without:
+        return None
+    fall, wanted = min(without) - fitted.chi_square, min(without) - min(same)
+    return new[0] if fall >= NEARLY * wanted else None

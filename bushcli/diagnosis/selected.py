@@ -1,0 +1,86 @@
+"""What a search has found so far: the models, how it came from one to the next, and what each round promised."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bushcli.diagnosis.criterion import NoiseTest, noise_test
+from bushcli.diagnosis.held_out import HeldOut
+from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.noise_model import Compared
+from bushcli.diagnosis.result import Stage
+from bushcli.diagnosis.rivals import Combination
+from bushcli.diagnosis.score import Candidate, Score
+from bushcli.effect import full_name
+
+# Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
+# the literature accepts of a model is far above it.
+AT_NOISE = 1.05
+
+
+@dataclass(frozen=True)
+class Round:
+    """What was promised beside a model.
+
+    Attributes
+    ----------
+    base : Fitted
+    table : list of Candidate
+    scores : tuple of Score
+    """
+
+    base: Fitted
+    table: list[Candidate]
+    scores: tuple[Score, ...]
+
+
+@dataclass
+class Selection:
+    """What the search has found so far.
+
+    Attributes
+    ----------
+    plain, best : Fitted
+        The plain law, and the model at hand.
+    stages : list of (tuple of str, Stage)
+        Each with its model's `structure`.
+    rounds : list of Round
+        The first beside the plain law.
+    refits : dict
+        Names of effects (and "law: ...") -> fit, of all models that were refitted.
+    combined : tuple of Combination
+        Effects and pairs of them to first order beside the plain law.
+    held : tuple of HeldOut
+    predictions, foretold : dict
+        By `structure`, of models fitted without what is held out: misfit over noise on that, and all samples as they
+        foretell them.
+    """
+
+    plain: Fitted
+    best: Fitted
+    stages: list[tuple[tuple[str, ...], Stage]] = field(default_factory=list)
+    rounds: list[Round] = field(default_factory=list)
+    refits: dict[tuple[str, ...], Fitted] = field(default_factory=dict)
+    combined: tuple[Combination, ...] = ()
+    held: tuple[HeldOut, ...] = ()
+    predictions: dict[tuple[str, ...], float] = field(default_factory=dict)
+    foretold: dict[tuple[str, ...], tuple[Compared, ...] | None] = field(default_factory=dict)
+
+
+def key(model: Model, plain: Model) -> tuple[str, ...]:
+    """Name of a model: its effects, and its law where that is not the plain one."""
+    names = tuple(sorted(model.names))
+    if model.law != plain.law:
+        return (f"law: {model.law}", *names)
+    return (*names, "law: refitted") if plain.fixed and not model.fixed else names
+
+
+def structure(model: Model, plain: Model) -> tuple[str, ...]:
+    """Name of a model that also tells the number of an effect's branches: with the parameters of its effects."""
+    return (*key(model, plain), *(full_name(e.effect, p) for e in model.effects for p in e.parameters))
+
+
+def at_noise(found: Fitted) -> NoiseTest | None:
+    """The test by which the misfit is noise; None where it is not."""
+    test = noise_test(found.judged, len(found.x))
+    return test if test.is_noise or found.size <= AT_NOISE else None
