@@ -65,6 +65,9 @@ class EffectParameter:
     of_channel : bool
         Whether the parameter is a displacement (mm), a force (N) or a stiffness (N/mm) of the channel: in a
         rotational mode it is then an angle, a moment or N mm per angle; degrees in the case file, rad inside.
+    share : float
+        Of a parameter of a channel, a typical value over the largest displacement, force or their quotient that is
+        recorded there, whichever has its unit.
     of_mesh : bool
         Whether it is a dimension of the mesh: a model is built for its value, there is no derivative by it, and a fit
         holds it.
@@ -83,6 +86,7 @@ class EffectParameter:
     sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
     of_channel: bool = False
+    share: float = 0.0
     of_mesh: bool = False
 
     def admits(self, value: float) -> bool:

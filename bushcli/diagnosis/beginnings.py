@@ -14,6 +14,7 @@ from bushcli.diagnosis import any_law
 from bushcli.diagnosis.model import Fitted, Hope, Model
 from bushcli.diagnosis.rivals import Combination
 from bushcli.diagnosis.score import Candidate, Score
+from bushcli.diagnosis.usual import usual_value
 from bushcli.effect import ActiveEffect, effects, full_name
 from forms.law import laws
 
@@ -153,6 +154,7 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, drop: float)
     effect = effects()[one.name]
     present = next((e for e in model.effects if e.name == one.name), None)
     known: dict[str, float] = dict(present.values) if present is not None else {}
+    recordings = [channel.recording for channel in fitted.channels]
     columns_ = fitted.linear.left(one.columns[point])
     size = np.maximum(np.sum(columns_**2, axis=0), 1e-300)
     asked = -(columns_.T @ fitted.linear.rest) / size
@@ -166,9 +168,10 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, drop: float)
         for name, value, sign in zip(one.amplitudes, asked, one.signs, strict=True):
             parameter = effect.parameter(name)
             amplitude = float(parameter.off or 0.0) + (max(value, 0.0) if sign > 0 else value)
-            amplitude = float(np.clip(amplitude, -most * abs(parameter.start), most * abs(parameter.start)))
+            usual = usual_value(effect, parameter, recordings)
+            amplitude = float(np.clip(amplitude, -most * abs(usual), most * abs(usual)))
             if amplitude == parameter.off:
-                amplitude = parameter.start
+                amplitude = usual
             values[name] = float(np.clip(amplitude, parameter.lower, parameter.upper))
         return values | dict(one.points[point])
 

@@ -18,6 +18,7 @@ from bushcli.casefile import Case
 from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.score import Candidate
+from bushcli.diagnosis.usual import usual_size, usual_value
 from bushcli.effect import ActiveEffect, Effect, EffectParameter, full_name
 from bushcli.inverse.channel import Channel
 from cases.march import NotConverged
@@ -79,7 +80,7 @@ def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str
 
     def values(parameter: EffectParameter) -> list[float]:
         if not parameter.scan or parameter.of_mesh:
-            return [parameter.start]
+            return [usual_value(effect, parameter, [c.recording for c in acting])]
         # A grid of stresses is meant for a rubber of about 1 MPa.
         scale = shear if parameter.unit == "MPa" else scales[parameter.scale]
         grid = [float(np.clip(v * scale, parameter.lower, parameter.upper)) for v in parameter.scan]
@@ -233,7 +234,7 @@ def candidate(
         columns=tuple(weighing.columns(fitted.channels, fitted.used, c) for _, c in usable),
         points=tuple(t.shape for t, _ in usable),
         signs=tuple(1 if p.off == p.lower else 0 for p in parameters),
-        typical=tuple(p.start - float(p.off or 0.0) for p in parameters),
+        typical=tuple(usual_size(effect, p, [c.recording for c in fitted.channels]) for p in parameters),
         sizes=tuple(t.size for t, _ in usable),
     )
 

@@ -36,6 +36,7 @@ from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.say import paragraph, plausibility
 from bushcli.diagnosis.selected import Selection, at_noise, key, structure
 from bushcli.diagnosis.selection import Progress, Search
+from bushcli.diagnosis.usual import usual_size
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import effects as catalogue
 from bushcli.effect import full_name
@@ -131,7 +132,7 @@ def diagnose(
     location = locate(plain.judged)
     remaining = locate(found.best.judged)
     verdict = _verdict(found)
-    named = _named(bare, found)
+    named = _named(found)
     diagnosis = Diagnosis(
         case=case,
         verdict=verdict,
@@ -252,7 +253,7 @@ def _quantities(fitted: Fitted) -> dict[str, Quantity]:
     return found
 
 
-def _named(case: Case, found: Selection) -> tuple[Named, ...]:
+def _named(found: Selection) -> tuple[Named, ...]:
     """The effects of the final model, each with what BIC loses without it."""
     quantities, named = _quantities(found.best), []
     for one in found.best.model.effects:
@@ -264,7 +265,7 @@ def _named(case: Case, found: Selection) -> tuple[Named, ...]:
             for p in one.parameters
             if full_name(one.effect, p) in quantities
         }
-        plausible, remark = plausibility(one, case)
+        plausible, remark = plausibility(one, [c.recording for c in found.plain.channels])
         named.append(
             Named(one.name, one.effect.summary, own, other.bic() - found.best.bic(), plausible, remark)
         )
@@ -285,8 +286,8 @@ def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
     if not chosen:
         # Nothing is missing that these recordings could show; what they could not show may still be there.
         for score in found.rounds[0].scores if found.rounds else ():
-            parameter = catalogue()[score.name].amplitudes[0]
-            typical = abs(parameter.start - float(parameter.off or 0.0))
+            effect = catalogue()[score.name]
+            typical = usual_size(effect, effect.amplitudes[0], [c.recording for c in found.plain.channels])
             unknowns = len(score.amplitude) + len(score.shape)
             price = unknowns * float(np.log(max(found.plain.samples, 2.0))) - score.drop
             if not score.testable or score.hidden > SEEN / 3.0 * typical or price < BARE:

@@ -18,9 +18,10 @@ from bushcli.diagnosis.result import NextTest
 from bushcli.diagnosis.rivals import TOLD_APART
 from bushcli.diagnosis.say import label
 from bushcli.diagnosis.selected import Selection
+from bushcli.diagnosis.usual import usual_value
 from bushcli.diagnosis.workers import Workers
 from bushcli.direct import rubber_of
-from bushcli.effect import ActiveEffect, acting, effects, full_name
+from bushcli.effect import ActiveEffect, Effect, acting, effects, full_name
 from bushcli.simulation import Simulation
 from cases.march import NotConverged
 from cases.mode import modes
@@ -91,13 +92,20 @@ def _models(found: Selection, rivals: Sequence[tuple[str, ...]]) -> dict[str, tu
         if names == tuple(found.best.model.names):
             refit = found.best
         if refit is None:
-            added = [ActiveEffect(effects()[name]).started() for name in names if name in effects()]
+            added = [_usual(effects()[name], found) for name in names if name in effects()]
             if len(added) != len(names):
                 continue
             made[label(names)] = (replace(found.plain.model, effects=tuple(added)), found.plain)
         else:
             made[label(names)] = (refit.model, refit)
     return made
+
+
+def _usual(effect: Effect, found: Selection) -> ActiveEffect:
+    recordings = [channel.recording for channel in found.plain.channels]
+    return ActiveEffect(
+        effect, {p.name: usual_value(effect, p, recordings) for p in effect.parameters if not p.optional}
+    )
 
 
 def _menu(case: Case, found: Selection, recorded: bool) -> list[Proposal]:

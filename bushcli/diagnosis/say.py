@@ -6,28 +6,28 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bushcli.casefile import Case
 from bushcli.diagnosis.result import Diagnosis, Named, Quantity
+from bushcli.diagnosis.usual import usual_value
 from bushcli.diagnosis.words import sentences
 from bushcli.effect import ActiveEffect, effects
+from bushcli.recording import Recording
 
 # An amplitude beyond this many times an ordinary one is remarkable, and so is a parameter at its bound.
 REMARKABLE = 20.0
 AT_BOUND = 1e-3
 
 
-def plausibility(active: ActiveEffect, case: Case) -> tuple[bool, str]:
+def plausibility(active: ActiveEffect, recordings: Sequence[Recording]) -> tuple[bool, str]:
     """Whether an effect's identified values are those of a real bushing, and why not."""
-    del case
     for parameter in active.effect.amplitudes:
         if parameter.name not in active.values:
             continue
         value, off = active.values[parameter.name], float(parameter.off or 0.0)
-        size, ordinary = abs(value - off), abs(parameter.start - off)
-        if size > REMARKABLE * ordinary:
+        usual = usual_value(active.effect, parameter, recordings)
+        if abs(value - off) > REMARKABLE * abs(usual - off):
             return False, (
                 f"{parameter.name} = {value:.3g} {parameter.unit} is more than {REMARKABLE:g} times what is usual "
-                f"({parameter.start:g})"
+                f"({usual:.3g})"
             )
     for parameter in active.parameters:
         value = active.values[parameter.name]

@@ -25,7 +25,9 @@ EFFECT = Effect(
     summary="A one-sided stop engages after a gap: a knee in the curve.",
     acts="rig",
     parameters=(
-        EffectParameter("stiffness", "N/mm", "of the stop", 100.0, 0.0, 1e10, off=0.0, of_channel=True),
+        EffectParameter(
+            "stiffness", "N/mm", "of the stop", 100.0, 0.0, 1e10, off=0.0, of_channel=True, share=0.3
+        ),
         EffectParameter(
             "gap",
             "mm",
@@ -36,6 +38,7 @@ EFFECT = Effect(
             scan=(-0.9, -0.7, -0.5, 0.5, 0.7, 0.9),
             scale="amplitude",
             of_channel=True,
+            share=0.7,
         ),
     ),
     needs="travel to both sides of the knee",

@@ -28,7 +28,9 @@ EFFECT = Effect(
     summary="A dead band about zero: the rig moves before the bushing does.",
     acts="rig",
     parameters=(
-        EffectParameter("half_width", "mm", "of the dead band", 0.05, 0.0, 100.0, off=0.0, of_channel=True),
+        EffectParameter(
+            "half_width", "mm", "of the dead band", 0.05, 0.0, 100.0, off=0.0, of_channel=True, share=0.01
+        ),
     ),
     needs="dense samples about zero, on both sides of it",
     rivals=("offset",),

@@ -27,9 +27,11 @@ EFFECT = Effect(
     summary="Force and displacement do not read zero at rest.",
     acts="rig",
     parameters=(
-        EffectParameter("force", "N", "logged without load", 1.0, -1e7, 1e7, off=0.0, of_channel=True),
         EffectParameter(
-            "displacement", "mm", "logged at rest", 0.01, -100.0, 100.0, off=0.0, of_channel=True
+            "force", "N", "logged without load", 1.0, -1e7, 1e7, off=0.0, of_channel=True, share=0.002
+        ),
+        EffectParameter(
+            "displacement", "mm", "logged at rest", 0.01, -100.0, 100.0, off=0.0, of_channel=True, share=0.002
         ),
     ),
     needs="curvature that differs between + and - tells the two apart; two amplitudes tell them from permanent set",

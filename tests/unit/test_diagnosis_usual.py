@@ -1,0 +1,62 @@
+"""Typical values of what belongs to a channel go by what is recorded there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bushcli.diagnosis.say import plausibility
+from bushcli.diagnosis.usual import usual_size, usual_value
+from bushcli.effect import ActiveEffect, effects
+from bushcli.recording import Recording
+
+
+def recording(mode, displacement, force):
+    share = np.linspace(-0.5, 1.0, 30)
+    return Recording(mode=mode, displacement=displacement * share, force=force * share)
+
+
+AXIAL, RADIAL = recording("axial", 5.0, 1500.0), recording("radial", 0.8, 24000.0)
+
+
+def usual(name, parameter, *recordings):
+    effect = effects()[name]
+    return usual_value(effect, effect.parameter(parameter), recordings)
+
+
+def test_a_stop_is_as_stiff_as_the_channel_is():
+    assert usual("bump_stop", "stiffness", AXIAL) == pytest.approx(0.3 * 1500.0 / 5.0)
+    assert usual("bump_stop", "stiffness", RADIAL) == pytest.approx(0.3 * 24000.0 / 0.8)
+    assert usual("bump_stop", "gap", RADIAL) == pytest.approx(0.7 * 0.8)
+
+
+def test_of_several_channels_the_largest_counts():
+    assert usual("offset", "force", AXIAL, RADIAL) == usual("offset", "force", RADIAL)
+    assert usual("offset", "displacement", AXIAL, RADIAL) == usual("offset", "displacement", AXIAL)
+
+
+def test_what_is_of_the_rubber_or_the_bushing_does_not_go_by_the_recording():
+    for name in ("mullins", "rig_compliance", "cure_shrinkage", "misalignment"):
+        for parameter in effects()[name].parameters:
+            assert usual(name, parameter.name, RADIAL) == parameter.start
+    effect = effects()["batch_stiffness"]
+    assert usual_size(effect, effect.amplitudes[0], [AXIAL]) == abs(effect.amplitudes[0].start)
+
+
+def test_every_parameter_of_a_channel_that_tells_its_unit_has_a_share():
+    """Else its typical value would be one for all channels, in N or N mm alike."""
+    for effect in effects().values():
+        for parameter in effect.parameters:
+            if parameter.of_channel:
+                assert parameter.share > 0.0, f"{effect.name}.{parameter.name}"
+                assert usual_value(effect, parameter, [AXIAL]) > 0.0
+            else:
+                assert parameter.share == 0.0
+
+
+def test_a_stop_as_stiff_as_a_bushing_across_is_plausible_there_only():
+    stop = ActiveEffect(effects()["bump_stop"], {"stiffness": 30000.0, "gap": 0.5})
+    assert plausibility(stop, [RADIAL])[0]
+    fine, remark = plausibility(stop, [AXIAL])
+    assert not fine
+    assert "more than 20 times what is usual (90)" in remark
