@@ -154,7 +154,9 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, drop: float)
     effect = effects()[one.name]
     present = next((e for e in model.effects if e.name == one.name), None)
     known: dict[str, float] = dict(present.values) if present is not None else {}
-    recordings = [channel.recording for channel in fitted.channels]
+    channels = present.channels if present is not None else one.channels_at(point)
+    there = [channel.recording for channel in fitted.channels]
+    recordings = [recording for recording in there if channels is None or recording.name in channels]
     columns_ = fitted.linear.left(one.columns[point])
     size = np.maximum(np.sum(columns_**2, axis=0), 1e-300)
     asked = -(columns_.T @ fitted.linear.rest) / size
@@ -175,7 +177,6 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, drop: float)
             values[name] = float(np.clip(amplitude, parameter.lower, parameter.upper))
         return values | dict(one.points[point])
 
-    channels = present.channels if present is not None else None
     active = ActiveEffect(effect, sized(MOST), channels).started()
     smaller = [ActiveEffect(effect, sized(most), channels).started() for most in RETREATS]
     named = [{full_name(effect, p): e.values[p.name] for p in e.parameters} for e in smaller]

@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 from bushcli.casefile import Case
 from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.score import Candidate
 from bushcli.diagnosis.usual import usual_size, usual_value
 from bushcli.effect import ActiveEffect, Effect, EffectParameter, full_name
 from bushcli.inverse.channel import Channel
+from bushcli.recording import Recording
 from cases.march import NotConverged
 from geometry.ring import Ring
 
@@ -68,11 +70,39 @@ def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str
     chosen = _parameters(effect, present)
     if not chosen:
         return [], "it is in the model already"
-    times = [c.recording.time for c in acting if c.recording.time is not None]
+    found = []
+    for rig in rigs(effect, acting) if present is None else [present.channels]:
+        there = [c.recording for c in acting if rig is None or c.recording.name in rig]
+        found += _grid(case, model, effect, chosen, present, rig, there)
+    return found, "" if found else "it is in the model already"
+
+
+def rigs(effect: Effect, acting: Sequence[Compared]) -> list[tuple[str, ...] | None]:
+    """Names of the channels that have an effect at a time; None = all that it acts on.
+
+    What is offset, stopped or loose belongs to the rig of one mode: another one has another fixture and load cell.
+    """
+    found = dict.fromkeys(c.recording.mode for c in acting)
+    if len(found) < 2 or not any(p.of_channel for p in effect.parameters):
+        return [None]
+    return [tuple(c.recording.name for c in acting if c.recording.mode == mode) for mode in found]
+
+
+def _grid(
+    case: Case,
+    model: Model,
+    effect: Effect,
+    chosen: Sequence[EffectParameter],
+    present: ActiveEffect | None,
+    rig: tuple[str, ...] | None,
+    recordings: Sequence[Recording],
+) -> list[Trial]:
+    """All points of the grid on some channels."""
+    times = [one.time for one in recordings if one.time is not None]
     scales = {
         "": 1.0,
         "duration": max((float(t[-1] - t[0]) for t in times), default=1.0),
-        "amplitude": max(float(np.abs(c.recording.displacement).max()) for c in acting),
+        "amplitude": max(float(np.abs(one.displacement).max()) for one in recordings),
     }
     shear = _shear(model, case)
     amplitudes = tuple(p for p in chosen if p.off is not None)
@@ -80,7 +110,7 @@ def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str
 
     def values(parameter: EffectParameter) -> list[float]:
         if not parameter.scan or parameter.of_mesh:
-            return [usual_value(effect, parameter, [c.recording for c in acting])]
+            return [usual_value(effect, parameter, recordings)]
         # A grid of stresses is meant for a rubber of about 1 MPa.
         scale = shear if parameter.unit == "MPa" else scales[parameter.scale]
         grid = [float(np.clip(v * scale, parameter.lower, parameter.upper)) for v in parameter.scan]
@@ -91,13 +121,13 @@ def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str
         shape = dict(zip((p.name for p in shapes), point, strict=True))
         off = {p.name: float(p.off or 0.0) for p in amplitudes}
         before = {} if present is None else dict(present.values)
-        active = ActiveEffect(effect, before | off | shape, present.channels if present else None)
+        active = ActiveEffect(effect, before | off | shape, rig)
         names = tuple(p.name for p in amplitudes)
         sizes: list[float | None] = [None]
         if amplitudes[0].sizes and isinstance(case.geometry, Ring):
             sizes = [share * case.geometry.thickness for share in amplitudes[0].sizes]
         found += [Trial(effect, active, names, shape, size) for size in sizes]
-    return found, "" if found else "it is in the model already"
+    return found
 
 
 def _parameters(effect: Effect, present: ActiveEffect | None) -> tuple[EffectParameter, ...]:
@@ -236,6 +266,7 @@ def candidate(
         signs=tuple(1 if p.off == p.lower else 0 for p in parameters),
         typical=tuple(usual_size(effect, p, [c.recording for c in fitted.channels]) for p in parameters),
         sizes=tuple(t.size for t, _ in usable),
+        channels=tuple(t.active.channels for t, _ in usable),
     )
 
 

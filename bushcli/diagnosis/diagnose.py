@@ -231,9 +231,10 @@ def _quantities(fitted: Fitted) -> dict[str, Quantity]:
     units: dict[str, tuple[str, str, tuple[str, str] | None]] = {
         p.name: (p.unit, p.meaning, None) for p in law(fitted.model.law).parameters
     }
-    ranges = {}
+    ranges, channels = {}, {}
     for one in fitted.model.effects:
         for p in one.parameters:
+            channels[full_name(one.effect, p)] = one.channels
             units[full_name(one.effect, p)] = (p.unit, p.meaning, p.reciprocal)
             ranges[full_name(one.effect, p)] = (p.lower, p.upper)
     found = {}
@@ -249,6 +250,7 @@ def _quantities(fitted: Fitted) -> dict[str, Quantity]:
             max(low, value - CONFIDENCE * std),
             min(high, value + CONFIDENCE * std),
             derived,
+            channels.get(name),
         )
     return found
 
@@ -265,9 +267,19 @@ def _named(found: Selection) -> tuple[Named, ...]:
             for p in one.parameters
             if full_name(one.effect, p) in quantities
         }
-        plausible, remark = plausibility(one, [c.recording for c in found.plain.channels])
+        recordings = [channel.recording for channel in found.plain.channels]
+        there = [r for r in recordings if one.channels is None or r.name in one.channels]
+        plausible, remark = plausibility(one, there)
         named.append(
-            Named(one.name, one.effect.summary, own, other.bic() - found.best.bic(), plausible, remark)
+            Named(
+                one.name,
+                one.effect.summary,
+                own,
+                other.bic() - found.best.bic(),
+                plausible,
+                remark,
+                one.channels,
+            )
         )
     return tuple(sorted(named, key=lambda item: -item.evidence))
 

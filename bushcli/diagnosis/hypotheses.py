@@ -28,6 +28,7 @@ def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
                 bic=float("nan") if refit is None else refit.bic() - plain,
                 misfit=float("nan") if refit is None else refit.size,
                 chosen=score.name in found.best.model.names,
+                channels=score.channels,
             )
         )
     for name, refit in found.refits.items():

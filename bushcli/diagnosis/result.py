@@ -32,6 +32,8 @@ class Quantity:
         95 % interval.
     derived : mapping
         The same under the name by which the field knows it, such as {"r": (3.2, "1")}; empty where there is none.
+    channels : tuple of str, optional
+        Names of those that have its effect; None = all that it acts on.
     """
 
     value: float
@@ -41,6 +43,7 @@ class Quantity:
     lower: float
     upper: float
     derived: Mapping[str, tuple[float, str]] = field(default_factory=dict)
+    channels: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,8 @@ class Named:
     plausible : bool
     remark : str
         Why it is or is not plausible, or what else to know.
+    channels : tuple of str, optional
+        Names of those that have it, as the rig of one mode; None = all that it acts on.
     """
 
     name: str
@@ -65,6 +70,12 @@ class Named:
     evidence: float
     plausible: bool
     remark: str = ""
+    channels: tuple[str, ...] | None = None
+
+    @property
+    def label(self) -> str:
+        """Its name, with the channels that have it where not all of them have: "offset (axial)"."""
+        return self.name if self.channels is None else f"{self.name} ({', '.join(self.channels)})"
 
 
 @dataclass(frozen=True)
@@ -91,6 +102,8 @@ class Hypothesis:
     misfit : float
         Root mean square misfit over the noise after the refit, NaN likewise.
     chosen : bool
+    channels : tuple of str, optional
+        Names of those that have it in the score test; None = all that it acts on.
     """
 
     name: str
@@ -104,6 +117,7 @@ class Hypothesis:
     bic: float = float("nan")
     misfit: float = float("nan")
     chosen: bool = False
+    channels: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from bushcli.diagnosis.result import Diagnosis, Named, Quantity
+from bushcli.casefile.unit import outside, unit
+from bushcli.diagnosis.result import Diagnosis, Quantity
 from bushcli.diagnosis.usual import usual_value
 from bushcli.diagnosis.words import sentences
-from bushcli.effect import ActiveEffect, effects
+from bushcli.effect import ActiveEffect, EffectParameter, effects
 from bushcli.recording import Recording
+from cases.mode import modes
 
 # An amplitude beyond this many times an ordinary one is remarkable, and so is a parameter at its bound.
 REMARKABLE = 20.0
@@ -46,7 +49,7 @@ def paragraph(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict != "explained":
         parts += [f"{one[:1].upper()}{one[1:].rstrip('.')}." for one in sentences(diagnosis.location)[:2]]
     if diagnosis.effects:
-        parts.append(_effects(diagnosis.effects))
+        parts.append(_effects(diagnosis))
         parts.append(_gain(diagnosis))
         parts += [f"{one.name}: {one.remark}." for one in diagnosis.effects if not one.plausible]
     elif diagnosis.verdict == "law_too_poor":
@@ -85,20 +88,35 @@ def _opening(diagnosis: Diagnosis) -> str:
     return f"{origin}, leaves out {names}."
 
 
-def _effects(named: Sequence[Named]) -> str:
+def _effects(diagnosis: Diagnosis) -> str:
     told = []
-    for one in named:
-        values = ", ".join(_value(name, quantity) for name, quantity in one.parameters.items())
-        told.append(f"{one.summary.rstrip('.')} ({one.name}: {values}).")
+    for one in diagnosis.effects:
+        having = [c for c in diagnosis.channels if effects()[one.name].acts_on(c.mode)]
+        turned = any(
+            modes()[c.mode].rotational for c in having if one.channels is None or c.name in one.channels
+        )
+        values = ", ".join(
+            _value(name, _at_the_door(effects()[one.name].parameter(name), quantity, turned))
+            for name, quantity in one.parameters.items()
+        )
+        told.append(f"{one.summary.rstrip('.')} ({one.label}: {values}).")
     return " ".join(told)
 
 
+def _at_the_door(parameter: EffectParameter, quantity: Quantity, rotational: bool) -> Quantity:
+    """A parameter of a rotational channel in degrees; all others as they are."""
+    if not (parameter.of_channel and rotational):
+        return quantity
+    value, std = (outside(parameter, v, rotational) for v in (quantity.value, quantity.std))
+    return replace(quantity, value=value, std=std, unit=unit(parameter, rotational))
+
+
 def _value(name: str, quantity: Quantity) -> str:
-    unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+    unit_ = "" if quantity.unit == "1" else f" {quantity.unit}"
     for other, (value, other_unit) in quantity.derived.items():
         std = abs(value) * quantity.std / abs(quantity.value)
         return f"{other} = {value:.4g} ± {std:.2g}{'' if other_unit == '1' else ' ' + other_unit}"
-    return f"{name} = {quantity.value:.3g} ± {quantity.std:.2g}{unit}"
+    return f"{name} = {quantity.value:.3g} ± {quantity.std:.2g}{unit_}"
 
 
 def _gain(diagnosis: Diagnosis) -> str:

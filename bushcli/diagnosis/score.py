@@ -68,6 +68,8 @@ class Candidate:
         For each point of the grid, the first amplitude's finite size over which the change was taken.
     untestable : str
         Why it cannot be tested at all, such as a recording without time; no columns are needed then.
+    channels : tuple, optional
+        For each point of the grid, names of the channels that have the effect there, None where all have it.
     """
 
     name: str
@@ -78,6 +80,11 @@ class Candidate:
     typical: tuple[float, ...] | None = None
     sizes: tuple[float | None, ...] | None = None
     untestable: str = ""
+    channels: tuple[tuple[str, ...] | None, ...] | None = None
+
+    def channels_at(self, point: int) -> tuple[str, ...] | None:
+        """Names of the channels that have the effect at a point of the grid; None where all have it."""
+        return None if self.channels is None else self.channels[point]
 
     @property
     def unknowns(self) -> int:
@@ -121,6 +128,8 @@ class Score:
         The fall at every point of the grid.
     hidden : float
         As ``detectable``, at the point of the grid where that is largest.
+    channels : tuple of str, optional
+        Names of the channels that have the effect at the point; None where all have it.
     """
 
     name: str
@@ -139,6 +148,7 @@ class Score:
     detectable: float
     drops: Array
     hidden: float
+    channels: tuple[str, ...] | None = None
 
 
 def score(fit: Linearised, candidate: Candidate) -> Score:
@@ -191,6 +201,7 @@ def score(fit: Linearised, candidate: Candidate) -> Score:
         detectable=float(3.0 * std[0]),
         drops=drops,
         hidden=float(3.0 * max(_std(g)[0] for g in own)),
+        channels=candidate.channels_at(point),
     )
 
 

@@ -112,7 +112,8 @@ class Search:
         labels = [trial for _, grid, _ in asked for trial in grid]
 
         def told(i: int, answer: object) -> None:
-            shape = ", ".join(f"{k} {v:.3g}" for k, v in labels[i].shape.items())
+            point = (f"{k} {v:.3g}" for k, v in labels[i].shape.items())
+            shape = ", ".join((*point, *(labels[i].active.channels or ())))
             self.progress(
                 "screen", labels[i].effect.name, shape if answer is not None else f"{shape} cannot be solved"
             )
@@ -130,7 +131,8 @@ class Search:
 
         A law that was fitted beside an effect may not bear the bushing without it.
         """
-        what = (trial.effect.name, *trial.amplitudes, *sorted(trial.shape.items()), trial.size)
+        shape = sorted(trial.shape.items())
+        what = (trial.effect.name, *trial.amplitudes, *shape, trial.size, trial.active.channels)
         if found is not None:
             self._first.setdefault(what, found)
         return self._first.get(what)

@@ -55,7 +55,7 @@ def effect_lines(found: Diagnosis) -> list[str]:
         said = f"evidence {number(effect.evidence, 2)}, {strength(effect.evidence)}"
         doubt = "" if effect.plausible else "; not plausible"
         remark = f": {effect.remark}" if effect.remark else ""
-        lines.append(f"{effect.name}: {parameters_text(effect, found.channels)} ({said}{doubt}){remark}")
+        lines.append(f"{effect.label}: {parameters_text(effect, found.channels)} ({said}{doubt}){remark}")
     return lines
 
 

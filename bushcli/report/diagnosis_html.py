@@ -103,7 +103,7 @@ def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
 
 def _effects(found: Diagnosis) -> list[str]:
     """A paragraph per effect: what it is, and whether its parameters are plausible."""
-    return [f"{effect.name}: {_sentence(effect.summary)} {_plausible(effect)}" for effect in found.effects]
+    return [f"{effect.label}: {_sentence(effect.summary)} {_plausible(effect)}" for effect in found.effects]
 
 
 def _plausible(effect: Named) -> str:

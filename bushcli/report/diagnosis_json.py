@@ -88,6 +88,7 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
 def _effect(found: Diagnosis, effect: Named) -> dict[str, Any]:
     return {
         "name": effect.name,
+        "channels": None if effect.channels is None else list(effect.channels),
         "summary": effect.summary,
         "parameters": {
             name: _quantity(found, f"{effect.name}.{name}", quantity)
@@ -173,4 +174,5 @@ def _hypothesis(found: Diagnosis, one: Hypothesis) -> dict[str, Any]:
         "bic": one.bic,
         "misfit": one.misfit,
         "chosen": one.chosen,
+        "channels": None if one.channels is None else list(one.channels),
     }

@@ -21,7 +21,7 @@ def effect_table(found: Diagnosis) -> Table:
     rows: list[Row] = []
     for effect in found.effects:
         said = f"{number(effect.evidence, 2)} ({strength(effect.evidence)})"
-        first = [effect.name, said, "yes" if effect.plausible else "no"]
+        first = [effect.label, said, "yes" if effect.plausible else "no"]
         for name, quantity in effect.parameters.items():
             door = shown(f"{effect.name}.{name}", quantity, found.channels)
             rows.append(

@@ -94,7 +94,7 @@ def shown(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -
         Those of the diagnosis: a displacement of a rotational channel is an angle.
     """
     found = _parameter(name)
-    if found is not None and found.of_channel and _is_rotational(name, channels):
+    if found is not None and found.of_channel and _is_rotational(name, quantity, channels):
         ends = [outside(found, v, rotational=True) for v in (quantity.value, quantity.std)]
         ends += [outside(found, v, rotational=True) for v in (quantity.lower, quantity.upper)]
         return ShownQuantity(ends[0], ends[1], ends[2], ends[3], unit(found, rotational=True))
@@ -139,7 +139,8 @@ def amplitudes(hypothesis: Hypothesis, channels: Sequence[DiagnosedChannel]) -> 
         own = name.rpartition(".")[2]
         full = f"{hypothesis.name}.{own}"
         found = _parameter(full)
-        quantity = Quantity(value, math.nan, found.unit if found else "1", "", math.nan, math.nan)
+        unit_ = found.unit if found else "1"
+        quantity = Quantity(value, math.nan, unit_, "", math.nan, math.nan, channels=hypothesis.channels)
         doors[own] = shown(full, quantity, channels)
     return doors
 
@@ -147,7 +148,8 @@ def amplitudes(hypothesis: Hypothesis, channels: Sequence[DiagnosedChannel]) -> 
 def amplitude_text(hypothesis: Hypothesis, channels: Sequence[DiagnosedChannel]) -> str:
     """The same in a line: "inverse_r 0.28"."""
     doors = amplitudes(hypothesis, channels)
-    return ", ".join(f"{name} {number(door.value, 2)}{_tail(door.unit)}" for name, door in doors.items())
+    text = ", ".join(f"{name} {number(door.value, 2)}{_tail(door.unit)}" for name, door in doors.items())
+    return text + (f" ({', '.join(hypothesis.channels)})" if hypothesis.channels and text else "")
 
 
 def _parameter(name: str) -> EffectParameter | None:
@@ -157,9 +159,10 @@ def _parameter(name: str) -> EffectParameter | None:
     return next((p for p in effects()[effect].parameters if p.name == own), None)
 
 
-def _is_rotational(name: str, channels: Iterable[DiagnosedChannel]) -> bool:
-    effect = effects()[name.partition(".")[0]]
-    return any(effect.acts_on(channel.mode) and modes()[channel.mode].rotational for channel in channels)
+def _is_rotational(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> bool:
+    effect, of = effects()[name.partition(".")[0]], quantity.channels
+    acting = [one for one in channels if effect.acts_on(one.mode) and (of is None or one.name in of)]
+    return any(modes()[one.mode].rotational for one in acting)
 
 
 def _degrees(of: str) -> tuple[float, str]:

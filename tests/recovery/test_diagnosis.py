@@ -127,6 +127,32 @@ def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_p
     assert abs(length.value - 3.0) < 3 * length.std < 3.0
 
 
+def test_what_is_loose_in_one_rig_is_found_beside_a_recording_of_another(tmp_path: Path) -> None:
+    """The axial rig has a play; torsion was recorded in another rig, in N mm over degrees."""
+    whole = case(tmp_path, {"free_play": {"half_width": 0.12}})
+    time, q = path()
+    turn = np.radians(2.0) * q
+    body = Rubber(law("yeoh"), YEOH, 2000.0)
+    answer = Simulation(
+        whole.geometry, modes()["torsional"], body, whole.mesh.refinement, (), time, turn, None
+    ).solve(YEOH)
+    moment = answer.force + NOISE * np.ptp(answer.force) * np.random.default_rng(12).normal(size=len(q))
+    rows = zip(time, np.degrees(turn), moment, strict=True)
+    lines = ["time_s,rotation_deg,moment_Nmm", *(f"{t:.4f},{u:.6f},{m:.6g}" for t, u, m in rows)]
+    (tmp_path / "torsional.csv").write_text("\n".join(lines) + "\n")
+    with (tmp_path / "case.toml").open("a") as file:
+        file.write('\n[[recordings]]\nmode = "torsional"\nfile = "torsional.csv"\n')
+    found = diagnose(
+        load_case(tmp_path / "case.toml", ()),
+        effects=["offset", "free_play", "bump_stop", "rig_compliance"],
+        maps=False,
+    )
+    assert [one.label for one in found.effects] == ["free_play (axial)"]
+    width = found.effects[0].parameters["half_width"]
+    assert abs(width.value - 0.12) < 3 * width.std < 0.05
+    assert found.effects[0].plausible
+
+
 def test_what_is_in_no_catalogue_is_unexplained_and_located(tmp_path: Path) -> None:
     """A tear: from the middle of the recording on the bushing is softer by a quarter, all at once."""
 

@@ -10,6 +10,9 @@ import pytest
 from bushcli.casefile import load_case
 from bushcli.diagnosis import candidates
 from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.noise_model import Compared, NoiseModel
+from bushcli.effect import effects
+from bushcli.recording import Recording
 from cases.march import NotConverged
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "concealed" / "case.toml"
@@ -40,3 +43,21 @@ def test_the_laws_own_shape_has_the_fitted_stiffness():
     assert law.shear_modulus(**own.start) == pytest.approx(1.4)
     starts = {p.name: p.start for p in law.parameters}
     assert own.start["C30"] / own.start["C10"] == pytest.approx(starts["C30"] / starts["C10"])
+
+
+def compared(mode, name=""):
+    curve = np.linspace(-1.0, 1.0, 9)
+    return Compared(
+        Recording(mode=mode, name=name or mode, displacement=curve, force=curve), curve, NoiseModel(1.0)
+    )
+
+
+def test_what_belongs_to_a_rig_is_tried_in_one_mode_at_a_time():
+    slow, fast = compared("axial", "slow"), compared("axial", "fast")
+    turned = compared("torsional")
+    for name in ("bump_stop", "free_play", "offset"):
+        assert candidates.rigs(effects()[name], [slow, turned, fast]) == [("slow", "fast"), ("torsional",)]
+        # One rig: nothing to tell apart, and the effect stays with recordings that are added.
+        assert candidates.rigs(effects()[name], [slow, fast]) == [None]
+    assert candidates.rigs(effects()["mullins"], [slow, turned]) == [None]
+    assert candidates.rigs(effects()["time_lag"], [slow, turned]) == [None]
