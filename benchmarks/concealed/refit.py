@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 Curves = Callable[[Array], tuple[Array, Array]]
 """Weighed forces (n,) and their derivatives (n, p) at parameters (p,); raises where they cannot be computed."""
 
-# The tenth part of it is of no importance; each evaluation is a simulation of all channels.
+# The fit ends where the sum of squares falls by less than this share, or after so many evaluations: each is a
+# simulation of all channels, and a percent of a strength is of no importance.
 CHANGE, MOST = 0.03, 10
 # Standard errors that stand for a curve that cannot be computed.
 FAR = 1e4
@@ -31,6 +32,10 @@ def left(curves: Curves, target: Array, start: Array, lower: Array, upper: Array
 
     Parameters
     ----------
+    curves
+        A point where they cannot be computed is no way to go.
+    target : shape (n,)
+        Weighed as the curves are.
     start, lower, upper : shape (p,)
         The start may lie on a bound.
     """

@@ -25,6 +25,11 @@ NEARLY, RIVALS, WORSE = 0.7, 3, 1.5
 LEFT, AT_ONCE = 6, 2
 
 
+def reconsidered(search: Search, found: Selection, asked: float) -> bool:
+    """Look for a better model beside the path, the cheaper way first; whether there was one."""
+    return exchanged(search, found, asked) or leftover(search, found, asked)
+
+
 def exchanged(search: Search, found: Selection, asked: float) -> bool:
     """Put a pair of effects in place of those at hand; whether one was better.
 

@@ -95,8 +95,8 @@ class Search:
             if reason:
                 break
             self._reduced(found)
-            if len(found.best.model.effects) == 2 and not alternatives.exchanged(self, found, asked):
-                alternatives.leftover(self, found, asked)
+            if len(found.best.model.effects) == 2:
+                alternatives.reconsidered(self, found, asked)
         alternatives.rivalled(self, found)
         if not reason:
             done = at_noise(found.best) is not None
@@ -174,11 +174,7 @@ class Search:
                 alone = max((one.drop for one in scores if one.testable), default=0.0)
                 together = [c for c in forward(found.best.linear, table, 2) if c.drop > alone + PROMISING]
                 self.refit(found, two, pairs(found.best, table, together, begun))
-            if (
-                self.take(found, two, asked)
-                or alternatives.exchanged(self, found, asked)
-                or alternatives.leftover(self, found, asked)
-            ):
+            if self.take(found, two, asked) or alternatives.reconsidered(self, found, asked):
                 return ""
         return "no effect of the catalogue improves the fit enough to be believed"
 

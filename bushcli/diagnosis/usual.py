@@ -22,7 +22,7 @@ def usual_value(effect: Effect, parameter: EffectParameter, recordings: Sequence
         Of a parameter of a channel, the largest value of those that the effect acts on.
     """
     acting = [one for one in recordings if effect.acts_on(one.mode)]
-    if not parameter.of_channel or not parameter.share or not acting:
+    if not parameter.share or not acting:
         return parameter.start
     return max(parameter.share * _largest(one, parameter.unit) for one in acting)
 
