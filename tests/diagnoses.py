@@ -258,19 +258,10 @@ def diagnosis(case, kind="missing_physics", channels=None, **changes):
     path.append(
         Stage("stop", names, "yeoh", 1798.0 if effects else 2210.0, 1.02, 1.05, "the noise is reached")
     )
-    texts = {
-        "explained": "The law meets the axial recording to its noise; nothing in it asks for more physics.",
-        "missing_physics": "The plain yeoh law misses the axial recording because the rubber softens after its first "
-        "loading (Mullins effect, r = 3.2): with it the misfit falls to the noise, and cycle 6, which was held out, is "
-        "predicted.",
-        "law_too_poor": "Neo-Hookean rubber does not stiffen as this one does; a yeoh law reaches the noise.",
-        "unexplained": "Nothing in the catalogue accounts for the misfit, which is on unloading.",
-    }
     plain = Material("neo_hookean", 2000.0, {"C10": 0.5}) if kind == "law_too_poor" else YEOH
     given = {
         "case": case,
         "verdict": kind,
-        "text": texts[kind],
         "law_from": "recordings",
         "plain": plain,
         "material": YEOH,

@@ -15,43 +15,34 @@ from numpy.typing import NDArray
 from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
 from bushcli.diagnosis import kept
+from bushcli.diagnosis.before_after import before_and_after
 from bushcli.diagnosis.doubts import doubts_of_the_data, doubts_of_the_model
-from bushcli.diagnosis.held_out import HeldOut
 from bushcli.diagnosis.hypotheses import hypotheses
 from bushcli.diagnosis.locate import locate
 from bushcli.diagnosis.model import Fitted, Model, fit
-from bushcli.diagnosis.noise_model import Compared
+from bushcli.diagnosis.naming import named, quantities
 from bushcli.diagnosis.proposing import propose
 from bushcli.diagnosis.result import (
-    DiagnosedChannel,
     Diagnosis,
     LocalMap,
-    Named,
     NextTest,
-    Quantity,
     Stage,
     Verdict,
 )
 from bushcli.diagnosis.rivals import STRONG
-from bushcli.diagnosis.say import paragraph, plausibility
-from bushcli.diagnosis.selected import Selection, at_noise, key, structure
+from bushcli.diagnosis.selected import Selection, at_noise
 from bushcli.diagnosis.selection import Progress, Search
 from bushcli.diagnosis.usual import usual_size
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import effects as catalogue
-from bushcli.effect import full_name
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.interrupt import is_interrupt
 from bushcli.inverse.identify import fit_coupons
-from bushcli.recording import Recording, displacement_noise
-from bushcli.schedule import schedule
 from cases.march import NotConverged
 from forms.law import law, laws
 
 Array = NDArray[np.float64]
 
-# Of a normal distribution.
-CONFIDENCE = 1.96
 # An effect that, at a typical size, would change the recordings by less than this many standard errors cannot be
 # excluded by them.
 SEEN = 3.0
@@ -126,22 +117,20 @@ def diagnose(
         search = Search(bare, crew, effects, told)
         found = search.run(plain)
         before, after = (search.prediction(found, one) for one in (plain, found.best))
-        channels = _channels(found)
+        channels = before_and_after(found)
         rivals = _rivals(found)
         proposal, made, trouble = _beyond(bare, found, rivals, crew, maps, told)
     location = locate(plain.judged)
     remaining = locate(found.best.judged)
     verdict = _verdict(found)
-    named = _named(found)
-    diagnosis = Diagnosis(
+    return Diagnosis(
         case=case,
         verdict=verdict,
-        text="",
         law_from=source,
         plain=_material(first, plain),
         material=_material(first, found.best),
-        parameters=_quantities(found.best),
-        effects=named,
+        parameters=quantities(found.best),
+        effects=named(found),
         hypotheses=hypotheses(found),
         path=tuple(_foretold(found, name, stage) for name, stage in found.stages),
         channels=channels,
@@ -159,7 +148,6 @@ def diagnose(
         failed_solves=sum(one.failed for one in found.refits.values()),
         seconds=time.perf_counter() - begin,
     )
-    return replace(diagnosis, text=paragraph(diagnosis))
 
 
 # -- the plain model ----------------------------------------------------------------------------------------------
@@ -226,64 +214,6 @@ def _verdict(found: Selection) -> Verdict:
     return "explained" if reached else "unexplained"
 
 
-def _quantities(fitted: Fitted) -> dict[str, Quantity]:
-    spread = np.sqrt(np.maximum(np.diag(fitted.covariance()), 0.0))
-    units: dict[str, tuple[str, str, tuple[str, str] | None]] = {
-        p.name: (p.unit, p.meaning, None) for p in law(fitted.model.law).parameters
-    }
-    ranges, channels = {}, {}
-    for one in fitted.model.effects:
-        for p in one.parameters:
-            channels[full_name(one.effect, p)] = one.channels
-            units[full_name(one.effect, p)] = (p.unit, p.meaning, p.reciprocal)
-            ranges[full_name(one.effect, p)] = (p.lower, p.upper)
-    found = {}
-    for name, value, std in zip(fitted.names, map(float, fitted.x), map(float, spread), strict=True):
-        unit, meaning, reciprocal = units[name]
-        low, high = ranges.get(name, (-np.inf, np.inf))
-        derived = {reciprocal[0]: (1.0 / value, reciprocal[1])} if reciprocal and value else {}
-        found[name] = Quantity(
-            value,
-            std,
-            unit,
-            meaning,
-            max(low, value - CONFIDENCE * std),
-            min(high, value + CONFIDENCE * std),
-            derived,
-            channels.get(name),
-        )
-    return found
-
-
-def _named(found: Selection) -> tuple[Named, ...]:
-    """The effects of the final model, each with what BIC loses without it."""
-    quantities, named = _quantities(found.best), []
-    for one in found.best.model.effects:
-        without = tuple(other for other in found.best.model.effects if other.name != one.name)
-        name = key(replace(found.best.model, effects=without), found.plain.model)
-        other = found.refits.get(name) or found.plain
-        own = {
-            p.name: quantities[full_name(one.effect, p)]
-            for p in one.parameters
-            if full_name(one.effect, p) in quantities
-        }
-        recordings = [channel.recording for channel in found.plain.channels]
-        there = [r for r in recordings if one.channels is None or r.name in one.channels]
-        plausible, remark = plausibility(one, there)
-        named.append(
-            Named(
-                one.name,
-                one.effect.summary,
-                own,
-                other.bic() - found.best.bic(),
-                plausible,
-                remark,
-                one.channels,
-            )
-        )
-    return tuple(sorted(named, key=lambda item: -item.evidence))
-
-
 def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
     """Sets of effects that explain the recordings as well as the chosen one, which comes first."""
     chosen = tuple(found.best.model.names)
@@ -305,51 +235,6 @@ def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
             if not score.testable or score.hidden > SEEN / 3.0 * typical or price < BARE:
                 near.append((score.name,))
     return tuple(dict.fromkeys(near))
-
-
-def _channels(found: Selection) -> tuple[DiagnosedChannel, ...]:
-    outside = [
-        found.foretold.get(structure(one.model, found.plain.model)) for one in (found.plain, found.best)
-    ]
-    made = []
-    for i, (plain, best) in enumerate(zip(found.plain.channels, found.best.channels, strict=True)):
-        recording, span = plain.recording, float(np.ptp(plain.recording.force))
-        held = found.held[i]
-        made.append(
-            DiagnosedChannel(
-                name=plain.name,
-                mode=recording.mode,
-                recording=recording,
-                before=plain.simulated,
-                after=best.simulated,
-                before_percent=_percent(plain, span),
-                after_percent=_percent(best, span),
-                noise_percent=100.0 * plain.noise.sigma / span,
-                held_out=held.samples,
-                held_out_text=held.text,
-                held_out_before=_held(outside[0], i, held, span),
-                held_out_after=_held(outside[1], i, held, span),
-                path=_smooth(recording),
-            )
-        )
-    return tuple(made)
-
-
-def _smooth(recording: Recording) -> Array:
-    steps = schedule(recording.time, recording.displacement, displacement_noise(recording))
-    clock = np.arange(len(recording.displacement), dtype=float) if recording.time is None else recording.time
-    return steps.path(clock)
-
-
-def _percent(channel: Compared, span: float) -> float:
-    misfit = channel.misfit[channel.known]
-    return 100.0 * float(np.sqrt(np.mean(misfit**2))) / span
-
-
-def _held(answer: tuple[Compared, ...] | None, i: int, held: HeldOut, span: float) -> float:
-    if answer is None or not held.samples.any():
-        return float("nan")
-    return 100.0 * float(np.sqrt(np.mean(answer[i].misfit[held.samples] ** 2))) / span
 
 
 def _beyond(

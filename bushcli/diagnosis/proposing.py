@@ -16,7 +16,6 @@ from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.result import NextTest
 from bushcli.diagnosis.rivals import TOLD_APART
-from bushcli.diagnosis.say import label
 from bushcli.diagnosis.selected import Selection
 from bushcli.diagnosis.usual import usual_value
 from bushcli.diagnosis.workers import Workers
@@ -95,9 +94,9 @@ def _models(found: Selection, rivals: Sequence[tuple[str, ...]]) -> dict[str, tu
             added = [_usual(effects()[name], found) for name in names if name in effects()]
             if len(added) != len(names):
                 continue
-            made[label(names)] = (replace(found.plain.model, effects=tuple(added)), found.plain)
+            made[_name(names)] = (replace(found.plain.model, effects=tuple(added)), found.plain)
         else:
-            made[label(names)] = (refit.model, refit)
+            made[_name(names)] = (refit.model, refit)
     return made
 
 
@@ -197,3 +196,7 @@ def _words(proposal: Proposal, distance: float, rivals: Sequence[str]) -> str:
         else "it comes nearest to separating " + ", ".join(rivals)
     )
     return f"{text} (about {proposal.cost:.0f} minutes); {told} (by {distance:.3g} standard errors at least)."
+
+
+def _name(names: Sequence[str]) -> str:
+    return " + ".join(names) or "no effect"

@@ -263,8 +263,6 @@ class Diagnosis:
     verdict
         "explained": the plain law reaches the noise; "missing_physics": effects are named; "law_too_poor": another law,
         without any effect, reaches it; "unexplained": nothing in the catalogue helps enough.
-    text
-        One paragraph in plain words.
     law_from : {"recordings", "coupons"}
         Where the plain model's law comes from; that of coupons is fixed.
     plain, material : Material
@@ -292,7 +290,6 @@ class Diagnosis:
 
     case: Case
     verdict: Verdict
-    text: str
     law_from: Literal["recordings", "coupons"]
     plain: Material
     material: Material

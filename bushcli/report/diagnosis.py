@@ -10,6 +10,7 @@ from rich.text import Text
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
+from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import (
     hypothesis_table,
     misfit_table,
@@ -27,7 +28,7 @@ _SECOND = (0, 0, 0, 2)
 def diagnosis_text(found: Diagnosis) -> Group:
     """Return what a person reads at the terminal; lines of words wrap, tables fit into 100 columns."""
     style = {"good": "bold green", "bad": "bold red", "plain": "bold"}[tone(found)]
-    parts: list[object] = [Text(f"{headline(found)}.", style), Text(found.text)]
+    parts: list[object] = [Text(f"{headline(found)}.", style), Text(paragraph(found))]
     parts += [Text(), Text("Where", "bold")]
     parts += [Padding(Text(line), _SECOND) for line in points(sentences(found.location))]
     if found.remaining.mismatch and found.effects:

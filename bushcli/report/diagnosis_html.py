@@ -10,6 +10,7 @@ from markupsafe import Markup
 from bushcli.diagnosis.result import Diagnosis, Named
 from bushcli.diagnosis.words import sentences
 from bushcli.report.diagnosis import map_lines, rival_lines
+from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import (
     effect_table,
     hypothesis_table,
@@ -82,7 +83,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         found.case,
         found.material,
         f"{headline(found)}.",
-        [found.text],
+        [paragraph(found)],
         tone(found),
         sections,
         found.law_from,

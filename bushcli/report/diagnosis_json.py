@@ -9,6 +9,7 @@ from bushcli.casefile import Material
 from bushcli.diagnosis.locate import Location, Mismatch
 from bushcli.diagnosis.result import Diagnosis, Hypothesis, Named, NextTest, Quantity
 from bushcli.diagnosis.words import sentence
+from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_words import amplitudes, derived, headline, shown
 from bushcli.report.document import cleaned, head
 from bushcli.report.quantity import quantities
@@ -20,7 +21,7 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
     document |= {
         "verdict": found.verdict,
         "headline": headline(found),
-        "text": found.text,
+        "text": paragraph(found),
         "law_from": found.law_from,
         "law": found.material.law,
         "plain": _material(found.plain),

@@ -39,7 +39,7 @@ class ShownQuantity:
     @property
     def text(self) -> str:
         """Value, standard error and unit: "0.31 ± 0.01 MPa"."""
-        return with_std(self.value, self.std) + _tail(self.unit)
+        return with_std(self.value, self.std) + tail(self.unit)
 
 
 def headline(found: Diagnosis) -> str:
@@ -117,9 +117,7 @@ def derived(quantity: Quantity) -> dict[str, tuple[float, str]]:
 
 def derived_text(quantity: Quantity) -> str:
     """The same in words: "r = 3.2"."""
-    return ", ".join(
-        f"{name} = {number(value)}{_tail(of)}" for name, (value, of) in derived(quantity).items()
-    )
+    return ", ".join(f"{name} = {number(value)}{tail(of)}" for name, (value, of) in derived(quantity).items())
 
 
 def parameters_text(effect: Named, channels: Sequence[DiagnosedChannel]) -> str:
@@ -148,7 +146,7 @@ def amplitudes(hypothesis: Hypothesis, channels: Sequence[DiagnosedChannel]) -> 
 def amplitude_text(hypothesis: Hypothesis, channels: Sequence[DiagnosedChannel]) -> str:
     """The same in a line: "inverse_r 0.28"."""
     doors = amplitudes(hypothesis, channels)
-    text = ", ".join(f"{name} {number(door.value, 2)}{_tail(door.unit)}" for name, door in doors.items())
+    text = ", ".join(f"{name} {number(door.value, 2)}{tail(door.unit)}" for name, door in doors.items())
     return text + (f" ({', '.join(hypothesis.channels)})" if hypothesis.channels and text else "")
 
 
@@ -173,5 +171,6 @@ def _degrees(of: str) -> tuple[float, str]:
     return (math.radians(1.0), f"{above}/degree") if below == "rad" else (1.0, of)
 
 
-def _tail(of: str) -> str:
+def tail(of: str) -> str:
+    """A unit behind a number; nothing where there is none."""
     return "" if of == "1" else f" {of}"

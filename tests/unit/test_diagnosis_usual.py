@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.say import plausibility
+from bushcli.diagnosis.plausible import plausibility
 from bushcli.diagnosis.usual import usual_size, usual_value
 from bushcli.effect import ActiveEffect, effects
 from bushcli.recording import Recording

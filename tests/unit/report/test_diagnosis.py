@@ -12,11 +12,13 @@ from matplotlib.text import Text as MplText
 from rich.console import Console
 
 from bushcli import report
+from bushcli.condition import Condition
 from bushcli.diagnosis.result import Hypothesis
 from bushcli.diagnosis.words import sentences
 from bushcli.recording import Recording
 from bushcli.report.diagnosis_field import map_vtu
 from bushcli.report.diagnosis_html import diagnosis_html
+from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_words import amplitude_text, headline, strength, tone
 from bushcli.report.figures.diagnosis import diagnosis_figures, program, record_figure
 from bushcli.report.figures.diagnosis_curves import curve_plot, diagnosed_figure, time_plot
@@ -112,8 +114,48 @@ def test_the_verdict_comes_first(case, diagnoses):
         text = said(found)
         assert text.startswith(starts[kind])
         # Without the line breaks the paragraph follows word by word.
-        assert found.text in " ".join(text.split())
+        assert paragraph(found) in " ".join(text.split())
         assert tone(found) == tones[kind]
+
+
+def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_cannot_be_told(case, diagnoses):
+    text = paragraph(diagnoses.rivalling(case()))
+    assert text.startswith(
+        "The yeoh law alone, fitted to the axial and radial recordings, leaves out mullins. "
+    )
+    # The field's name of a parameter where it has one, the size of the misfit, rivals, and what to do next.
+    assert "mullins: r = 3.205 ± 0.082, m = 0.102 ± 0.011 MPa" in text
+    assert "With it the misfit falls: axial from " in text
+    assert "These recordings cannot tell it from: friction with viscoelasticity." in text
+    assert text.endswith(f"Next test: {diagnoses.NEXT.text}")
+
+
+def test_the_paragraph_has_angles_in_degrees(case, diagnoses):
+    text = paragraph(diagnoses.torsional(case()))
+    assert "degrees" in text
+    assert " rad" not in text
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        (
+            "explained",
+            "The yeoh law alone, fitted to the axial recording, reaches the noise: nothing is missing",
+        ),
+        ("law_too_poor", "the law is too poor: yeoh describes the same rubber without any further physics. "),
+        ("unexplained", "Nothing in the catalogue of effects, alone or with others, explains it."),
+    ],
+)
+def test_the_paragraph_of_a_verdict_without_effects(case, diagnoses, kind, words):
+    assert words in paragraph(diagnoses.diagnosis(case(), kind))
+
+
+def test_a_law_of_coupons_is_said_to_be_theirs(case, diagnoses):
+    text = paragraph(diagnoses.diagnosis(case(), law_from="coupons"))
+    assert text.startswith(
+        "The yeoh law, fitted to the coupon tests and held against the axial recording, leaves "
+    )
 
 
 def test_rivals_are_in_the_headline_as_many_as_fit(case, diagnoses):
@@ -450,7 +492,7 @@ def test_every_verdict_has_its_page(case, diagnoses, kind):
     found = diagnoses.diagnosis(case(), kind, maps=())
     text = diagnosis_html(report.diagnosis_json(found, {}), found, ())
     assert headline(found) in text
-    assert found.text in text
+    assert paragraph(found) in text
     assert ("What was left out" in text) == (kind == "missing_physics")
     assert "Where in the bushing" not in text
     for words in ("Before and after", "What was thought of", "How the model was selected", "Provenance"):
@@ -459,13 +501,15 @@ def test_every_verdict_has_its_page(case, diagnoses, kind):
     assert all(stage.text in text for stage in found.path)
     assert "Cannot be tested with these recordings" in text
     assert "one rate only: a lag looks like friction" in text
-    # Where it misses stands beside the curves, once.
+    # Where it misses stands beside the curves, once, besides the paragraph at the top.
+    shown = text.replace(paragraph(found), "", 1)
     for place in sentences(found.location):
-        assert text.lower().count(f"{place}.") + text.count(f" {place}</button>") == 1
+        assert shown.lower().count(f"{place}.") + shown.count(f" {place}</button>") == 1
 
 
 def test_the_page_runs_its_own_script_and_no_other(case, diagnoses):
-    found = diagnoses.diagnosis(case('<script>alert("x")</script>'), text="<script>alert(1)</script>")
+    doubt = Condition("strange", "<script>alert(1)</script>", "</script>")
+    found = diagnoses.diagnosis(case('<script>alert("x")</script>'), conditions=(doubt,))
     pictures = diagnosis_figures(replace(found, maps=()), {"axial": "axial"})
     text = diagnosis_html(report.diagnosis_json(found, {}), found, pictures)
     assert text.count("<script>") == 1

@@ -1,46 +1,12 @@
-"""A diagnosis in plain words."""
+"""A diagnosis in one paragraph of plain words."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import numpy as np
 
-from bushcli.casefile.unit import outside, unit
 from bushcli.diagnosis.result import Diagnosis, Quantity
-from bushcli.diagnosis.usual import usual_value
 from bushcli.diagnosis.words import sentences
-from bushcli.effect import ActiveEffect, EffectParameter, effects
-from bushcli.recording import Recording
-from cases.mode import modes
-
-# An amplitude beyond this many times an ordinary one is remarkable, and so is a parameter at its bound.
-REMARKABLE = 20.0
-AT_BOUND = 1e-3
-
-
-def plausibility(active: ActiveEffect, recordings: Sequence[Recording]) -> tuple[bool, str]:
-    """Whether an effect's identified values are those of a real bushing, and why not."""
-    for parameter in active.effect.amplitudes:
-        if parameter.name not in active.values:
-            continue
-        value, off = active.values[parameter.name], float(parameter.off or 0.0)
-        usual = usual_value(active.effect, parameter, recordings)
-        if abs(value - off) > REMARKABLE * abs(usual - off):
-            return False, (
-                f"{parameter.name} = {value:.3g} {parameter.unit} is more than {REMARKABLE:g} times what is usual "
-                f"({usual:.3g})"
-            )
-    for parameter in active.parameters:
-        value = active.values[parameter.name]
-        near = AT_BOUND * max(abs(value), 1e-9)
-        if parameter.off is None and parameter.scan:
-            if value <= parameter.lower + near or value >= parameter.upper - near:
-                return False, f"{parameter.name} = {value:.3g} {parameter.unit} lies at its bound"
-        elif value >= parameter.upper - near:
-            return False, f"{parameter.name} = {value:.3g} {parameter.unit} lies at its bound"
-    return True, "its parameters are of a size that real bushings have"
+from bushcli.report.diagnosis_words import ShownQuantity, derived, shown, tail
 
 
 def paragraph(diagnosis: Diagnosis) -> str:
@@ -91,32 +57,20 @@ def _opening(diagnosis: Diagnosis) -> str:
 def _effects(diagnosis: Diagnosis) -> str:
     told = []
     for one in diagnosis.effects:
-        having = [c for c in diagnosis.channels if effects()[one.name].acts_on(c.mode)]
-        turned = any(
-            modes()[c.mode].rotational for c in having if one.channels is None or c.name in one.channels
-        )
         values = ", ".join(
-            _value(name, _at_the_door(effects()[one.name].parameter(name), quantity, turned))
+            _value(name, quantity, shown(f"{one.name}.{name}", quantity, diagnosis.channels))
             for name, quantity in one.parameters.items()
         )
         told.append(f"{one.summary.rstrip('.')} ({one.label}: {values}).")
     return " ".join(told)
 
 
-def _at_the_door(parameter: EffectParameter, quantity: Quantity, rotational: bool) -> Quantity:
-    """A parameter of a rotational channel in degrees; all others as they are."""
-    if not (parameter.of_channel and rotational):
-        return quantity
-    value, std = (outside(parameter, v, rotational) for v in (quantity.value, quantity.std))
-    return replace(quantity, value=value, std=std, unit=unit(parameter, rotational))
-
-
-def _value(name: str, quantity: Quantity) -> str:
-    unit_ = "" if quantity.unit == "1" else f" {quantity.unit}"
-    for other, (value, other_unit) in quantity.derived.items():
+def _value(name: str, quantity: Quantity, door: ShownQuantity) -> str:
+    """A parameter by the name that the field has for it, where it has one."""
+    for other, (value, unit) in derived(quantity).items():
         std = abs(value) * quantity.std / abs(quantity.value)
-        return f"{other} = {value:.4g} ± {std:.2g}{'' if other_unit == '1' else ' ' + other_unit}"
-    return f"{name} = {quantity.value:.3g} ± {quantity.std:.2g}{unit_}"
+        return f"{other} = {value:.4g} ± {std:.2g}{tail(unit)}"
+    return f"{name} = {door.value:.3g} ± {door.std:.2g}{tail(door.unit)}"
 
 
 def _gain(diagnosis: Diagnosis) -> str:
@@ -143,13 +97,3 @@ def _rivals(diagnosis: Diagnosis) -> str:
     if not diagnosis.effects:
         return ""
     return f"These recordings cannot tell it from: {', '.join(others)}."
-
-
-def label(names: Sequence[str]) -> str:
-    """A set of effects in words."""
-    return " + ".join(names) if names else "no effect"
-
-
-def needs(name: str) -> str:
-    """What a recording must contain for an effect to be identified."""
-    return effects()[name].needs
