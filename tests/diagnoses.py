@@ -262,6 +262,7 @@ def diagnosis(case, kind="missing_physics", channels=None, **changes):
     given = {
         "case": case,
         "verdict": kind,
+        "asked": None,
         "law_from": "recordings",
         "plain": plain,
         "material": YEOH,

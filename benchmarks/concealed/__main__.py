@@ -11,8 +11,6 @@ from pathlib import Path
 # Two processes share the machine: threads of the linear algebra would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "concealed.md"
-
 
 def make(options: argparse.Namespace) -> int:
     """Make what is not there yet; say nothing about what it is."""
@@ -53,6 +51,8 @@ def score(options: argparse.Namespace) -> int:
         print(f"{options.folder}: no recordings", file=sys.stderr)
         return 1
     text = document(found, waiting(options.folder))
+    if options.about:
+        text = f"{text}\n{options.about.read_text(encoding='utf-8')}"
     print(text)
     if options.output:
         options.output.write_text(text, encoding="utf-8")
@@ -70,7 +70,7 @@ def main() -> int:
     one.set_defaults(act=make)
     one.add_argument("folder", type=Path, metavar="DIR")
     two = actions.add_parser("run", help="diagnose them, each in a process of its own")
-    two.add_argument("--command", default="bushcli diagnose", help="default: %(default)s")
+    two.add_argument("--command", default="bushcli diagnose --no-maps", help="default: %(default)s")
     two.add_argument("--workers", type=int, default=2)
     two.add_argument(
         "--timeout", type=float, default=1800.0, help="seconds per recording (default: %(default)g)"
@@ -81,8 +81,9 @@ def main() -> int:
     two.set_defaults(act=run)
     three = actions.add_parser("score", help="compare truth and results, write the tables")
     three.add_argument("folder", type=Path, metavar="DIR")
+    three.add_argument("-o", "--output", type=Path, help="write the page there, too")
     three.add_argument(
-        "-o", "--output", type=Path, default=DOCUMENT, help="default: docs/concealed.md of this checkout"
+        "--about", type=Path, help="Markdown to end the page with: what else is known of the run"
     )
     three.set_defaults(act=score)
     options = parser.parse_args()

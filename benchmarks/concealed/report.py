@@ -71,6 +71,8 @@ scaled; effects with memory not in radial channels.
 - No result (failed, out of time) is wrong everywhere. Intervals in brackets are Wilson's, 95 %.
 """
 
+PAGE, ABOUT = "docs/concealed.md", "benchmarks/concealed/about.md"
+
 WORDS = {
     "named": "named",
     "rival": "among the rivals",
@@ -94,7 +96,11 @@ def document(items: Sequence[Item], waiting: Sequence[Truth] = ()) -> str:
     count = seeds[-1] - seeds[0] + 1
     command = "\n".join(
         f"setup/enter python -m benchmarks.concealed {rest}"
-        for rest in (f"make --count {count} --seed {seeds[0]} DIR", "run DIR", "score DIR")
+        for rest in (
+            f"make --count {count} --seed {seeds[0]} DIR",
+            "run DIR",
+            f"score DIR -o {PAGE} --about {ABOUT}",
+        )
     )
     parts = [
         RULES.format(command=command, faint=FAINT, clear=CLEAR, large=LARGE),
@@ -182,6 +188,9 @@ def _by(items: Sequence[Item], title: str, head: str, keys: Callable[[Truth], Se
 def _answer(item: Item) -> str:
     if item.result is None:
         return "no result"
+    if item.result["verdict"] == "unexplained":
+        # What is named beside it is the nearest that the catalogue has.
+        return "unexplained"
     found = named(item.result)
     return " + ".join(sorted(found)) if found else item.result["verdict"].replace("_", " ")
 

@@ -65,11 +65,14 @@ class Builder:
         active = self._effects(data, load_cases, recordings, shape)
         if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
             what = (
-                f"material.parameters are not given, and there are no coupons to identify {material.law} from"
+                "material.parameters are not given, and there are neither coupons nor recordings to identify "
+                f"{material.law} from"
             )
             names = ", ".join(material.parameter_names)
             self.findings.append(
-                Finding(("material", "parameters"), what, expected=f"{names}; or [[coupons]]")
+                Finding(
+                    ("material", "parameters"), what, expected=f"{names}; or [[coupons]] or [[recordings]]"
+                )
             )
         if self.findings or shape is None or mesh is None or material is None:
             return None

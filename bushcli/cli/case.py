@@ -25,8 +25,12 @@ def check(run: Run) -> int:
     coupons = [read_coupon(source) for source in case.coupons]
     if not case.needs_fit:
         check_material(case, case.material)
+    result = report.case_json(case, curves, coupons, run.timings())
     run.show(report.case_text(case, curves, coupons))
-    run.emit(report.case_json(case, curves, coupons, run.timings()))
+    run.emit(result)
+    if run.output and speaks():
+        report.write_check(run.output, result, case)
+        run.say(f"wrote {run.output}")
     return DONE
 
 

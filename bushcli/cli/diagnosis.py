@@ -78,7 +78,8 @@ def diagnose(
                 )
         except BaseException as error:
             if journal is not None and is_interrupt(error):
-                run.say(f"no verdict yet; {len(list(journal.glob('*.result')))} fits are kept for --resume")
+                kept = len(list(journal.glob("*.result")))
+                run.say(f"no verdict yet; {kept} {'fit is' if kept == 1 else 'fits are'} kept for --resume")
             raise
         result = report.diagnosis_json(found, run.timings())
         run.show(report.diagnosis_text(found))

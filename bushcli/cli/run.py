@@ -117,6 +117,15 @@ def ranks_there_are() -> int:
     return int(MPI.COMM_WORLD.size)
 
 
+class _Folder(click.Path):
+    """A folder with a name: an empty one, as of a variable of the shell that is not set, would be this folder."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value == "":
+            self.fail("names no folder", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
     """Give a command the CASE argument and the common options, and turn its errors into exit codes."""
 
@@ -131,7 +140,7 @@ def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
     @click.option(
         "-o",
         "--output",
-        type=click.Path(path_type=Path),
+        type=_Folder(path_type=Path),
         metavar="DIR",
         help="Write result.json, report.html, curves, plots and fields there.",
     )

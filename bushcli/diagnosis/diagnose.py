@@ -38,6 +38,7 @@ from bushcli.effect import effects as catalogue
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.interrupt import is_interrupt
 from bushcli.inverse.identify import fit_coupons
+from bushcli.recording import read_recording
 from cases.march import NotConverged
 from forms.law import law, laws
 
@@ -99,14 +100,17 @@ def diagnose(
     Raises
     ------
     InputError
-        There are no recordings, a name is unknown, or the plain law cannot be solved.
+        There are no recordings, one cannot be read, a name is unknown, or the plain law cannot be solved. Except in
+        the last case nothing in the journal is touched.
     """
     begin = time.perf_counter()
     told = progress or (lambda *_: None)
     _check(case, model, effects)
     chosen, source, first = _plain(case, model)
     bare = replace(case, effects=())
-    with Workers(workers, journal, resume, executor).open() as crew:
+    crew = Workers(workers, journal, resume, executor)
+    _tell_what_is_kept(crew, resume, told)
+    with crew.open():
         told("fit", chosen.law, "the plain law")
         plain = crew.run(_first, [(bare, chosen)])[0]
         if plain is None:
@@ -126,6 +130,7 @@ def diagnose(
     return Diagnosis(
         case=case,
         verdict=verdict,
+        asked=None if effects is None else tuple(effects),
         law_from=source,
         plain=_material(first, plain),
         material=_material(first, found.best),
@@ -155,7 +160,10 @@ def diagnose(
 
 def _check(case: Case, model: str | None, only: Sequence[str] | None) -> None:
     if not case.recordings:
-        raise InputError(Problem(case.path.name, "there are no [[recordings]] to diagnose"))
+        wanted = "[[recordings]] with mode and file"
+        raise InputError(Problem(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
+    for source in case.recordings:
+        read_recording(source)
     if model is not None and model not in laws():
         raise InputError(
             Problem("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
@@ -174,6 +182,21 @@ def _check(case: Case, model: str | None, only: Sequence[str] | None) -> None:
                 for name in wrong
             )
         )
+
+
+def _tell_what_is_kept(crew: Workers, resume: bool, told: Progress) -> None:
+    """Whether fits of an earlier run are used, thrown away, or missing."""
+    if crew.folder is None or not (resume or crew.there):
+        return
+    fits = f"{crew.there} fit{'s' * (crew.there != 1)}"
+    if not resume:
+        told(
+            "begin", crew.folder.name, f"{fits} of an earlier run thrown away: --resume would have kept them"
+        )
+    elif crew.there:
+        told("resume", crew.folder.name, f"{fits} kept")
+    else:
+        told("resume", str(crew.folder), "no fits are kept there: from the beginning")
 
 
 def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "coupons"], Material]:

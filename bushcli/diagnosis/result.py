@@ -263,6 +263,8 @@ class Diagnosis:
     verdict
         "explained": the plain law reaches the noise; "missing_physics": effects are named; "law_too_poor": another law,
         without any effect, reaches it; "unexplained": nothing in the catalogue helps enough.
+    asked
+        Effects that were to be thought of, where not all were.
     law_from : {"recordings", "coupons"}
         Where the plain model's law comes from; that of coupons is fixed.
     plain, material : Material
@@ -290,6 +292,7 @@ class Diagnosis:
 
     case: Case
     verdict: Verdict
+    asked: tuple[str, ...] | None
     law_from: Literal["recordings", "coupons"]
     plain: Material
     material: Material

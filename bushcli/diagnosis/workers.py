@@ -21,6 +21,7 @@ from types import FrameType
 from typing import Any, cast
 
 from bushcli import __version__
+from bushcli.errors import InputError, Problem
 from bushcli.interrupt import abandon_compilation
 from bushcli.source import Source
 
@@ -44,6 +45,16 @@ class Workers:
     executor
         Processes that somebody else has started and ends (`ranks`), in place of `count` of our own. They may be on
         machines that do not see the folder.
+
+    Attributes
+    ----------
+    there : int
+        Results that the folder held: those to go on with, or those thrown away.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or emptied.
     """
 
     def __init__(
@@ -57,10 +68,19 @@ class Workers:
         self.reused = 0
         self._executor: Executor | None = executor
         self._others = frozenset(active_children())
-        if folder is not None:
+        self.there = 0 if folder is None else self._prepared(folder, resume)
+
+    @staticmethod
+    def _prepared(folder: Path, resume: bool) -> int:
+        try:
             folder.mkdir(parents=True, exist_ok=True)
-            for file in [*folder.glob("*.part"), *([] if resume else folder.glob("*.result"))]:
+            results = list(folder.glob("*.result"))
+            for file in [*folder.glob("*.part"), *([] if resume else results)]:
                 file.unlink()
+        except OSError as error:
+            place = str(error.filename or folder)
+            raise InputError(Problem(place, f"cannot be written: {error.strerror or error}")) from None
+        return len(results)
 
     @contextmanager
     def open(self) -> Iterator[Workers]:

@@ -9,6 +9,7 @@ from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
 from bushcli.report.identification import inverse_json, inverse_text
 from bushcli.report.output import (
     check_output,
+    write_check,
     write_diagnosis,
     write_direct,
     write_fit,
@@ -35,6 +36,7 @@ __all__ = [
     "mesh_json",
     "mesh_text",
     "rank",
+    "write_check",
     "write_diagnosis",
     "write_direct",
     "write_fit",

@@ -6,7 +6,8 @@ import numpy as np
 
 from bushcli.diagnosis.result import Diagnosis, Quantity
 from bushcli.diagnosis.words import sentences
-from bushcli.report.diagnosis_words import ShownQuantity, derived, shown, tail
+from bushcli.report.diagnosis_words import ShownQuantity, derived, nothing, shown, tail
+from bushcli.report.quantity import listed
 
 
 def paragraph(diagnosis: Diagnosis) -> str:
@@ -21,11 +22,12 @@ def paragraph(diagnosis: Diagnosis) -> str:
     elif diagnosis.verdict == "law_too_poor":
         parts.append(_gain(diagnosis))
     if diagnosis.verdict == "unexplained":
+        tried = nothing(diagnosis)[:1].upper() + nothing(diagnosis)[1:]
         nearest = " and ".join(one.name for one in diagnosis.effects)
         parts.append(
-            f"Nothing in the catalogue of effects explains it; {nearest} comes nearest, and leaves more than noise."
+            f"{tried} explains it; {nearest} comes nearest, and leaves more than noise."
             if nearest
-            else "Nothing in the catalogue of effects, alone or with others, explains it."
+            else f"{tried}, alone or with others, explains it."
         )
     parts.append(_rivals(diagnosis))
     if diagnosis.next_test is not None:
@@ -35,7 +37,7 @@ def paragraph(diagnosis: Diagnosis) -> str:
 
 def _opening(diagnosis: Diagnosis) -> str:
     law = diagnosis.plain.law
-    channels = " and ".join(channel.name for channel in diagnosis.channels)
+    channels = listed([channel.name for channel in diagnosis.channels])
     many = "s" if len(diagnosis.channels) > 1 else ""
     origin = {
         "recordings": f"The {law} law alone, fitted to the {channels} recording{many}",

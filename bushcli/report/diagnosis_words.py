@@ -57,9 +57,16 @@ def headline(found: Diagnosis) -> str:
         case "law_too_poor":
             return f"Law too poor: {found.plain.law}; {found.material.law} does better without any effect"
         case "unexplained":
-            return "Unexplained: nothing in the catalogue accounts for the misfit" + (
+            return f"Unexplained: {nothing(found)} accounts for the misfit" + (
                 f"; {names} helps, but not enough" if names else ""
             )
+
+
+def nothing(found: Diagnosis) -> str:
+    """What has been tried, where none of it helped."""
+    if found.asked is None:
+        return "nothing in the catalogue of effects"
+    return f"nothing among the effects asked for ({', '.join(found.asked)})"
 
 
 def tone(found: Diagnosis) -> Literal["good", "bad", "plain"]:

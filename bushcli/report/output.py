@@ -38,6 +38,17 @@ _CURVES = {
 }
 
 
+def write_check(directory: Path, result: Mapping[str, Any], case: Case) -> tuple[Path, ...]:
+    """Write what `case_json` returned.
+
+    Raises
+    ------
+    InputError
+        As `write_direct`.
+    """
+    return _write(directory, {RESULT: _json(result)}, case)
+
+
 def write_direct(
     directory: Path,
     result: Mapping[str, Any],

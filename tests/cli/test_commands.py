@@ -231,3 +231,10 @@ def test_doctor_says_what_is_there(cli: Cli) -> None:
     done = cli("doctor", "--json")
     facts = json.loads(done.stdout)["facts"]
     assert "dolfinx" in facts
+
+
+def test_check_writes_its_result_where_it_is_told_to(cli: Cli, small: Path, tmp_path: Path) -> None:
+    done = cli("check", small, "-o", tmp_path / "out", "--json", "-q")
+    assert done.returncode == 0
+    assert [file.name for file in (tmp_path / "out").iterdir()] == ["result.json"]
+    assert json.loads((tmp_path / "out" / "result.json").read_text()) == json.loads(done.stdout)

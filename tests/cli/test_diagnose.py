@@ -214,6 +214,46 @@ def test_a_case_without_recordings_is_refused(called: Any, small: Path) -> None:
     assert "recordings" in done.err
 
 
+def test_a_recording_that_cannot_be_read_leaves_the_fits_of_an_earlier_run(
+    called: Any, small: Path, tmp_path: Path
+) -> None:
+    kept = tmp_path / "out" / "history-diagnose" / "0.result"
+    kept.parent.mkdir(parents=True)
+    kept.touch()
+    recording = small.parent / "axial.csv"
+    lines = recording.read_text().splitlines()
+    recording.write_text(
+        "\n".join([*lines[:5], lines[5].replace(lines[5].split(",")[-1], "nan"), *lines[6:]])
+    )
+    done = called("-o", tmp_path / "out")
+    assert done.code == 2
+    assert "axial.csv" in done.err
+    assert kept.exists()
+
+
+@pytest.mark.parametrize(
+    ("there", "resume", "words"),
+    [
+        (2, True, "2 fits kept"),
+        (0, True, "no fits are kept there: from the beginning"),
+        (1, False, "1 fit of an earlier run thrown away: --resume would have kept them"),
+        (0, False, ""),
+    ],
+)
+def test_what_becomes_of_an_earlier_run_is_told(tmp_path: Path, there: int, resume: bool, words: str) -> None:
+    for i in range(there):
+        (tmp_path / f"{i}.result").touch()
+    told: list[str] = []
+    driver._tell_what_is_kept(Workers(1, tmp_path, resume), resume, lambda *line: told.append(line[2]))
+    assert told == ([words] if words else [])
+
+
+def test_an_output_folder_has_a_name(called: Any) -> None:
+    done = called("-o", "")
+    assert done.code == 2
+    assert "names no folder" in done.err
+
+
 @pytest.mark.parametrize(
     ("stopped", "error", "condition", "words"),
     [
@@ -287,7 +327,7 @@ def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Pa
         assert process.returncode == 130
         assert "Traceback" not in said
         assert said.splitlines()[-1] == "interrupted"
-        assert "fits are kept for --resume" in said
+        assert "kept for --resume" in said
         assert not (out / "result.json").exists()
         return {file.name: file.stat().st_mtime_ns for file in (out / "history-diagnose").glob("*.result")}
 

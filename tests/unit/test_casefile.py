@@ -163,8 +163,8 @@ def test_a_case_without_parameters_needs_a_fit(folder):
     assert case.needs_fit
     assert case.material.parameter_names == ("C10", "C20", "C30")
     without = problems(folder, CASE, "material={law = 'yeoh'}", "coupons=[]", "recordings=[]")
-    assert "material.parameters are not given, and there are no coupons" in without[0]
-    assert "(C10, C20, C30; or [[coupons]])" in without[0]
+    assert "material.parameters are not given, and there are neither coupons nor recordings" in without[0]
+    assert "(C10, C20, C30; or [[coupons]] or [[recordings]])" in without[0]
 
 
 def test_terms_choose_the_parameters_to_fit(folder):

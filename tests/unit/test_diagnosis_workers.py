@@ -16,6 +16,7 @@ import pytest
 
 from bushcli.casefile import load_case
 from bushcli.diagnosis.workers import Workers, _deaf
+from bushcli.errors import InputError
 
 CASE = """\
 [geometry]
@@ -162,8 +163,16 @@ def test_a_new_run_begins_with_an_empty_folder(tmp_path):
     (tmp_path / "half.1.part").touch()
     assert Workers(1, tmp_path, resume=True).run(operator.mul, [(2, 3)]) == [6]
     assert len(list(tmp_path.iterdir())) == 1
-    Workers(1, tmp_path)
+    assert Workers(1, tmp_path, resume=True).there == 1
+    assert Workers(1, tmp_path).there == 1
     assert not list(tmp_path.iterdir())
+    assert Workers(1, tmp_path).there == 0
+
+
+def test_a_folder_that_cannot_be_made_is_wrong_input(tmp_path):
+    (tmp_path / "history").write_text("a file")
+    with pytest.raises(InputError, match="history: cannot be written: File exists"):
+        Workers(1, tmp_path / "history")
 
 
 def test_a_signal_that_comes_while_processes_are_started_is_heard_when_they_are():

@@ -151,6 +151,16 @@ def test_the_paragraph_of_a_verdict_without_effects(case, diagnoses, kind, words
     assert words in paragraph(diagnoses.diagnosis(case(), kind))
 
 
+def test_nothing_helps_means_nothing_that_was_asked_for(case, diagnoses):
+    found = diagnoses.diagnosis(case(), "unexplained", asked=("mullins", "friction"))
+    assert headline(found) == (
+        "Unexplained: nothing among the effects asked for (mullins, friction) accounts for the misfit"
+    )
+    assert "Nothing among the effects asked for (mullins, friction), alone or with others" in paragraph(found)
+    assert report.diagnosis_json(found, {})["asked"] == ["mullins", "friction"]
+    assert report.diagnosis_json(diagnoses.diagnosis(case()), {})["asked"] is None
+
+
 def test_a_law_of_coupons_is_said_to_be_theirs(case, diagnoses):
     text = paragraph(diagnoses.diagnosis(case(), law_from="coupons"))
     assert text.startswith(
