@@ -13,7 +13,7 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from types import MappingProxyType
@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 from bushcli.errors import InputError, Problem
 from cases.mode import modes
 from forms.law import UnknownName
+from geometry.ring import Ring
+from geometry.shape import Shape
 
 if TYPE_CHECKING:
     from cases.feature import Feature
@@ -296,6 +298,24 @@ def _branch(name: str) -> str:
 def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[ActiveEffect, ...]:
     """Return those of the effects that change a channel, given its name and its mode."""
     return tuple(one for one in active if one.acts_on(channel, mode))
+
+
+def unsuited(effect: Effect, shape: Shape, others: Collection[str] = ()) -> tuple[tuple[str, str], ...]:
+    """Why a specimen cannot have an effect beside others (their names), each with what would do; none where it can."""
+    if shape.specimen != "bushing":
+        return ()
+    if effect.needs_sleeves and not isinstance(shape, Ring):
+        what = f"a {type(shape).name} has no coaxial sleeves"
+        return ((what, "another shape, or without this effect"),)
+    found = [
+        (f"there is no model of it with an elastic {name}", "a rigid one")
+        for name in effect.rigid
+        if name in shape.elastic_sleeves or "sleeve_compliance" in others
+    ]
+    if effect.name == "sleeve_compliance" and len(shape.elastic_sleeves) == 2:
+        expected = "[geometry] without them; or change their youngs_modulus"
+        found.append(("both sleeves are elastic already", expected))
+    return tuple(found)
 
 
 def require_values(active: Sequence[ActiveEffect], where: str) -> None:

@@ -264,6 +264,7 @@ def diagnosis(case, kind="missing_physics", channels=None, **changes):
         "verdict": kind,
         "asked": None,
         "law_from": "recordings",
+        "law_fixed": False,
         "plain": plain,
         "material": YEOH,
         "parameters": values,

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from bushcli.casefile.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.casefile.schema import EffectTable
 from bushcli.casefile.unit import inside, outside, unit
-from bushcli.effect import ActiveEffect, Effect, EffectParameter, effects
+from bushcli.effect import ActiveEffect, Effect, EffectParameter, effects, unsuited
 from bushcli.errors import nearest
 from cases.mode import modes
-from geometry.ring import Ring
 from geometry.shape import Shape
 
 
@@ -49,9 +48,10 @@ def build(
             findings.append(Finding((*keys, "name"), what, expected=wanted))
             continue
         findings += _channels(effect, table, keys, channels)
-        findings += _shape(
-            effect, keys, shape, [name for other, _ in tables if (name := other.name) != effect.name]
-        )
+        others = [name for other, _ in tables if (name := other.name) != effect.name]
+        for what, expected in () if shape is None else unsuited(effect, shape, others):
+            at = (*keys, "name")
+            findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
         names = None if table.channels is None else tuple(dict.fromkeys(table.channels))
         plain = ActiveEffect(effect, channels=names)
         on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
@@ -59,26 +59,6 @@ def build(
         findings += wrong
         active.append(ActiveEffect(effect, values, names))
     return active, findings
-
-
-def _shape(effect: Effect, keys: Keys, shape: Shape | None, others: Sequence[str]) -> Iterator[Finding]:
-    """Check that the bushing has the sleeves that the effect acts on."""
-    if shape is None or shape.specimen != "bushing":
-        return
-    if effect.needs_sleeves and not isinstance(shape, Ring):
-        kind = type(shape).name
-        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)}: a {kind} has no coaxial sleeves"
-        yield Finding((*keys, "name"), what, expected="another shape, or without this effect")
-        return
-    for name in effect.rigid:
-        if name in shape.elastic_sleeves or "sleeve_compliance" in others:
-            what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} has no model with an elastic {name}"
-            yield Finding((*keys, "name"), what, expected="a rigid one")
-    if effect.name == "sleeve_compliance" and len(shape.elastic_sleeves) == 2:
-        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)}: both sleeves are elastic already"
-        yield Finding(
-            (*keys, "name"), what, expected="[geometry] without them; or change their youngs_modulus"
-        )
 
 
 def _channels(

@@ -43,7 +43,9 @@ def exchanged(search: Search, found: Selection, asked: float) -> bool:
     whole = float(found.plain.linear.rest @ found.plain.linear.rest)
     known = {frozenset(one.model.names) for one in found.refits.values()}
     promised = [
-        one for one in found.combined if whole - one.drop < left and frozenset(one.names) not in known
+        one
+        for one in found.combined
+        if whole - one.drop < left and frozenset(one.names) not in known and search.is_possible(one.names)
     ]
     tried: dict[tuple[str, ...], Fitted] = {}
     search.refit(found, tried, pairs(found.plain, table, promised, found.best.model.effects))

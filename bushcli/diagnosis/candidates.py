@@ -19,8 +19,8 @@ from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.score import Candidate
-from bushcli.diagnosis.usual import usual_size, usual_value
-from bushcli.effect import ActiveEffect, Effect, EffectParameter, full_name
+from bushcli.diagnosis.usual import in_words, usual_size, usual_value
+from bushcli.effect import ActiveEffect, Effect, EffectParameter, effects, full_name, unsuited
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 from cases.march import NotConverged
@@ -66,6 +66,9 @@ def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str
         return [], "it does not act on the recorded modes"
     if effect.needs_time and all(c.recording.time is None for c in acting):
         return [], "the recordings have no time"
+    reason = unfit(case, (*model.names, effect.name))
+    if reason:
+        return [], reason
     present = next((one for one in model.effects if one.name == effect.name), None)
     chosen = _parameters(effect, present)
     if not chosen:
@@ -77,11 +80,23 @@ def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str
     return found, "" if found else "it is in the model already"
 
 
+def unfit(case: Case, names: Sequence[str]) -> str:
+    """Why the specimen cannot have these effects together; empty where it can."""
+    for name in dict.fromkeys(names):
+        for what, _ in unsuited(effects()[name], case.geometry, [other for other in names if other != name]):
+            return f"{name}: {what}"
+    return ""
+
+
 def rigs(effect: Effect, acting: Sequence[Compared]) -> list[tuple[str, ...] | None]:
     """Names of the channels that have an effect at a time; None = all that it acts on.
 
-    What is offset, stopped or loose belongs to the rig of one mode: another one has another fixture and load cell.
+    What is offset, stopped or loose belongs to the rig of one mode: another one has another fixture and load cell. What
+    needs time is tried where there is time.
     """
+    timed = tuple(c.recording.name for c in acting if c.recording.time is not None)
+    if effect.needs_time and 0 < len(timed) < len(acting):
+        return [timed]
     found = dict.fromkeys(c.recording.mode for c in acting)
     if len(found) < 2 or not any(p.of_channel for p in effect.parameters):
         return [None]
@@ -165,9 +180,6 @@ def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | Non
     for channel, compared in zip(channels, fitted.channels, strict=True):
         recording = compared.recording
         if not trial.active.acts_on(recording.name, recording.mode):
-            found.append(np.zeros((len(recording.force), len(names))))
-            continue
-        if trial.effect.needs_time and recording.time is None:
             found.append(np.zeros((len(recording.force), len(names))))
             continue
         slope = _solved(channel, (_values(model), _values(_at_own_shape(model, case))), names, trial)
@@ -264,10 +276,29 @@ def candidate(
         columns=tuple(weighing.columns(fitted.channels, fitted.used, c) for _, c in usable),
         points=tuple(t.shape for t, _ in usable),
         signs=tuple(1 if p.off == p.lower else 0 for p in parameters),
-        typical=tuple(usual_size(effect, p, [c.recording for c in fitted.channels]) for p in parameters),
+        typical=tuple(_typical(effect, parameters, fitted, t) for t, _ in usable),
+        said=tuple(_said(effect, parameters, fitted, t) for t, _ in usable),
         sizes=tuple(t.size for t, _ in usable),
         channels=tuple(t.active.channels for t, _ in usable),
     )
+
+
+def _typical(
+    effect: Effect, parameters: Sequence[EffectParameter], fitted: Fitted, trial: Trial
+) -> tuple[float, ...]:
+    return tuple(usual_size(effect, p, _having(fitted, trial)) for p in parameters)
+
+
+def _said(effect: Effect, parameters: Sequence[EffectParameter], fitted: Fitted, trial: Trial) -> str:
+    """Typical amplitudes in words, at the door: "force = 3 N, displacement = 0.02 mm"."""
+    recordings = _having(fitted, trial)
+    return ", ".join(in_words(p, usual_size(effect, p, recordings), recordings) for p in parameters)
+
+
+def _having(fitted: Fitted, trial: Trial) -> list[Recording]:
+    """The recordings of the channels that have an effect."""
+    there = [c.recording for c in fitted.channels]
+    return [one for one in there if trial.active.acts_on(one.name, one.mode)]
 
 
 def catalogue(names: Sequence[str] | None, known: Mapping[str, Effect], specimen: str) -> Iterator[Effect]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
@@ -32,7 +32,6 @@ from bushcli.diagnosis.result import (
 from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.selected import Selection, at_noise
 from bushcli.diagnosis.selection import Progress, Search
-from bushcli.diagnosis.usual import usual_size
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import effects as catalogue
 from bushcli.errors import InputError, Problem, nearest
@@ -132,6 +131,7 @@ def diagnose(
         verdict=verdict,
         asked=None if effects is None else tuple(effects),
         law_from=source,
+        law_fixed=found.best.model.fixed,
         plain=_material(first, plain),
         material=_material(first, found.best),
         parameters=quantities(found.best),
@@ -141,7 +141,7 @@ def diagnose(
         channels=channels,
         location=location,
         remaining=remaining,
-        rivals=rivals,
+        rivals=tuple(rivals),
         next_test=proposal,
         maps=made,
         conditions=(
@@ -237,33 +237,34 @@ def _verdict(found: Selection) -> Verdict:
     return "explained" if reached else "unexplained"
 
 
-def _rivals(found: Selection) -> tuple[tuple[str, ...], ...]:
-    """Sets of effects that explain the recordings as well as the chosen one, which comes first."""
-    chosen = tuple(found.best.model.names)
-    near = [chosen]
-    limit = found.best.bic() + STRONG
+def _rivals(found: Selection) -> dict[tuple[str, ...], Fitted | None]:
+    """Sets of effects that explain the recordings as well as the chosen one, which comes first, with their fits."""
+    best = found.best.model
+    chosen = tuple(best.names)
+    near: dict[tuple[str, ...], Fitted | None] = {chosen: found.best}
+    limit = found.compared.bic() + STRONG
     others = sorted(found.refits.items(), key=lambda item: item[1].bic())
     for name, refit in others:
         names = tuple(refit.model.names)
-        better = not chosen or not set(chosen) < set(names)
-        if refit.bic() <= limit and set(names) != set(chosen) and better and name:
-            near.append(names or name)
+        # One that has the same effects and more is none; nor is one that differs in its law only.
+        more = set(chosen) <= set(names) if chosen else not names
+        if name and refit.bic() <= limit and not more:
+            same = (refit.model.law, refit.model.fixed) == (best.law, best.fixed)
+            near.setdefault(names if same and names else name, refit)
     if not chosen:
         # Nothing is missing that these recordings could show; what they could not show may still be there.
         for score in found.rounds[0].scores if found.rounds else ():
-            effect = catalogue()[score.name]
-            typical = usual_size(effect, effect.amplitudes[0], [c.recording for c in found.plain.channels])
             unknowns = len(score.amplitude) + len(score.shape)
             price = unknowns * float(np.log(max(found.plain.samples, 2.0))) - score.drop
-            if not score.testable or score.hidden > SEEN / 3.0 * typical or price < BARE:
-                near.append((score.name,))
-    return tuple(dict.fromkeys(near))
+            if not score.testable or score.hidden > SEEN / 3.0 or price < BARE:
+                near.setdefault((score.name,), None)
+    return near
 
 
 def _beyond(
     case: Case,
     found: Selection,
-    rivals: tuple[tuple[str, ...], ...],
+    rivals: Mapping[tuple[str, ...], Fitted | None],
     crew: Workers,
     maps: bool,
     told: Progress,
@@ -272,7 +273,7 @@ def _beyond(
     proposal: NextTest | None = None
     try:
         missing = "next test and map of the bushing"
-        if len(rivals) > 1:
+        if len(rivals) > 1 and found.best.model.effects:
             told("next", "test", "what would separate the rivals")
             proposal = propose(case, found, rivals, crew, told)
         missing = "map of the bushing"

@@ -15,9 +15,9 @@ Atkinson and Fedorov (1975), The design of experiments for discriminating betwee
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import combinations, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +59,7 @@ class Separation:
     pair : (str, str)
         Those two: the right one, and the one that imitates it.
     distances : mapping
-        (right, imitating) -> distance, for every ordered pair.
+        (right, imitating) -> distance, for every ordered pair but those of a special case and what contains it.
     """
 
     proposal: Proposal
@@ -68,14 +68,23 @@ class Separation:
     distances: Mapping[tuple[str, str], float]
 
     @property
+    def told_apart(self) -> tuple[tuple[str, str], ...]:
+        """Pairs that the recording would tell apart, whichever of the two is right."""
+        return tuple(
+            (a, b)
+            for a, b in combinations(sorted({name for pair in self.distances for name in pair}), 2)
+            if min(self.distances.get(pair, np.inf) for pair in ((a, b), (b, a))) >= TOLD_APART
+        )
+
+    @property
     def decides(self) -> bool:
         """Whether the recording would decide."""
         return self.worst >= TOLD_APART
 
 
-def distance(right: Prediction, imitating: Prediction, sigma: float, correlation_time: float = 1.0) -> float:
+def distance(right: Prediction, imitating: Prediction, sigma: float) -> float:
     """Return by how many standard errors two rivals' recordings differ, when the second is fitted to the first's."""
-    weight = 1.0 / (sigma * np.sqrt(correlation_time))
+    weight = 1.0 / sigma
     gap, slope = (right.force - imitating.force) * weight, imitating.jacobian * weight
     if slope.shape[1] == 0:
         return float(np.linalg.norm(gap))
@@ -91,7 +100,10 @@ def distance(right: Prediction, imitating: Prediction, sigma: float, correlation
 
 
 def separate(
-    proposal: Proposal, predictions: Mapping[str, Prediction], sigma: float, correlation_time: float = 1.0
+    proposal: Proposal,
+    predictions: Mapping[str, Prediction],
+    sigma: float,
+    special: Collection[tuple[str, str]] = (),
 ) -> Separation:
     """Return how well one recording would tell rivals apart.
 
@@ -100,12 +112,16 @@ def separate(
     proposal : Proposal
     predictions : mapping
         Rival -> what it expects, two rivals or more.
-    sigma, correlation_time : float
-        Noise to be expected, N, N mm or MPa, and its memory in samples.
+    sigma : float
+        Noise to be expected, N, N mm or MPa.
+    special : collection of (str, str)
+        Pairs of which the first is a special case of the second, which can imitate it always: that they are told apart
+        depends on the second's being right.
     """
     distances = {
-        (a, b): distance(predictions[a], predictions[b], sigma, correlation_time)
+        (a, b): distance(predictions[a], predictions[b], sigma)
         for a, b in permutations(predictions, 2)
+        if (a, b) not in special
     }
     pair = min(distances, key=lambda key: (distances[key], key))
     return Separation(proposal, distances[pair], pair, distances)

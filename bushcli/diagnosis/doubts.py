@@ -46,7 +46,8 @@ def doubts_of_the_model(
 ) -> list[Condition]:
     """What is doubtful about the final model, given the prediction without and with its effects."""
     made = []
-    if found.best.model.effects and at_noise(found.best) is None:
+    changed = bool(found.best.model.effects) or found.best.model.law != found.plain.model.law
+    if changed and at_noise(found.best) is None:
         made.append(
             Condition(
                 "misfit_above_noise",

@@ -99,6 +99,11 @@ class Model:
         return Task(bare, self.law, start=dict(self.start), fixed=held, terms=self.terms)
 
 
+# Of the scaled normal matrix: eigenvalues below this share of the largest are those of combinations that are left open,
+# and a parameter that has such a part in one is left open, too.
+OPEN, PART = 1e-14, 1e-6
+
+
 @dataclass(frozen=True)
 class Fitted:
     """A model at its best.
@@ -162,13 +167,22 @@ class Fitted:
         return tuple(weighing.calibrated(c, f) for c, f in zip(self.channels, self.factors, strict=True))
 
     def covariance(self) -> Array:
-        """Of the parameters, shape (p, p), the misfit's own size and memory allowed for."""
+        """Of the parameters, shape (p, p), the misfit's own size and memory allowed for.
+
+        The variance of what the recordings leave open, alone or in a combination, is infinite.
+        """
         J = self.linear.jacobian
         spread = self.linear.inflation(self.linear.rest)
         size = np.linalg.norm(J, axis=0)
         size = np.where(size > 0, size, 1.0)
-        inverse = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-14)
-        return np.asarray(spread * inverse / np.outer(size, size))
+        values, vectors = np.linalg.eigh((J / size).T @ (J / size))
+        known = values > OPEN * values.max(initial=0.0)
+        inverse = (vectors[:, known] / values[known]) @ vectors[:, known].T
+        found = np.asarray(spread * inverse / np.outer(size, size))
+        found[np.diag_indices(len(size))] = np.where(
+            np.any(np.abs(vectors[:, ~known]) > PART, axis=1), np.inf, np.diag(found)
+        )
+        return found
 
 
 class Weighed(Problem):
@@ -292,8 +306,7 @@ def predicted(case: Case, fitted: Fitted) -> tuple[Compared, ...] | None:
 
 def exact(case: Case, fitted: Fitted) -> Fitted | None:
     """The fit with the forces of the usual mesh, where they were those of a coarse one; None where that fails."""
-    task, _ = pose(case, fitted.model)
-    found = []
+    task, found = fitted.model.task(case), []
     for channel, compared in zip(kept.channels(task), fitted.channels, strict=True):
         values = {**fitted.model.start, **dict(zip(fitted.names, map(float, fitted.x), strict=True))}
         for one in fitted.model.effects:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -52,8 +53,7 @@ def named(found: Selection) -> tuple[Named, ...]:
     values, effects = quantities(found.best), []
     for one in found.best.model.effects:
         without = tuple(other for other in found.best.model.effects if other.name != one.name)
-        name = key(replace(found.best.model, effects=without), found.plain.model)
-        other = found.refits.get(name) or found.plain
+        other = found.refits.get(key(replace(found.best.model, effects=without), found.plain.model))
         own = {
             p.name: values[full_name(one.effect, p)]
             for p in one.parameters
@@ -67,10 +67,10 @@ def named(found: Selection) -> tuple[Named, ...]:
                 one.name,
                 one.effect.summary,
                 own,
-                other.bic() - found.best.bic(),
+                float("nan") if other is None else other.bic() - found.compared.bic(),
                 plausible,
                 remark,
                 one.channels,
             )
         )
-    return tuple(sorted(effects, key=lambda item: -item.evidence))
+    return tuple(sorted(effects, key=lambda item: (math.isnan(item.evidence), -item.evidence)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bushcli.diagnosis.usual import usual_value
+from bushcli.diagnosis.usual import in_words, usual_value
 from bushcli.effect import ActiveEffect
 from bushcli.recording import Recording
 
@@ -21,16 +21,14 @@ def plausibility(active: ActiveEffect, recordings: Sequence[Recording]) -> tuple
         value, off = active.values[parameter.name], float(parameter.off or 0.0)
         usual = usual_value(active.effect, parameter, recordings)
         if abs(value - off) > REMARKABLE * abs(usual - off):
+            found, often = (in_words(parameter, v, recordings) for v in (value, usual))
             return False, (
-                f"{parameter.name} = {value:.3g} {parameter.unit} is more than {REMARKABLE:g} times what is usual "
-                f"({usual:.3g})"
+                f"{found} is more than {REMARKABLE:g} times what is usual ({often.partition(' = ')[2]})"
             )
     for parameter in active.parameters:
         value = active.values[parameter.name]
-        near = AT_BOUND * max(abs(value), 1e-9)
-        if parameter.off is None and parameter.scan:
-            if value <= parameter.lower + near or value >= parameter.upper - near:
-                return False, f"{parameter.name} = {value:.3g} {parameter.unit} lies at its bound"
-        elif value >= parameter.upper - near:
-            return False, f"{parameter.name} = {value:.3g} {parameter.unit} lies at its bound"
+        near = AT_BOUND * max(abs(value), abs(parameter.start))
+        low = parameter.off is None and bool(parameter.scan) and value <= parameter.lower + near
+        if low or value >= parameter.upper - near:
+            return False, f"{in_words(parameter, value, recordings)} lies at its bound"
     return True, "its parameters are of a size that real bushings have"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 from mpi4py import MPI
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from bushcli.casefile import Case
 from bushcli.diagnosis import kept
+from bushcli.diagnosis.candidates import rigs
 from bushcli.diagnosis.discriminate import Prediction, Separation, next_test, separate
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.model import Fitted, Model
@@ -43,12 +45,27 @@ SAMPLES = 9
 
 
 def propose(
-    case: Case, found: Selection, rivals: Sequence[tuple[str, ...]], crew: Workers, told: Progress
+    case: Case,
+    found: Selection,
+    rivals: Mapping[tuple[str, ...], Fitted | None],
+    crew: Workers,
+    told: Progress,
 ) -> NextTest | None:
-    """The cheapest recording that separates rivals; None where none on the menu does."""
-    models = _models(found, rivals[:MOST_RIVALS])
+    """The cheapest recording that separates rivals; None where none on the menu does.
+
+    Parameters
+    ----------
+    rivals
+        Sets of effects with their fits, None for one that was not fitted; the chosen one first.
+    """
+    models = _models(found, dict(list(rivals.items())[:MOST_RIVALS]))
     if len(models) < 2:
         return None
+    special = {
+        (a, b)
+        for (a, (one, _)), (b, (other, _)) in permutations(models.items(), 2)
+        if _is_special_case(one, other)
+    }
     separations: list[Separation] = []
     for recorded in (True, False):
         # From the cheapest on: the first that decides is the answer.
@@ -61,7 +78,7 @@ def propose(
             if len(known) < len(models):
                 continue
             span = max(float(np.ptp(one.force)) for one in known.values())
-            separations.append(separate(proposal, known, _sigma(found, proposal, span)))
+            separations.append(separate(proposal, known, _sigma(found, proposal, span), special))
             if separations[-1].decides:
                 return _test(separations[-1], models)
     best = next_test(separations)
@@ -69,7 +86,6 @@ def propose(
 
 
 def _test(best: Separation, models: Sequence[str] | Mapping[str, object]) -> NextTest:
-    pairs = [pair for pair, distance in best.distances.items() if distance >= TOLD_APART]
     return NextTest(
         name=best.proposal.name,
         channel=best.proposal.channel,
@@ -77,34 +93,40 @@ def _test(best: Separation, models: Sequence[str] | Mapping[str, object]) -> Nex
         rates=best.proposal.rates,
         holds=best.proposal.holds,
         minutes=best.proposal.cost,
-        separates=tuple(pair for pair in pairs if pair[0] < pair[1]) or (best.pair,),
+        separates=best.told_apart,
         distance=best.worst,
         text=_words(best.proposal, best.worst, tuple(models)),
     )
 
 
-def _models(found: Selection, rivals: Sequence[tuple[str, ...]]) -> dict[str, tuple[Model, Fitted]]:
+def _models(
+    found: Selection, rivals: Mapping[tuple[str, ...], Fitted | None]
+) -> dict[str, tuple[Model, Fitted]]:
     """Each rival with values: as refitted, or at a typical size where there is nothing to fit it to."""
     made: dict[str, tuple[Model, Fitted]] = {}
-    for names in rivals:
-        refit = found.refits.get(tuple(sorted(names)))
-        if names == tuple(found.best.model.names):
-            refit = found.best
+    for names, refit in rivals.items():
         if refit is None:
-            added = [_usual(effects()[name], found) for name in names if name in effects()]
-            if len(added) != len(names):
-                continue
-            made[_name(names)] = (replace(found.plain.model, effects=tuple(added)), found.plain)
+            added = tuple(_usual(effects()[name], found) for name in names)
+            made[_name(names)] = (replace(found.best.model, effects=added), found.best)
         else:
             made[_name(names)] = (refit.model, refit)
     return made
 
 
+def _is_special_case(one: Model, other: Model) -> bool:
+    """Whether the second model becomes the first where some of its effects vanish: it can imitate it always."""
+    same = (one.law, one.fixed) == (other.law, other.fixed)
+    having = [{e.channels for e in other.effects if e.name == mine.name} for mine in one.effects]
+    return same and all(mine.channels in there for mine, there in zip(one.effects, having, strict=True))
+
+
 def _usual(effect: Effect, found: Selection) -> ActiveEffect:
-    recordings = [channel.recording for channel in found.plain.channels]
-    return ActiveEffect(
-        effect, {p.name: usual_value(effect, p, recordings) for p in effect.parameters if not p.optional}
-    )
+    """The effect at a typical size, on the channels of one rig."""
+    acting_ = [channel for channel in found.plain.channels if effect.acts_on(channel.recording.mode)]
+    channels = rigs(effect, acting_)[0]
+    there = [c.recording for c in acting_ if channels is None or c.recording.name in channels]
+    values = {p.name: usual_value(effect, p, there) for p in effect.parameters if not p.optional}
+    return ActiveEffect(effect, values, channels)
 
 
 def _menu(case: Case, found: Selection, recorded: bool) -> list[Proposal]:
@@ -116,9 +138,10 @@ def _menu(case: Case, found: Selection, recorded: bool) -> list[Proposal]:
     for channel in found.plain.channels:
         q, t = channel.recording.displacement, channel.recording.time
         reach = float(np.abs(q).max())
-        amplitudes[channel.recording.mode] = reach
+        mode = channel.recording.mode
+        amplitudes[mode] = max(reach, amplitudes.get(mode, 0.0))
         path = float(np.abs(np.diff(q)).sum())
-        rate[channel.recording.mode] = path / float(t[-1] - t[0]) if t is not None else reach / SECONDS
+        rate[mode] = path / float(t[-1] - t[0]) if t is not None else reach / SECONDS
     if not recorded:
         if isinstance(case.geometry, Ring):
             others = {
@@ -139,12 +162,17 @@ def _foretell(case: Case, model: Model, fitted: Fitted, proposal: Proposal) -> P
     """What a rival expects of a recording, with derivatives by its parameters; None where it cannot be solved."""
     time, q = proposal.program(SAMPLES)
     task = model.task(case)
+    # The rig of a mode is that of its recordings.
+    names_ = [source.label for source in case.recordings if source.mode == proposal.channel] or [
+        proposal.channel
+    ]
+    there = {one.name: one for name in names_ for one in acting(model.effects, name, proposal.channel)}
     simulation = Simulation(
         case.geometry,
         modes()[proposal.channel],
         rubber_of(task.material),
         case.mesh.refinement,
-        acting(model.effects, proposal.channel, proposal.channel),
+        tuple(there.values()),
         time,
         q,
         None,

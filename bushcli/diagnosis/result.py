@@ -57,6 +57,7 @@ class Named:
         By the effect's own names.
     evidence : float
         By how much BIC is worse without it (2 ln of the Bayes factor, roughly); above 6 is strong, above 10 decisive.
+        NaN where the model without it cannot be solved.
     plausible : bool
     remark : str
         Why it is or is not plausible, or what else to know.
@@ -201,7 +202,7 @@ class NextTest:
         At each point, s.
     minutes : float
     separates : tuple of (str, str)
-        Pairs of rivals, each a name or names joined by " + ".
+        Pairs of rivals that it would tell apart, each a name or names joined by " + "; none where no recording does.
     distance : float
         Smallest difference of two rivals in standard errors; above 4.65 one recording decides.
     text : str
@@ -262,11 +263,14 @@ class Diagnosis:
     ----------
     verdict
         "explained": the plain law reaches the noise; "missing_physics": effects are named; "law_too_poor": another law,
-        without any effect, reaches it; "unexplained": nothing in the catalogue helps enough.
+        without any effect, reaches it or at least halves the misfit; "unexplained": nothing in the catalogue helps
+        enough.
     asked
         Effects that were to be thought of, where not all were.
     law_from : {"recordings", "coupons"}
         Where the plain model's law comes from; that of coupons is fixed.
+    law_fixed
+        Whether the final model has kept it.
     plain, material : Material
         Law of the plain and of the final model.
     parameters
@@ -294,6 +298,7 @@ class Diagnosis:
     verdict: Verdict
     asked: tuple[str, ...] | None
     law_from: Literal["recordings", "coupons"]
+    law_fixed: bool
     plain: Material
     material: Material
     parameters: Mapping[str, Quantity]

@@ -62,8 +62,11 @@ class Candidate:
         Shape parameters at each point of the grid; one empty mapping where there are none.
     signs : tuple of {1, 0, -1}
         1 for an amplitude that cannot be less than its off value, 0 for one that can be either.
-    typical : tuple of float, optional
-        An ordinary size of each amplitude's difference from its off value.
+    typical : tuple of tuple of float, optional
+        For each point of the grid, an ordinary size of each amplitude's difference from its off value: what is usual
+        for a stop goes by the channels that have it.
+    said : tuple of str, optional
+        The same in words.
     sizes : tuple of float or None, optional
         For each point of the grid, the first amplitude's finite size over which the change was taken.
     untestable : str
@@ -77,7 +80,8 @@ class Candidate:
     columns: tuple[Array, ...]
     points: tuple[Mapping[str, float], ...]
     signs: tuple[int, ...]
-    typical: tuple[float, ...] | None = None
+    typical: tuple[tuple[float, ...], ...] | None = None
+    said: tuple[str, ...] | None = None
     sizes: tuple[float | None, ...] | None = None
     untestable: str = ""
     channels: tuple[tuple[str, ...] | None, ...] | None = None
@@ -127,7 +131,8 @@ class Score:
     drops : (points,) array
         The fall at every point of the grid.
     hidden : float
-        As ``detectable``, at the point of the grid where that is largest.
+        Size of the first amplitude that stands out by 3 standard errors, over what is usual of it, at the point of the
+        grid where that is largest.
     channels : tuple of str, optional
         Names of the channels that have the effect at the point; None where all have it.
     """
@@ -200,7 +205,9 @@ def score(fit: Linearised, candidate: Candidate) -> Score:
         taken_up=1.0 - float(np.sum(g**2)) / whole,
         detectable=float(3.0 * std[0]),
         drops=drops,
-        hidden=float(3.0 * max(_std(g)[0] for g in own)),
+        hidden=float(
+            3.0 * max(_std(g)[0] / usual[0] for g, usual in zip(own, _usual(candidate), strict=True))
+        ),
         channels=candidate.channels_at(point),
     )
 
@@ -213,15 +220,15 @@ def screen(fit: Linearised, candidates: Sequence[Candidate]) -> tuple[Score, ...
 
 def untestable(fit: Linearised, candidate: Candidate) -> str:
     """Return why an effect cannot be tested with these recordings; empty when it can."""
-    typical = np.ones(len(candidate.amplitudes)) if candidate.typical is None else np.abs(candidate.typical)
-    found = [(c * typical, fit.left(c) * typical) for c in candidate.columns]
-    whole = max(float(np.linalg.norm(c, axis=0).max()) for c, _ in found)
-    own = max(float(np.linalg.norm(g, axis=0).max()) for _, g in found)
+    typical = _usual(candidate)
+    sizes = [
+        (np.linalg.norm(c * usual, axis=0).max(), np.linalg.norm(fit.left(c) * usual, axis=0).max())
+        for c, usual in zip(candidate.columns, typical, strict=True)
+    ]
+    whole, own = (float(max(part)) for part in zip(*sizes, strict=True))
     if whole == 0.0:
         return "these recordings do not respond to it"
-    size = ", ".join(
-        f"{name} = {value:.3g}" for name, value in zip(candidate.amplitudes, typical, strict=True)
-    )
+    size = _size(candidate, typical, int(np.argmax([part for _, part in sizes])))
     if own < OWN * whole:
         return "all that it would change, the fitted parameters can change as well"
     if (
@@ -238,12 +245,27 @@ def untestable(fit: Linearised, candidate: Candidate) -> str:
 
 def _asked(fit: Linearised, candidate: Candidate, typical: Array) -> bool:
     """Whether the misfit asks for an effect that is larger than usual, but not beyond reason."""
-    for columns in candidate.columns:
+    for columns, usual in zip(candidate.columns, typical, strict=True):
         g = fit.left(columns)
         amplitude, drop = cone_fit(g.T @ g, -(g.T @ fit.rest), candidate.signs)
-        if drop > _ASKED and bool(np.all(np.abs(amplitude) <= _UNUSUAL * typical)):
+        if drop > _ASKED and bool(np.all(np.abs(amplitude) <= _UNUSUAL * usual)):
             return True
     return False
+
+
+def _usual(candidate: Candidate) -> Array:
+    """Typical amplitudes at every point of the grid, shape (points, k); ones where they are not known."""
+    if candidate.typical is None:
+        return np.ones((len(candidate.columns), len(candidate.amplitudes)))
+    return np.abs(np.asarray(candidate.typical, dtype=float))
+
+
+def _size(candidate: Candidate, typical: Array, point: int) -> str:
+    """A typical amplitude in words."""
+    if candidate.said is not None:
+        return candidate.said[point]
+    values = zip(candidate.amplitudes, typical[point], strict=True)
+    return ", ".join(f"{name} = {value:.3g}" for name, value in values)
 
 
 def largest_of_normals(z: float, correlation: Array, two_sided: bool) -> float:

@@ -47,9 +47,11 @@ class Selection:
     rounds : list of Round
         The first beside the plain law.
     refits : dict
-        Names of effects (and "law: ...") -> fit, of all models that were refitted.
+        Names of effects (and "law: ...") -> fit, of each name the one that comes nearest.
     combined : tuple of Combination
         Effects and pairs of them to first order beside the plain law.
+    rough : Fitted, optional
+        The best as it was compared with others, where those have a coarser mesh.
     held : tuple of HeldOut
     predictions, foretold : dict
         By `structure`, of models fitted without what is held out: misfit over noise on that, and all samples as they
@@ -62,9 +64,15 @@ class Selection:
     rounds: list[Round] = field(default_factory=list)
     refits: dict[tuple[str, ...], Fitted] = field(default_factory=dict)
     combined: tuple[Combination, ...] = ()
+    rough: Fitted | None = None
     held: tuple[HeldOut, ...] = ()
     predictions: dict[tuple[str, ...], float] = field(default_factory=dict)
     foretold: dict[tuple[str, ...], tuple[Compared, ...] | None] = field(default_factory=dict)
+
+    @property
+    def compared(self) -> Fitted:
+        """The best on the mesh of all others."""
+        return self.rough or self.best
 
 
 def key(model: Model, plain: Model) -> tuple[str, ...]:

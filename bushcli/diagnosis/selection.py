@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bushcli.casefile import Case
 from bushcli.diagnosis import alternatives
 from bushcli.diagnosis.beginnings import PROMISING, pairs, richer, singles
-from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials
+from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials, unfit
 from bushcli.diagnosis.held_out import HeldOut, held_out
 from bushcli.diagnosis.model import Fitted, Model, exact, fit, predicted
 from bushcli.diagnosis.noise_model import Compared
@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
 """Called with the stage, what is looked at, and what came of it."""
 
-# The same of one beside an effect that reaches the noise.
+# An effect is refitted beside one that reaches the noise if it promises such a share of what that one does.
 NEAR = 0.5
 # Effects in one model, at most.
 MOST = 3
@@ -73,7 +73,7 @@ class Search:
         if found.best.model.anchor is not None:
             # What is shown in the end is the usual mesh's.
             exact_ = self.workers.run(_exact, [(self.case, found.best)])[0]
-            found.best = exact_ or found.best
+            found.rough, found.best = found.best, exact_ or found.best
         return found
 
     def _searched(self, plain: Fitted) -> Selection:
@@ -86,7 +86,7 @@ class Search:
             table, scores = self.screened(found.best)
             found.rounds.append(Round(found.best, table, scores))
             if len(found.rounds) == 1:
-                found.combined = forward(found.best.linear, table, 2, inflation=1.0)
+                found.combined = forward(found.best.linear, table)
             # What passes for noise as a whole may still hold an effect that stands out by itself.
             asked = STRONG if at_noise(found.best) is None else OUTSTANDING
             if asked == OUTSTANDING and not any(_stands_out(one) for one in scores):
@@ -98,9 +98,12 @@ class Search:
             if len(found.best.model.effects) == 2:
                 alternatives.reconsidered(self, found, asked)
         alternatives.rivalled(self, found)
+        # What came in by pairs, or in place of another one, has not been left out yet.
+        self._reduced(found, again=False)
         if not reason:
-            done = at_noise(found.best) is not None
-            reason = "what is left is noise" if done else "effects enough for one model"
+            reason = (
+                "what is left is noise" if at_noise(found.best) is not None else f"{MOST} rounds are enough"
+            )
         self._stage(found, "stop", found.best, reason)
         return found
 
@@ -172,10 +175,17 @@ class Search:
             two: dict[tuple[str, ...], Fitted] = {}
             if len(found.best.model.effects) + 2 <= MOST:
                 alone = max((one.drop for one in scores if one.testable), default=0.0)
-                together = [c for c in forward(found.best.linear, table, 2) if c.drop > alone + PROMISING]
+                together = [
+                    one
+                    for one in forward(found.best.linear, table)
+                    if one.drop > alone + PROMISING
+                    and self.is_possible((*found.best.model.names, *one.names))
+                ]
                 self.refit(found, two, pairs(found.best, table, together, begun))
             if self.take(found, two, asked) or alternatives.reconsidered(self, found, asked):
                 return ""
+        if len(found.best.model.effects) == MOST:
+            return "effects enough for one model"
         return "no effect of the catalogue improves the fit enough to be believed"
 
     def take(self, found: Selection, tried: dict[tuple[str, ...], Fitted], asked: float) -> bool:
@@ -208,10 +218,15 @@ class Search:
         return after > NO_WORSE * before and samples * (after**2 - before**2) > CHANCE_RISE
 
     def refit(self, found: Selection, tried: dict[tuple[str, ...], Fitted], models: Sequence[Model]) -> None:
-        """Refit models, and keep the best of each name."""
-        for one in self._fitted(models, found.best.model.law):
+        """Refit models, and keep the best of each name; those that cannot be are left out."""
+        possible = [model for model in models if self.is_possible(model.names)]
+        for one in self._fitted(possible, found.best.model.law):
             if one is not None and _better(one, tried.get(key(one.model, found.plain.model))):
                 tried[key(one.model, found.plain.model)] = one
+
+    def is_possible(self, names: Sequence[str]) -> bool:
+        """Whether one model can have these effects."""
+        return len(set(names)) <= MOST and not unfit(self.case, names)
 
     def _fitted(self, models: Sequence[Model], law: str) -> list[Fitted | None]:
         """Refit models; another law than the one at hand has to find its scale first."""
@@ -227,13 +242,22 @@ class Search:
 
         return self.workers.run(_refit, questions, told)
 
-    def _reduced(self, found: Selection) -> None:
-        """Leave out, one at a time, every effect that the model no longer needs."""
-        while len(found.best.model.effects) > 1:
+    def _reduced(self, found: Selection, again: bool = True) -> None:
+        """Leave out, one at a time, every effect that the model does not need.
+
+        Parameters
+        ----------
+        again
+            Also where the model without it has been fitted before, from other start values; but for the effect that
+            came last.
+        """
+        while found.best.model.effects:
             model = found.best.model
             models = [
-                replace(model, effects=tuple(one for one in model.effects if one.name != name))
-                for name in model.names[:-1]
+                less
+                for name in model.names
+                if key(less := _without(model, name), found.plain.model) not in found.refits
+                or (again and name != model.names[-1])
             ]
             fits = [one for one in self._fitted(models, found.best.model.law) if one is not None]
             found.refits |= {
@@ -241,7 +265,9 @@ class Search:
                 for one in fits
                 if _better(one, found.refits.get(key(one.model, found.plain.model)))
             }
-            better = [one for one in fits if one.bic() <= found.best.bic() + STRONG]
+            # A law of coupons is not set free for its own sake.
+            able = [one for one in fits if one.model.effects or one.model.fixed == found.plain.model.fixed]
+            better = [one for one in able if one.bic() <= found.best.bic() + STRONG]
             if not better:
                 return
             left = min(better, key=lambda one: one.bic())
@@ -277,6 +303,10 @@ def _form_error(found: Selection) -> float:
 
 def _better(one: Fitted, other: Fitted | None) -> bool:
     return other is None or one.chi_square < other.chi_square
+
+
+def _without(model: Model, name: str) -> Model:
+    return replace(model, effects=tuple(one for one in model.effects if one.name != name))
 
 
 def _stands_out(score: Score) -> bool:

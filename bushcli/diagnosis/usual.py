@@ -9,8 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bushcli.casefile.unit import outside, unit
 from bushcli.effect import Effect, EffectParameter
 from bushcli.recording import Recording
+from cases.mode import modes
 
 
 def usual_value(effect: Effect, parameter: EffectParameter, recordings: Sequence[Recording]) -> float:
@@ -30,6 +32,13 @@ def usual_value(effect: Effect, parameter: EffectParameter, recordings: Sequence
 def usual_size(effect: Effect, parameter: EffectParameter, recordings: Sequence[Recording]) -> float:
     """Difference of an amplitude's typical value from the one at which the effect is absent; more than 0."""
     return abs(usual_value(effect, parameter, recordings) - float(parameter.off or 0.0))
+
+
+def in_words(parameter: EffectParameter, value: float, recordings: Sequence[Recording]) -> str:
+    """Name, value and unit as the case file has them on these channels: "displacement = 0.3 degrees"."""
+    rotational = any(modes()[one.mode].rotational for one in recordings)
+    of = unit(parameter, rotational)
+    return f"{parameter.name} = {outside(parameter, value, rotational):.3g}{'' if of == '1' else f' {of}'}"
 
 
 def _largest(recording: Recording, unit: str) -> float:

@@ -79,7 +79,7 @@ def map_lines(found: Diagnosis) -> list[str]:
 def rival_lines(found: Diagnosis) -> list[str]:
     """Which models cannot be told apart, and the recording that would do it."""
     lines = []
-    if len(found.rivals) > 1 and found.verdict == "explained":
+    if len(found.rivals) > 1 and not found.effects:
         names = ", ".join(model_name(names) for names in found.rivals[1:])
         lines.append(f"What these recordings could not show if it were there: {names}.")
     elif len(found.rivals) > 1:
@@ -114,7 +114,7 @@ def _hypotheses(found: Diagnosis) -> list[object]:
 
 
 def _law_values(found: Diagnosis) -> str:
-    if found.law_from != "recordings":
+    if found.law_fixed:
         values = ", ".join(f"{name} {number(value, 4)}" for name, value in found.material.parameters.items())
         return f"{values} (fixed, from the {found.law_from})"
     if not any("." not in name for name in found.parameters):

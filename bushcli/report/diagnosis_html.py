@@ -86,7 +86,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         [paragraph(found)],
         tone(found),
         sections,
-        found.law_from,
+        found.law_from if found.law_fixed else "recordings",
     )
 
 

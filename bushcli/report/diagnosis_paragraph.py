@@ -17,6 +17,7 @@ def paragraph(diagnosis: Diagnosis) -> str:
         parts += [f"{one[:1].upper()}{one[1:].rstrip('.')}." for one in sentences(diagnosis.location)[:2]]
     if diagnosis.effects:
         parts.append(_effects(diagnosis))
+        parts.append(_law(diagnosis))
         parts.append(_gain(diagnosis))
         parts += [f"{one.name}: {one.remark}." for one in diagnosis.effects if not one.plausible]
     elif diagnosis.verdict == "law_too_poor":
@@ -46,14 +47,30 @@ def _opening(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "explained":
         return f"{origin}, reaches the noise: nothing is missing that these recordings could show."
     if diagnosis.verdict == "law_too_poor":
-        return (
-            f"{origin}, misses more than noise because the law is too poor: "
-            f"{diagnosis.material.law} describes the same rubber without any further physics."
+        other = diagnosis.material.law
+        short = any(condition.name == "misfit_above_noise" for condition in diagnosis.conditions)
+        return f"{origin}, misses more than noise because the law is too poor: " + (
+            f"{other} comes nearer without any further physics, though not to the noise."
+            if short
+            else f"{other} describes the same rubber without any further physics."
         )
     if diagnosis.verdict == "unexplained":
         return f"{origin}, misses more than noise."
     names = " and ".join(one.name for one in diagnosis.effects)
     return f"{origin}, leaves out {names}."
+
+
+def _law(diagnosis: Diagnosis) -> str:
+    """What became of the law beside the effects."""
+    if diagnosis.material.law != diagnosis.plain.law:
+        replaced = f"the law {diagnosis.material.law} in place of {diagnosis.plain.law}"
+        return f"Beside it stands {replaced}: the fall of the misfit is that of both."
+    if diagnosis.law_from == "coupons" and not diagnosis.law_fixed:
+        return (
+            "Beside it the law is no longer that of the coupons, but identified from the recordings: the fall of the "
+            "misfit is that of both."
+        )
+    return ""
 
 
 def _effects(diagnosis: Diagnosis) -> str:

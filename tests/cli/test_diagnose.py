@@ -272,8 +272,9 @@ def test_what_stops_the_extras_is_a_condition_beside_the_verdict(
 
     monkeypatch.setattr(driver, "propose", lambda *_: "a test")
     monkeypatch.setattr(driver, stopped, stop)
-    rivals = (("mullins",), ("friction",))
-    proposal, maps, (found,) = driver._beyond(None, None, rivals, Workers(), True, lambda *_: None)  # type: ignore[arg-type]
+    rivals = {("mullins",): None, ("friction",): None}
+    named: Any = SimpleNamespace(best=SimpleNamespace(model=SimpleNamespace(effects=("mullins",))))
+    proposal, maps, (found,) = driver._beyond(None, named, rivals, Workers(), True, lambda *_: None)  # type: ignore[arg-type]
     assert proposal == (None if stopped == "propose" else "a test")
     assert maps == ()
     assert found.name == condition
@@ -286,7 +287,7 @@ def test_a_mistake_in_the_extras_is_not_hidden(monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr(driver, "_maps", stop)
     with pytest.raises(ZeroDivisionError):
-        driver._beyond(None, None, (), Workers(), True, lambda *_: None)  # type: ignore[arg-type]
+        driver._beyond(None, None, {}, Workers(), True, lambda *_: None)  # type: ignore[arg-type]
 
 
 def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Path, tmp_path: Path) -> None:

@@ -296,7 +296,7 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ),
         (
             "effects=[{name='debonding'}]",
-            'effects[0].name = "debonding" has no model with an elastic inner_sleeve (a rigid one)',
+            'effects[0].name = "debonding": there is no model of it with an elastic inner_sleeve (a rigid one)',
         ),
         (
             "effects=[{name='mullins', channels=['axail']}]",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,3 +62,12 @@ def test_what_belongs_to_a_rig_is_tried_in_one_mode_at_a_time():
         assert candidates.rigs(effects()[name], [slow, fast]) == [None]
     assert candidates.rigs(effects()["mullins"], [slow, turned]) == [None]
     assert candidates.rigs(effects()["time_lag"], [slow, turned]) == [None]
+
+
+def test_what_needs_time_is_tried_where_there_is_time():
+    untimed, timed = compared("axial"), compared("radial")
+    timed = replace(timed, recording=replace(timed.recording, time=np.arange(9.0)))
+    for name in ("viscoelasticity", "time_lag"):
+        assert candidates.rigs(effects()[name], [untimed, timed]) == [("radial",)]
+        assert candidates.rigs(effects()[name], [timed]) == [None]
+    assert candidates.rigs(effects()["mullins"], [untimed, timed]) == [None]

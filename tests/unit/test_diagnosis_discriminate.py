@@ -102,11 +102,24 @@ def test_what_is_known_before_keeps_a_rival_from_moving():
     assert free < between < held
 
 
-def test_noise_and_its_memory_shrink_the_distance():
+def test_a_special_case_is_told_from_what_contains_it_by_that_one_alone():
+    """A loop may vanish, and its absence is then no news; where it is there, nothing without it can follow."""
+    time, q = ONE_RATE.program()
+    none = Prediction(K * q, q[:, None], np.zeros((1, 1)))
+    loop = prediction(q, maxwell(time, q))
+    both = {"no effect": none, "loop": loop}
+    found = separate(ONE_RATE, both, SIGMA)
+    assert found.worst == pytest.approx(0.0, abs=1e-6)
+    assert (found.decides, found.told_apart) == (False, ())
+    found = separate(ONE_RATE, both, SIGMA, {("no effect", "loop")})
+    assert found.decides
+    assert found.told_apart == (("loop", "no effect"),)
+
+
+def test_noise_shrinks_the_distance():
     time, q = ONE_RATE.program()
     right, other = prediction(q, maxwell(time, q)), prediction(q, slider(q))
     assert distance(right, other, 2 * SIGMA) == pytest.approx(distance(right, other, SIGMA) / 2)
-    assert distance(right, other, SIGMA, 4.0) == pytest.approx(distance(right, other, SIGMA) / 2)
 
 
 def test_the_cheapest_that_decides_is_chosen_not_the_best():

@@ -76,7 +76,8 @@ def fit(time, q, force, noise=None):
 
 def effect(channel, name, amplitudes, columns, points=({},), signs=(1,), typical=None):
     weighted = tuple(weighed([channel], [np.reshape(c, (len(c), -1))]) for c in columns)
-    return Candidate(name, amplitudes, weighted, points, signs, typical)
+    usual = None if typical is None else (typical,) * len(weighted)
+    return Candidate(name, amplitudes, weighted, points, signs, usual)
 
 
 def catalogue(channel):

@@ -7,10 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.diagnosis import alternatives
+from bushcli.diagnosis import alternatives, selection
 from bushcli.diagnosis.beginnings import REFITTED
+from bushcli.diagnosis.candidates import unfit
 from bushcli.diagnosis.selected import Round, Selection
 from bushcli.diagnosis.selection import Search, _difference
+from geometry.shapes.mount import Mount
+from geometry.shapes.plain import Plain
 
 STAND_IN, TRUE = ("compressibility", "mullins"), ("cure_shrinkage", "mullins")
 
@@ -44,11 +47,11 @@ def asked(monkeypatch):
     seen = []
 
     def pairs(best, table, together, begun):
-        return [one.names for one in together]
+        return [fitted(one.names, 0.0).model for one in together]
 
     def fits(self, models, law):
-        seen.extend(models)
-        return [fitted(names, 100.0 if set(names) == set(TRUE) else 900.0) for names in models]
+        seen.extend(one.names for one in models)
+        return [fitted(one.names, 100.0 if set(one.names) == set(TRUE) else 900.0) for one in models]
 
     monkeypatch.setattr(alternatives, "pairs", pairs)
     monkeypatch.setattr(alternatives, "chi_square", lambda channels, factors: channels)
@@ -59,7 +62,8 @@ def asked(monkeypatch):
 
 
 def search():
-    return Search(None, None, None, lambda *_: None)
+    case = SimpleNamespace(geometry=Plain(inner_radius=9.0, outer_radius=18.0, length=34.0))
+    return Search(case, None, None, lambda *_: None)
 
 
 def state(at_hand, combined):
@@ -152,6 +156,59 @@ def test_nothing_is_left_over_at_the_noise(monkeypatch, asked):
     assert seen == []
 
 
+def test_what_a_specimen_cannot_have_is_not_refitted(monkeypatch, asked):
+    found, tried = state(700.0, []), {}
+    together = ("debonding", "sleeve_compliance")
+    four = ("mullins", "friction", "offset", "swaging")
+    search().refit(found, tried, [fitted(names, 0.0).model for names in (together, four, TRUE)])
+    assert asked == [TRUE]
+    assert "elastic inner_sleeve" in unfit(search().case, together)
+    mount = SimpleNamespace(geometry=Mount(**Mount.examples[0]))
+    assert unfit(mount, ("mullins",)) == ""
+    assert unfit(mount, ("mullins", "misalignment")) == "misalignment: a mount has no coaxial sleeves"
+
+
+def reduced(monkeypatch, without, again, law="yeoh"):
+    """Leave out of a model of two effects what it does not need; `without` is each one's model: its chi square."""
+    monkeypatch.setattr(
+        selection,
+        "_without",
+        lambda model, name: fitted([other for other in model.names if other != name], 0.0, model.law).model,
+    )
+    seen = []
+
+    def fits(self, models, _):
+        seen.extend(one.names for one in models)
+        return [fitted(one.names, without[one.names], one.law) for one in models]
+
+    monkeypatch.setattr(Search, "_fitted", fits)
+    plain, best = fitted((), 1000.0), fitted(("mullins", "friction"), 100.0, law)
+    found = Selection(plain, best)
+    found.refits = {(): plain, ("mullins",): fitted(("mullins",), 300.0)}
+    search()._reduced(found, again)
+    return found, seen
+
+
+def test_what_came_in_as_a_pair_is_left_out_one_by_one(monkeypatch, asked):
+    # Friction is not needed: 103 without it, 500 without the other. What is known is not fitted again at the end.
+    found, seen = reduced(monkeypatch, {("friction",): 500.0, ("mullins",): 103.0}, again=False)
+    assert seen == [("friction",)]
+    assert found.best.model.names == ("mullins", "friction")
+    assert {("friction",), ("mullins",)} <= set(found.refits)
+    found, seen = reduced(monkeypatch, {("friction",): 103.0}, again=False)
+    assert seen == [("friction",)]
+    assert found.best.model.names == ("friction",)
+
+
+def test_what_was_fitted_before_is_left_out_again_but_for_the_last_effect(monkeypatch, asked):
+    found, seen = reduced(monkeypatch, {("friction",): 500.0}, again=True)
+    assert seen == [("friction",)]
+    found, seen = reduced(monkeypatch, {(): 103.0, ("friction",): 103.0, ("mullins",): 500.0}, True, "ogden")
+    # With another law nothing of this is known, down to the law alone.
+    assert seen == [("friction",), ("mullins",), ()]
+    assert (found.best.model.names, found.best.model.law) == ((), "ogden")
+
+
 def test_what_changes_from_one_model_to_another_is_told():
     assert _difference(fitted(TRUE, 1.0), fitted(("mullins",), 1.0)) == "cure_shrinkage"
     assert (
@@ -162,7 +219,7 @@ def test_what_changes_from_one_model_to_another_is_told():
 def rivalled(monkeypatch, asked, third):
     """Stiffness of sleeve and rig alike, both then refitted beside a misalignment; `third` explained less."""
     monkeypatch.setattr(
-        alternatives, "replace", lambda model, **new: tuple(one.name for one in new["effects"])
+        alternatives, "replace", lambda model, **new: fitted([e.name for e in new["effects"]], 0.0).model
     )
     plain, sleeve = fitted((), 1000.0), fitted(("sleeve_compliance",), 600.0)
     best = fitted(("sleeve_compliance", "misalignment"), 120.0)

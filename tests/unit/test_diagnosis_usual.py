@@ -59,4 +59,15 @@ def test_a_stop_as_stiff_as_a_bushing_across_is_plausible_there_only():
     assert plausibility(stop, [RADIAL])[0]
     fine, remark = plausibility(stop, [AXIAL])
     assert not fine
-    assert "more than 20 times what is usual (90)" in remark
+    assert "more than 20 times what is usual (90 N/mm)" in remark
+
+
+def test_a_remark_is_in_the_units_of_the_case_file():
+    # 1 degree where a hundredth of the largest rotation is usual.
+    turned = Recording("torsional", np.linspace(0.0, 0.02, 9), np.linspace(0.0, 90.0, 9), name="torsional")
+    loose = ActiveEffect(effects()["offset"], {"displacement": np.pi / 180, "force": 0.0})
+    plausible, remark = plausibility(loose, [turned])
+    assert not plausible
+    assert remark.startswith("displacement = 1 degrees is more than 20 times what is usual (0.0")
+    softening = ActiveEffect(effects()["mullins"], {"inverse_r": 0.3, "m": 0.1, "beta": 1.0})
+    assert plausibility(softening, [turned]) == (False, "beta = 1 lies at its bound")

@@ -151,6 +151,28 @@ def test_the_paragraph_of_a_verdict_without_effects(case, diagnoses, kind, words
     assert words in paragraph(diagnoses.diagnosis(case(), kind))
 
 
+def test_the_paragraph_says_what_became_of_the_law(case, diagnoses):
+    other = replace(diagnoses.YEOH, law="mooney_rivlin")
+    assert "the law yeoh in place of mooney_rivlin" in paragraph(diagnoses.diagnosis(case(), plain=other))
+    free = diagnoses.diagnosis(case(), law_from="coupons")
+    assert "no longer that of the coupons" in paragraph(free)
+    assert "(fixed" not in said(free)
+    assert "identified from the recordings" in diagnosis_html(report.diagnosis_json(free, {}), free, ())
+
+
+def test_a_better_law_that_does_not_reach_the_noise_is_no_more_than_that(case, diagnoses):
+    doubt = Condition("misfit_above_noise", "the final model still misses", "see where it remains")
+    found = diagnoses.diagnosis(case(), "law_too_poor", conditions=(doubt,))
+    assert "yeoh comes nearer without any further physics, though not to the noise" in paragraph(found)
+
+
+def test_what_could_not_be_shown_is_no_rival_of_nothing(case, diagnoses):
+    found = diagnoses.diagnosis(case(), "unexplained", rivals=((), ("offset",), ("friction",)))
+    assert report.diagnosis.rival_lines(found) == [
+        "What these recordings could not show if it were there: offset, friction."
+    ]
+
+
 def test_nothing_helps_means_nothing_that_was_asked_for(case, diagnoses):
     found = diagnoses.diagnosis(case(), "unexplained", asked=("mullins", "friction"))
     assert headline(found) == (
@@ -162,7 +184,7 @@ def test_nothing_helps_means_nothing_that_was_asked_for(case, diagnoses):
 
 
 def test_a_law_of_coupons_is_said_to_be_theirs(case, diagnoses):
-    text = paragraph(diagnoses.diagnosis(case(), law_from="coupons"))
+    text = paragraph(diagnoses.diagnosis(case(), law_from="coupons", law_fixed=True))
     assert text.startswith(
         "The yeoh law, fitted to the coupon tests and held against the axial recording, leaves "
     )
@@ -232,7 +254,7 @@ def test_what_remains_is_told_only_when_there_is_something(case, diagnoses):
 
 def test_a_fixed_law_is_told_with_its_source(case, diagnoses):
     assert "Law yeoh: C10 0.5000, C20 -0.05000, C30 0.01000 (fixed, from the coupons)" in said(
-        diagnoses.diagnosis(case(), law_from="coupons")
+        diagnoses.diagnosis(case(), law_from="coupons", law_fixed=True)
     )
 
 
