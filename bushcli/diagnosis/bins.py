@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import f, t
 
 from bushcli.diagnosis.noise_model import Compared
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording, branches, departure
 from bushcli.segment import Branch
 from cases.mode import modes
 
@@ -122,7 +123,7 @@ def bins(recording: Recording) -> Bins:
     for branch, its_class in zip(found, classes, strict=True):
         cut = slice(branch.start, branch.stop)
         cycle[cut], kind[cut], rate[cut] = branch.cycle, KINDS.index(branch.kind), its_class
-    groups = _groups(int(cycle.max()))
+    groups = _groups(np.unique(cycle).tolist())
     starts = np.array([first for first, _ in groups])
     # A side that is only noise about zero is none.
     two_sided = bool(min(-q.min(), q.max()) > 0.05 * np.abs(q).max())
@@ -181,10 +182,11 @@ def _edges(largest: float, rotational: bool) -> Array:
     return np.append(inner * unit, largest)
 
 
-def _groups(last: int) -> tuple[tuple[int, int], ...]:
-    """Cycles 1 to last, in at most 8 groups of neighbours."""
-    cuts = np.unique(np.linspace(1, last + 1, min(last, _CYCLES) + 1).round().astype(int))
-    return tuple((int(a), int(b) - 1) for a, b in pairwise(cuts))
+def _groups(numbers: Sequence[int]) -> tuple[tuple[int, int], ...]:
+    """Cycles in at most 8 groups of neighbours, by the numbers of each one's first and last."""
+    count = len(numbers)
+    cuts = np.unique(np.linspace(0, count, min(count, _CYCLES) + 1).round().astype(int))
+    return tuple((numbers[a], numbers[b - 1]) for a, b in pairwise(cuts))
 
 
 def _rates(
@@ -195,8 +197,8 @@ def _rates(
     if time is None:
         return [0] * len(found), ((float("nan"), float("nan")),)
     speeds, last = [], float("nan")
-    for branch in found:
-        first = max(branch.start - 1, 0)
+    for i, branch in enumerate(found):
+        first = departure(found, i)
         seconds = float(time[branch.stop - 1] - time[first])
         if branch.kind != "hold" and seconds > 0:
             last = abs(float(q[branch.stop - 1] - q[first])) / seconds

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording, branches, departure
 from bushcli.segment import Branch
 
 # A cycle may exceed the others by this share of their range, and their rates by that factor.
@@ -53,9 +53,9 @@ class HeldOut:
 def held_out(recording: Recording) -> HeldOut:
     """Choose what to hold out of a recording; always the same for the same recording."""
     found = branches(recording)
-    last = max(branch.cycle for branch in found)
-    for cycle in range(last, 1, -1):
-        if last > _FEWEST_LEFT and _has_its_like(recording, found, cycle):
+    cycles = sorted({branch.cycle for branch in found})
+    for cycle in reversed(cycles[1:]):
+        if len(cycles) > _FEWEST_LEFT and _has_its_like(recording, found, cycle):
             samples = np.zeros(len(recording.displacement), dtype=bool)
             for branch in found:
                 samples[branch.start : branch.stop] = branch.cycle == cycle
@@ -74,15 +74,16 @@ def _has_its_like(recording: Recording, found: tuple[Branch, ...], cycle: int) -
 
 
 def _rates_known(recording: Recording, inside: list[Branch], others: list[Branch]) -> bool:
-    known = [_rate(recording, branch) for branch in others if branch.kind != "hold"]
-    asked = [_rate(recording, branch) for branch in inside if branch.kind != "hold"]
+    found = branches(recording)
+    rates = {branch: _rate(recording, found, i) for i, branch in enumerate(found) if branch.kind != "hold"}
+    known, asked = ([rates[branch] for branch in part if branch in rates] for part in (others, inside))
     return all(any(v / _RATE <= other <= v * _RATE for other in known) for v in asked)
 
 
-def _rate(recording: Recording, branch: Branch) -> float:
+def _rate(recording: Recording, found: tuple[Branch, ...], i: int) -> float:
     if recording.time is None:
         return 1.0
-    first, last = max(branch.start - 1, 0), branch.stop - 1
+    first, last = departure(found, i), found[i].stop - 1
     seconds = float(recording.time[last] - recording.time[first])
     way = abs(float(recording.displacement[last] - recording.displacement[first]))
     return way / seconds if seconds > 0 else 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -40,10 +40,13 @@ class Recording(Curve):
         Of the channel.
     source : Path, optional
         The file.
+    cycles : tuple of int
+        Numbers, in the file, of the cycles that were taken of it; empty where all were.
     """
 
     name: str = ""
     source: Path | None = None
+    cycles: tuple[int, ...] = ()
 
 
 def read_recording(source: Source, whole: bool = False) -> Recording:
@@ -113,8 +116,21 @@ def read_program(source: Source) -> tuple[Array | None, Array]:
 
 
 def branches(recording: Curve) -> tuple[Branch, ...]:
-    """Return the loading, unloading and hold branches with their cycles; `bushcli.segment` has the rules."""
-    return segment(recording.displacement, recording.time)
+    """Return the loading, unloading and hold branches with their cycles; `bushcli.segment` has the rules.
+
+    Where some of the cycles were selected, they have the numbers that they have in the file.
+    """
+    found = segment(recording.displacement, recording.time)
+    numbers = getattr(recording, "cycles", ())
+    if len(numbers) != max(branch.cycle for branch in found):
+        return found
+    return tuple(replace(branch, cycle=numbers[branch.cycle - 1]) for branch in found)
+
+
+def departure(found: Sequence[Branch], i: int) -> int:
+    """Return the sample from which a branch sets out: the last before it, unless cycles between are left out."""
+    first = found[i].start
+    return first - 1 if i > 0 and found[i].cycle - found[i - 1].cycle <= 1 else first
 
 
 def force_noise(recording: Curve) -> float:
@@ -191,9 +207,16 @@ def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
     if mask.sum() < _FEWEST_COUPON or np.ptp(recording.displacement[mask]) == 0.0:
         what = f"cycles {', '.join(map(str, cycles))} hold only {mask.sum()} points"
         raise RecordingError(Problem(str(recording.source or recording.mode), what))
+    if np.ptp(recording.force[mask]) == 0.0:
+        what = f"cycles {', '.join(map(str, cycles))}: the force is {recording.force[mask][0]:g} throughout"
+        raise RecordingError(Problem(str(recording.source or recording.mode), what))
     time = None if recording.time is None else recording.time[mask]
     return replace(
-        recording, displacement=recording.displacement[mask], force=recording.force[mask], time=time
+        recording,
+        displacement=recording.displacement[mask],
+        force=recording.force[mask],
+        time=time,
+        cycles=tuple(sorted(set(cycles))),
     )
 
 

@@ -121,7 +121,7 @@ def _summary(curve: Recording) -> dict[str, Any]:
         "mode": curve.mode,
         "file": str(curve.source) if curve.source else None,
         "samples": len(curve.displacement),
-        "cycles": max(branch.cycle for branch in found),
+        "cycles": len({branch.cycle for branch in found}),
         "holds": sum(branch.kind == "hold" for branch in found),
         "duration_s": None if curve.time is None else float(np.ptp(curve.time)),
         "units": {"displacement": shown.displacement_unit or "stretch", "force": shown.force_unit},

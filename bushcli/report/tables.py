@@ -266,7 +266,7 @@ def _recording_row(curve: Recording) -> tuple[str, ...]:
         curve.name,
         curve.mode,
         str(len(curve.displacement)),
-        str(max(branch.cycle for branch in branches(curve))),
+        str(len({branch.cycle for branch in branches(curve)})),
         number(low),
         number(high),
         shown.displacement_unit or "stretch",

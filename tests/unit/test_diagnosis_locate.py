@@ -8,10 +8,11 @@ import pytest
 from scipy.stats import binom
 
 from bushcli.diagnosis.bins import bins
+from bushcli.diagnosis.held_out import held_out
 from bushcli.diagnosis.locate import locate
 from bushcli.diagnosis.noise_model import Compared, NoiseModel, autoregression, correlation_time, noise_model
 from bushcli.diagnosis.words import sentence, sentences
-from bushcli.recording import Recording, branches
+from bushcli.recording import Recording, branches, select_cycles
 
 SIGMA = 5.0
 SEEDS = 200
@@ -113,6 +114,22 @@ def test_the_first_loading_beyond_which_all_is_softer():
     (one,) = found(time, q, np.where(which(time, q, "loading", (1,)), 1.15 * law(q), law(q))).mismatch
     assert (one.branch, one.cycle, one.sign) == ("loading", (1, 1), "too_soft")
     assert one.whole >= {"displacement", "side"}
+
+
+def test_cycles_that_were_selected_keep_their_numbers_and_their_rates():
+    """Of six cycles at one rate 2, 3 and 6 are used, and in the last one the rubber is softer."""
+    time, q = ramps(0, 6, 0, 6, 0, 6, 0, 6, 0, 6, 0, 6, 0)
+    softer = np.where(which(time, q, cycles={6}), 0.85, 1.0)
+    force = softer * law(q) + SIGMA * np.random.default_rng(4).normal(size=len(q))
+    used = select_cycles(recording(time, q, force), [2, 3, 6])
+    assert sorted({branch.cycle for branch in branches(used)}) == [2, 3, 6]
+    grid = bins(used)
+    assert grid.cycles == ((2, 2), (3, 3), (6, 6))
+    assert grid.rates == ((pytest.approx(1.0, rel=0.05), pytest.approx(1.0, rel=0.05)),)
+    (text,) = sentences(locate([Compared(used, law(used.displacement), NoiseModel(SIGMA))]))
+    assert "in cycle 6" in text
+    # The last cycle has its like in the others: its way there is not counted as part of it.
+    assert held_out(used).cycle == 6
 
 
 def test_a_hold():

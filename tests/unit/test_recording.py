@@ -305,6 +305,8 @@ def test_cycles_are_selected(tmp_path):
     assert [b.cycle for b in branches(whole)] == [1, 1, 2, 2, 3, 3]
     with pytest.raises(RecordingError, match=r"there is no cycle 4 \(the recording has 3"):
         select_cycles(whole, [4])
+    with pytest.raises(RecordingError, match="cycles 2: the force is 0 throughout"):
+        select_cycles(replace(whole, force=np.where(mask, whole.force, 0.0)), [2])
 
 
 @pytest.mark.parametrize("mode", ["axial", "radial", "torsional", "conical", "uniaxial"])
