@@ -1,6 +1,7 @@
 """Recordings: what test rigs write is read, what makes no sense is refused with file, line and column."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
