@@ -176,6 +176,9 @@ SOMETIMES = {
 }  # fmt: skip
 
 
+# The same of an identification.
+IDENTIFIED = NAMED | {"leverage": "CHANNEL", "start": "NAME", "held_out": "MODE"}
+
 # The same of a diagnosis.
 DIAGNOSED = {
     "versions": "NAME", "timings_s": "NAME", "parameters": "NAME", "derived": "NAME", "amplitude": "NAME",
@@ -216,6 +219,27 @@ def results(tmp_path_factory) -> dict[str, dict[str, Any]]:
         assert done.exit_code == 0, done.output
         found[command] = json.loads(done.output)
     return found
+
+
+def test_every_key_of_an_identification_is_documented():
+    options = [word for key in COARSE for word in ("--set", f"mesh.{key}")]
+    laws = ["--model", "yeoh,neo_hookean", "--hold-out", "radial"]
+    done = CliRunner().invoke(main, ["inverse", str(EXAMPLE), "--json", "-q", *options, *laws])
+    assert done.exit_code == 0, done.output
+    # Loops and holds are those of `direct`, which are tested below.
+    lists = re.compile(r"^(channels\.CHANNEL\.(cycles|holds))\[\].*")
+    whole = json.loads(done.output)
+    found = {lists.sub(r"\1", key) for key in keys(whole, names=IDENTIFIED)}
+    found = {re.sub(r"^(leverage\.CHANNEL)\..*", r"\1.NAME", key) for key in found}
+    fitted = set(rows(section(page("results.md"), "## `bushcli fit`"))) - {"weighting"}
+    documented = documented_keys("inverse") | fitted
+    containers = {
+        key for key in documented if any(other.startswith((f"{key}.", f"{key}[]")) for other in documented)
+    }
+    assert found - SOMETIMES - {"problems"} <= documented
+    assert documented - SOMETIMES - containers - found <= {
+        f"profiles[].{n}" for n in ("name", "values", "rise", "limits")
+    }
 
 
 @pytest.mark.parametrize("command", ["check", "mesh", "fit", "direct"])
