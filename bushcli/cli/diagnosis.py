@@ -101,12 +101,18 @@ def _names(wanted: tuple[str, ...]) -> list[str] | None:
 
 
 def _progress(run: Run) -> Callable[[str, str, str], None] | None:
-    """A line per step on stderr: seconds so far, stage, effect, misfit."""
+    """A line per step on stderr: seconds, stage, effect, misfit; of a screening, unless verbose, one per effect."""
     if run.quiet or not speaks():
         return None
-    begin = time.perf_counter()
+    begin, last = time.perf_counter(), ""
 
     def line(stage: str, what: str, text: str) -> None:
+        nonlocal last
+        known, last = last == what, what if stage == "screen" else ""
+        if stage == "screen" and not run.verbose:
+            if known:
+                return
+            text = ""
         run.say(f"  {time.perf_counter() - begin:5.0f} s  {stage:10s} {what:30s} {text}".rstrip())
 
     return line

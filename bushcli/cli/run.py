@@ -146,7 +146,7 @@ def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
     )
     @click.option("--json", is_flag=True, help="The result as JSON on stdout, nothing else there.")
     @click.option("-q", "--quiet", is_flag=True, help="No narration and no progress.")
-    @click.option("-v", "--verbose", is_flag=True, help="Say more: every step of the march.")
+    @click.option("-v", "--verbose", is_flag=True, help="Say more: every step of the march, every trial.")
     @click.option("--debug", is_flag=True, help="Show a traceback on errors.")
     @functools.wraps(command)
     def wrapper(

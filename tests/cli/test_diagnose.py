@@ -15,7 +15,9 @@ from typing import Any
 import pytest
 
 from bushcli.casefile import load_case
+from bushcli.cli import diagnosis as command
 from bushcli.cli import main
+from bushcli.cli.run import Run
 from bushcli.diagnosis import diagnose as driver
 from bushcli.diagnosis.doubts import doubts_of_the_data
 from bushcli.diagnosis.workers import Workers
@@ -65,6 +67,21 @@ def test_the_verdict_is_on_stdout_and_progress_on_stderr(run: Any) -> None:
     line = next(line for line in done.err.splitlines() if "refit" in line)
     # Seconds, stage, effect, misfit.
     assert line.split()[1:] == ["s", "refit", "mullins", "misfit", "1.02"]
+
+
+def test_a_screening_is_told_effect_by_effect_or_point_by_point(capsys: pytest.CaptureFixture[str]) -> None:
+    points = [("screen", "mullins", "m 0.1"), ("screen", "mullins", "m 0.3"), ("screen", "offset", "")]
+    steps = [*points, ("refit", "mullins", "misfit 1.02"), *points[1:2]]
+    for verbose, count in ((False, 4), (True, 5)):
+        run = Run("diagnose", Path("case.toml"), (), None, False, False, verbose)
+        line = command._progress(run)
+        assert line is not None
+        for step in steps:
+            line(*step)
+        said = capsys.readouterr().err
+        assert len(said.splitlines()) == count
+        assert ("m 0.3" in said) == verbose
+        assert "misfit 1.02" in said
 
 
 def test_json_is_alone_on_stdout(run: Any) -> None:
