@@ -42,8 +42,6 @@ class Bins:
         First and last cycle of each group; single ones unless there are many.
     rates : tuple of (float, float)
         Slowest and fastest branch of each class of rates, mm/s or rad/s, the slowest first; (nan, nan) without time.
-    two_sided : bool
-        Whether the displacement goes to both sides of zero.
     place : (5, n) array of int
         Rate, branch (`KINDS`), side (`SIDES`), cycle group and band of each sample.
     """
@@ -51,7 +49,6 @@ class Bins:
     edges: Array
     cycles: tuple[tuple[int, int], ...]
     rates: tuple[tuple[float, float], ...]
-    two_sided: bool
     place: Index
 
     @property
@@ -130,7 +127,7 @@ def bins(recording: Recording) -> Bins:
     side = (q < 0).astype(int) if two_sided else np.full(n, int(-q.min() > q.max()))
     band = np.clip(np.searchsorted(edges, np.abs(q), side="right") - 1, 0, len(edges) - 2)
     place = np.stack([rate, kind, side, np.searchsorted(starts, cycle, side="right") - 1, band])
-    return Bins(edges, groups, rates, two_sided, place)
+    return Bins(edges, groups, rates, place)
 
 
 def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:

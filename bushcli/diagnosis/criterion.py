@@ -6,8 +6,6 @@ time T bring n / T of each to sums of squares.
 References
 ----------
 Schwarz (1978), Estimating the dimension of a model, Ann. Stat. 6:461-464, doi:10.1214/aos/1176344136.
-Burnham and Anderson (2002), Model selection and multimodel inference, doi:10.1007/b97636, section 2.5 (inflation of
-the variance, estimated from the richest model).
 Wald and Wolfowitz (1940), On a test whether two samples are from the same population, Ann. Math. Stat. 11:147-162,
 doi:10.1214/aoms/1177731909 (number of runs).
 """
@@ -21,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f, norm
 
-from bushcli.diagnosis.noise_model import Compared, autoregression, correlation_time
+from bushcli.diagnosis.noise_model import Compared, autoregression
 
 Array = NDArray[np.float64]
 
+# Probability of noise below which a misfit is not taken for noise.
 LEVEL = 0.01
 # A misfit of this share of the noise it is said to have is not that noise: chance takes off a tenth, not a half.
 _FLOORED = 0.5
@@ -46,14 +45,12 @@ class NoiseTest:
         Probability that noise makes neighbouring samples that much alike (correlation at lag 1, one-sided).
     p_runs : float
         Probability of as few changes of sign.
-    level : float
     """
 
     size: float
     p_size: float
     p_neighbours: float
     p_runs: float
-    level: float = LEVEL
 
     @property
     def p(self) -> float:
@@ -63,7 +60,7 @@ class NoiseTest:
     @property
     def is_noise(self) -> bool:
         """Whether nothing speaks against it."""
-        return self.p > self.level
+        return self.p > LEVEL
 
 
 def chi_square(channels: Sequence[Compared]) -> float:
@@ -76,41 +73,12 @@ def effective_samples(channels: Sequence[Compared]) -> float:
     return sum(channel.effective_samples for channel in channels)
 
 
-def inflation(channels: Sequence[Compared], parameters: int) -> float:
-    """How much larger the variance of the misfit is than that of the noise, as a sum over neighbours sees it; >= 1.
-
-    Of the richest model: what even that leaves is an error that no effect is expected to explain, such as that of a
-    coarse mesh, and no effect is called for its sake.
-    """
-    total, samples = 0.0, 0.0
-    for channel in channels:
-        misfit = _in_noise(channel)
-        time = max(correlation_time(misfit), channel.noise.correlation_time)
-        total += time / channel.noise.correlation_time * float(misfit @ misfit)
-        samples += len(misfit)
-    return max(1.0, total / max(samples - parameters, 1.0))
-
-
-def bic(channels: Sequence[Compared], parameters: int, inflation: float = 1.0) -> float:
-    """Bayesian information criterion: chi square over the inflation, plus ln n per parameter; the less the better.
-
-    Parameters
-    ----------
-    channels : sequence of Compared
-    parameters : int
-        Fitted parameters, those of effects included.
-    inflation : float
-        One for all models that are compared, of the richest of them.
-    """
-    return chi_square(channels) / inflation + bic_change(0.0, parameters, effective_samples(channels))
-
-
 def bic_change(drop: float, parameters: int, samples: float) -> float:
     """Change of BIC when chi square falls by `drop` at the price of further parameters."""
     return parameters * float(np.log(max(samples, 2.0))) - drop
 
 
-def noise_test(channels: Sequence[Compared], parameters: int, level: float = LEVEL) -> NoiseTest:
+def noise_test(channels: Sequence[Compared], parameters: int) -> NoiseTest:
     """Test whether the misfit that is left can be noise: by its size, and by the order of its samples.
 
     The order is tested on the innovations, which noise with memory has in no order either. The sign of neighbours is
@@ -122,7 +90,6 @@ def noise_test(channels: Sequence[Compared], parameters: int, level: float = LEV
     channels : sequence of Compared
     parameters : int
         That were fitted to them.
-    level : float
     """
     samples = effective_samples(channels)
     freedom = max(samples - parameters, 1.0)
@@ -136,7 +103,6 @@ def noise_test(channels: Sequence[Compared], parameters: int, level: float = LEV
         p_size=float(f.sf(size, freedom, min(known, 1e9))),
         p_neighbours=_neighbours(ordered),
         p_runs=_runs(ordered),
-        level=level,
     )
 
 

@@ -2,7 +2,7 @@
 
 Everything is weighted so that one independent sample of noise has unit variance (`Compared.weights`). The part of a
 change of the curves that the fitted parameters could make as well is projected out: what is left is all that a
-recording can say about it. Rows of a prior (smoothness of a model) take part in the projection.
+recording can say about it.
 """
 
 from __future__ import annotations
@@ -41,8 +41,6 @@ class Linearised:
         Effective number of independent samples.
     freedom : float
         Degrees of freedom of the noise's variance.
-    prior, prior_misfit : (m, p), (m,) arrays
-        Further rows of the least-squares problem that no candidate changes.
     """
 
     misfit: Array
@@ -50,40 +48,29 @@ class Linearised:
     blocks: tuple[tuple[int, int], ...]
     samples: float
     freedom: float
-    prior: Array
-    prior_misfit: Array
-
-    @property
-    def parameters(self) -> int:
-        """Number of fitted parameters."""
-        return int(self.jacobian.shape[1])
 
     @cached_property
     def basis(self) -> Array:
-        """Orthonormal basis (n + m, r) of what the fitted parameters can do."""
-        rows = np.vstack([self.jacobian, self.prior])
-        size = np.linalg.norm(rows, axis=0)
-        u, s, _ = np.linalg.svd(rows / np.where(size > 0, size, 1.0), full_matrices=False)
+        """Orthonormal basis (n, r) of what the fitted parameters can do."""
+        size = np.linalg.norm(self.jacobian, axis=0)
+        u, s, _ = np.linalg.svd(self.jacobian / np.where(size > 0, size, 1.0), full_matrices=False)
         return np.asarray(u[:, s > _RANK * max(float(s.max(initial=0.0)), 1e-300)])
 
     def left(self, columns: Array) -> Array:
-        """What the fitted parameters cannot do of columns (n, ...): shape (n + m, ...)."""
-        padding = np.zeros((len(self.prior), *columns.shape[1:]))
-        whole = np.concatenate([columns, padding])
-        return np.asarray(whole - self.basis @ (self.basis.T @ whole))
+        """What the fitted parameters cannot do of columns (n, ...)."""
+        return np.asarray(columns - self.basis @ (self.basis.T @ columns))
 
     @cached_property
     def rest(self) -> Array:
-        """Misfit (n + m,) without what another step of the fit would still take away."""
-        whole = np.concatenate([self.misfit, self.prior_misfit])
-        return np.asarray(whole - self.basis @ (self.basis.T @ whole))
+        """Misfit (n,) without what another step of the fit would still take away."""
+        return self.left(self.misfit)
 
     def inflation(self, rest: Array) -> float:
         """How much larger than noise's the variance of a sum over the misfit is, by its own size and memory; >= 1.
 
         Parameters
         ----------
-        rest : (n + m,) array
+        rest : (n,) array
             The misfit, or what a candidate leaves of it.
         """
         parts = [rest[a:b] for a, b in self.blocks]
@@ -91,12 +78,7 @@ class Linearised:
         return max(1.0, sum(correlation_time(part) * float(part @ part) for part in parts) / max(samples, 1))
 
 
-def linearised(
-    channels: Sequence[Compared],
-    jacobians: Sequence[Array],
-    prior: Array | None = None,
-    prior_misfit: Array | None = None,
-) -> Linearised:
+def linearised(channels: Sequence[Compared], jacobians: Sequence[Array]) -> Linearised:
     """Weigh and stack a fit.
 
     Parameters
@@ -104,12 +86,8 @@ def linearised(
     channels : sequence of Compared
     jacobians : sequence of (n, p) array
         Derivatives of each channel's simulated force by the fitted parameters.
-    prior, prior_misfit : (m, p), (m,) arrays, optional
-        In units of their standard deviation.
     """
-    p = jacobians[0].shape[1]
     ends = np.cumsum([0, *(len(channel.misfit) for channel in channels)])
-    prior = np.zeros((0, p)) if prior is None else prior
     return Linearised(
         misfit=np.concatenate([np.where(c.known, c.misfit, 0.0) * c.weights for c in channels]),
         jacobian=weighed(channels, jacobians),
@@ -117,8 +95,6 @@ def linearised(
         samples=sum(channel.effective_samples for channel in channels),
         # The least known noise decides.
         freedom=min(channel.noise.freedom for channel in channels),
-        prior=prior,
-        prior_misfit=np.zeros(len(prior)) if prior_misfit is None else prior_misfit,
     )
 
 

@@ -126,7 +126,7 @@ def local_map(
     shape, linear = channels[0].model.mesh.shape, channels[0].model.law.linear
     for repeat in range(REPEATS + 1):
         seen = [
-            Seen(one, jacobian, *slope, channel.model.mesh.mirrors, _shared(channel))
+            Seen(one, jacobian, *slope, channel.model.mesh.mirrors, weighing.factor_of(channel))
             for channel, one, jacobian, slope in zip(
                 channels, compared, jacobians, slopes_of(parameters), strict=True
             )
@@ -143,10 +143,6 @@ def local_map(
             for channel, one in zip(channels, compared, strict=True)
         ]
     return combined.map(replace(combined.gains, before=before), scale)
-
-
-def _shared(channel: Channel) -> float:
-    return weighing.SECTION if channel.model.mesh.dimension == 2 else weighing.SOLID
 
 
 # -- the channels ----------------------------------------------------------------------------------------------------

@@ -23,11 +23,11 @@ from bushcli.diagnosis.scan import Box, false_alarm, strongest
 Array = NDArray[np.float64]
 Sign = Literal["too_stiff", "too_soft", "too_high", "too_low"]
 
+# Probability of a mismatch of all channels together when there is none.
 LEVEL = 0.05
 # Of the excess: what holds less is not worth a sentence.
 _SMALLEST_SHARE = 0.03
 _MOST = 5
-_DIMENSIONS = ("channel", "cycle", "branch", "side", "displacement", "rate")
 # Standard deviations that a band may differ from what a box next to it makes expect.
 _UNSURE = 2.0
 # A force that points one way by this share of its size, and is this share of the largest, can be a reference.
@@ -89,78 +89,34 @@ class Mismatch:
 
 
 @dataclass(frozen=True)
-class Slice:
-    """The excess in one part of one dimension.
-
-    Attributes
-    ----------
-    dimension : {"channel", "cycle", "branch", "side", "displacement", "rate"}
-    channel : str
-    part : str or (float, float)
-        A name, or from where to where: cycles, size of the displacement (mm or rad), or rate (mm/s or rad/s).
-    share : float
-        Of the excess misfit of all channels; negative where the misfit is below the noise expected.
-    """
-
-    dimension: str
-    channel: str
-    part: str | tuple[float, float]
-    share: float
-
-
-@dataclass(frozen=True)
 class Location:
     """Where the misfit is.
 
     Attributes
     ----------
     mismatch : tuple of Mismatch
-        The one that stands out most first; empty when the misfit is noise.
+        The one with the largest share first; empty when the misfit is noise.
     excess : float
         Sum of squares of the misfit beyond that of noise, over all channels, in units of the noise's variance.
-    held : float
-        Share of it in the mismatches; above 1 where the misfit elsewhere is below the noise expected.
     bins : tuple of Bin
         All bins of all channels, each tested alone.
-    slices : tuple of Slice
-        The excess of each channel by each dimension alone.
     """
 
     mismatch: tuple[Mismatch, ...]
     excess: float
-    held: float
     bins: tuple[Bin, ...]
-    slices: tuple[Slice, ...]
 
 
-def locate(channels: Sequence[Compared], level: float = LEVEL) -> Location:
-    """Say where the misfit of all channels is.
-
-    Parameters
-    ----------
-    channels : sequence of Compared
-    level : float
-        Probability of a mismatch of all channels together when there is none.
-
-    Returns
-    -------
-    Location
-    """
+def locate(channels: Sequence[Compared]) -> Location:
+    """Say where the misfit of all channels is."""
     grids = [bins(channel.recording) for channel in channels]
     tested = [one for channel, grid in zip(channels, grids, strict=True) for one in bin_tests(channel, grid)]
     excess = sum(_excess(channel, channel.known) for channel in channels)
     found: list[Mismatch] = []
     for channel, grid in zip(channels, grids, strict=True):
-        found += _mismatches(channel, grid, excess, level, len(channels))
+        found += _mismatches(channel, grid, excess, len(channels))
     found.sort(key=lambda one: -one.share)
-    kept = tuple(found[:_MOST])
-    return Location(
-        mismatch=kept,
-        excess=excess,
-        held=sum(one.share for one in kept),
-        bins=tuple(_holm(tested, level)),
-        slices=tuple(_shares(tested, excess)),
-    )
+    return Location(mismatch=tuple(found[:_MOST]), excess=excess, bins=tuple(_holm(tested)))
 
 
 def _excess(channel: Compared, samples: NDArray[np.bool_]) -> float:
@@ -169,7 +125,7 @@ def _excess(channel: Compared, samples: NDArray[np.bool_]) -> float:
     return float(misfit @ misfit) / channel.noise.sigma**2 - len(misfit)
 
 
-def _mismatches(channel: Compared, grid: Bins, excess: float, level: float, channels: int) -> list[Mismatch]:
+def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> list[Mismatch]:
     known = channel.known
     count = grid.total(known.astype(float))
     total = grid.total(np.where(known, channel.misfit, 0.0) * channel.weights)
@@ -180,7 +136,7 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, level: float, chan
         box = strongest(total * left, count * left)
         # Sidak: none of the channels alone may raise more than its part of the false alarms.
         p = 1.0 if box is None else 1.0 - (1.0 - false_alarm(box.z, count, channel.noise.freedom)) ** channels
-        if box is None or p > level:
+        if box is None or p > LEVEL:
             break
         mask = box.mask(grid.shape) & left
         # Significant, but not what the misfit is about; what comes next stands out less.
@@ -313,30 +269,12 @@ def _relative(force: Array, misfit: Array, signs: Array, channel: Compared) -> f
     return float(misfit @ force / (force @ force))
 
 
-def _holm(tested: Sequence[Bin], level: float) -> list[Bin]:
+def _holm(tested: Sequence[Bin]) -> list[Bin]:
     """Mark the bins that are significant when all are looked at, by Holm's sequence."""
     order = np.argsort([one.p for one in tested])
     passed: set[int] = set()
     for rank, i in enumerate(order):
-        if tested[i].p > level / (len(tested) - rank):
+        if tested[i].p > LEVEL / (len(tested) - rank):
             break
         passed.add(int(i))
     return [replace(one, significant=i in passed) for i, one in enumerate(tested)]
-
-
-def _shares(tested: Sequence[Bin], excess: float) -> list[Slice]:
-    found: dict[tuple[str, str, str | tuple[float, float]], float] = {}
-    for one in tested if excess > 0 else ():
-        parts: dict[str, str | tuple[float, float]] = {
-            "channel": one.channel,
-            "cycle": one.cycle,
-            "branch": one.branch,
-            "side": one.side,
-            "displacement": (one.displacement_from, one.displacement_to),
-            "rate": one.rate,
-        }
-        for dimension, part in parts.items():
-            key = (dimension, one.channel, part)
-            found[key] = found.get(key, 0.0) + one.excess / excess
-    ordered = sorted(found, key=lambda key: _DIMENSIONS.index(key[0]))
-    return [Slice(*key, share=found[key]) for key in ordered]

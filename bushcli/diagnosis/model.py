@@ -157,9 +157,9 @@ class Fitted:
         """Root mean square misfit over the noise."""
         return float(np.sqrt(self.chi_square / max(self.samples - len(self.x), 1.0)))
 
-    def bic(self, inflation: float = 1.0) -> float:
+    def bic(self) -> float:
         """Bayesian information criterion; the less the better."""
-        return self.chi_square / inflation + len(self.x) * float(np.log(max(self.samples, 2.0)))
+        return self.chi_square + len(self.x) * float(np.log(max(self.samples, 2.0)))
 
     @property
     def judged(self) -> tuple[Compared, ...]:
@@ -226,7 +226,7 @@ def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tupl
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
     problem.rounds, problem.walls, problem.most = ROUNDS, False, MOST
     problem.noises = tuple(_noise(channel) for channel in channels)
-    problem.factors = tuple(_factor(channel) for channel in channels)
+    problem.factors = tuple(weighing.factor_of(channel) for channel in channels)
     none = [np.zeros(len(channel.recording.force), dtype=bool) for channel in channels]
     problem.masks = tuple(none if masks is None else masks)
     return task, problem
@@ -357,9 +357,3 @@ def _fitted(
 
 def _noise(channel: Channel) -> NoiseModel:
     return noise_model(channel.recording, FLOOR)
-
-
-def _factor(channel: Channel) -> float:
-    if channel.coupon:
-        return weighing.SECTION
-    return weighing.SECTION if channel.model.mesh.dimension == 2 else weighing.SOLID

@@ -110,13 +110,10 @@ class Score:
         The point of the grid with the largest fall.
     shape : mapping
         Shape parameters there.
-    amplitude, std : mapping
-        First-order estimate of each amplitude's difference from its off value, and its standard error by noise (inf
-        for one that cannot be told from those before it).
+    amplitude : mapping
+        First-order estimate of each amplitude's difference from its off value.
     drop : float
         Expected fall of the sum of squares, in units of the noise's variance.
-    share : float
-        The same over the sum of squares.
     z : float
         Root of the fall with the sign of the amplitude (of several amplitudes: positive); negative too where the
         misfit asks for a sign that the amplitude cannot have, and the fall is zero.
@@ -124,10 +121,6 @@ class Score:
         Probability of such a fall, anywhere on the grid, by noise alone; an upper bound.
     p_misfit : float
         The same with the misfit that is left for noise.
-    taken_up : float
-        Share of the effect that the fitted parameters can imitate: squared cosine, at this point.
-    detectable : float
-        Size of the first amplitude that stands out by 3 standard errors, in its unit.
     drops : (points,) array
         The fall at every point of the grid.
     hidden : float
@@ -143,14 +136,10 @@ class Score:
     point: int
     shape: Mapping[str, float]
     amplitude: Mapping[str, float]
-    std: Mapping[str, float]
     drop: float
-    share: float
     z: float
     p: float
     p_misfit: float
-    taken_up: float
-    detectable: float
     drops: Array
     hidden: float
     channels: tuple[str, ...] | None = None
@@ -181,12 +170,10 @@ def score(fit: Linearised, candidate: Candidate) -> Score:
     amplitude, drop = fits[point]
     g = own[point]
     after = rest + g @ amplitude
-    std = _std(g)
     wanted = float(_unsigned(g, rest)[0])
     p, p_misfit = (
         _probability(own, drop / size, candidate.signs, fit.freedom) for size in (1.0, fit.inflation(after))
     )
-    whole = float(np.sum(candidate.columns[point] ** 2))
     return Score(
         name=candidate.name,
         testable=True,
@@ -194,16 +181,12 @@ def score(fit: Linearised, candidate: Candidate) -> Score:
         point=point,
         shape=candidate.points[point],
         amplitude=dict(zip(candidate.amplitudes, map(float, amplitude), strict=True)),
-        std=dict(zip(candidate.amplitudes, map(float, std), strict=True)),
         drop=drop,
-        share=drop / max(float(rest @ rest), 1e-300),
         z=float(np.sign(amplitude[0]) * np.sqrt(drop))
         if one and drop > 0
         else (wanted if one else drop**0.5),
         p=p,
         p_misfit=p_misfit,
-        taken_up=1.0 - float(np.sum(g**2)) / whole,
-        detectable=float(3.0 * std[0]),
         drops=drops,
         hidden=float(
             3.0 * max(_std(g)[0] / usual[0] for g, usual in zip(own, _usual(candidate), strict=True))
@@ -337,14 +320,10 @@ def _untested(candidate: Candidate, reason: str) -> Score:
         point=0,
         shape={},
         amplitude=nothing,
-        std=nothing,
         drop=0.0,
-        share=0.0,
         z=float("nan"),
         p=1.0,
         p_misfit=1.0,
-        taken_up=float("nan"),
-        detectable=float("nan"),
         drops=np.zeros(len(candidate.columns)),
         hidden=float("nan"),
     )

@@ -22,7 +22,7 @@ from bushcli.diagnosis.held_out import HeldOut, held_out
 from bushcli.diagnosis.model import Fitted, Model, exact, fit, predicted
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
-from bushcli.diagnosis.rivals import STRONG, forward
+from bushcli.diagnosis.rivals import STRONG, combine
 from bushcli.diagnosis.score import Candidate, Score, screen
 from bushcli.diagnosis.selected import Round, Selection, at_noise, key, structure
 from bushcli.diagnosis.weighing import whitened
@@ -86,7 +86,7 @@ class Search:
             table, scores = self.screened(found.best)
             found.rounds.append(Round(found.best, table, scores))
             if len(found.rounds) == 1:
-                found.combined = forward(found.best.linear, table)
+                found.combined = combine(found.best.linear, table)
             # What passes for noise as a whole may still hold an effect that stands out by itself.
             asked = STRONG if at_noise(found.best) is None else OUTSTANDING
             if asked == OUTSTANDING and not any(_stands_out(one) for one in scores):
@@ -177,7 +177,7 @@ class Search:
                 alone = max((one.drop for one in scores if one.testable), default=0.0)
                 together = [
                     one
-                    for one in forward(found.best.linear, table)
+                    for one in combine(found.best.linear, table)
                     if one.drop > alone + PROMISING
                     and self.is_possible((*found.best.model.names, *one.names))
                 ]

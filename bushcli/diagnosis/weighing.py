@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from bushcli.diagnosis.linearised import Linearised, linearised, weighed
 from bushcli.diagnosis.noise_model import Compared, smoothed
+from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
@@ -38,6 +39,11 @@ SURE = 3.0
 _KEPT = 8
 
 _smoothed: OrderedDict[bytes, Array] = OrderedDict()
+
+
+def factor_of(channel: Channel) -> float:
+    """Standard deviation of the common factor of a channel's forces."""
+    return SECTION if channel.coupon or channel.model.mesh.dimension == 2 else SOLID
 
 
 def whitened(rows: Array, channel: Compared, factor: float) -> Array:

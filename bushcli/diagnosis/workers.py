@@ -65,7 +65,6 @@ class Workers:
         executor: Executor | None = None,
     ) -> None:
         self.count, self.folder = max(1, count), folder
-        self.reused = 0
         self._executor: Executor | None = executor
         self._others = frozenset(active_children())
         self.there = 0 if folder is None else self._prepared(folder, resume)
@@ -124,7 +123,6 @@ class Workers:
             file = self._file(work, question)
             if file is not None and file.exists():
                 answers[i] = pickle.loads(file.read_bytes())
-                self.reused += 1
                 if told is not None:
                     told(i, answers[i])
             elif self._executor is None:
@@ -198,7 +196,8 @@ def ranks() -> Iterator[Executor | None]:
 class _Canonical(pickle.Pickler):
     """Equal values give the same bytes in every process.
 
-    Effects are pickled by name: what they are made of is no part of a question.
+    What an effect is described by, its parameters with their bounds included, is part of a question. Its functions are
+    pickled by name: what they do is not.
     """
 
     def __init__(self, out: io.BytesIO) -> None:
