@@ -70,6 +70,8 @@ class EffectParameter:
     share : float
         Of a parameter of a channel, a typical value over the largest displacement, force or their quotient that is
         recorded there, whichever has its unit.
+    most : float
+        Of such a parameter the largest size that a diagnosis considers, over the same: beyond it is something else.
     of_mesh : bool
         Whether it is a dimension of the mesh: a model is built for its value, there is no derivative by it, and a fit
         holds it.
@@ -89,6 +91,7 @@ class EffectParameter:
     reciprocal: tuple[str, str] | None = None
     of_channel: bool = False
     share: float = 0.0
+    most: float = math.inf
     of_mesh: bool = False
 
     def admits(self, value: float) -> bool:

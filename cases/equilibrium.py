@@ -68,6 +68,8 @@ class Equilibrium:
         Its state is read and written.
     tolerance
         Out-of-balance force over the norm of the reactions.
+    most
+        Iterations of Newton after which a solution has failed.
 
     Attributes
     ----------
@@ -77,8 +79,8 @@ class Equilibrium:
         Tangents assembled and factorised so far.
     """
 
-    def __init__(self, model: Model, tolerance: float) -> None:
-        self.model, self.tolerance = model, tolerance
+    def __init__(self, model: Model, tolerance: float, most: int = MAX_NEWTON) -> None:
+        self.model, self.tolerance, self.most = model, tolerance, most
         self._interrupt: KeyboardInterrupt | None = None
         self.x, self.b = model.create_vector(), model.create_vector()
         self.matrix = model.create_matrix()
@@ -94,7 +96,7 @@ class Equilibrium:
         snes.setFunction(self._function, self.b)
         snes.setJacobian(self._jacobian, self.matrix)
         snes.setConvergenceTest(self._test)
-        snes.setTolerances(max_it=MAX_NEWTON)
+        snes.setTolerances(max_it=most)
         snes.setType("newtonls")
         prefix = "bushcli_"
         snes.setOptionsPrefix(prefix)
@@ -275,7 +277,7 @@ class Equilibrium:
             if not np.isfinite(self.energy):
                 return int(PETSc.SNES.ConvergedReason.DIVERGED_FUNCTION_DOMAIN)
             return int(PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE)
-        if iteration >= MAX_NEWTON:
+        if iteration >= self.most:
             return int(PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT)
         return None
 

@@ -17,6 +17,7 @@ from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.linearised import Linearised
 from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
 from bushcli.diagnosis.start import begin
+from bushcli.diagnosis.usual import admitted
 from bushcli.effect import ActiveEffect, full_name
 from bushcli.inverse.begin import first_point
 from bushcli.inverse.channel import Channel
@@ -38,6 +39,8 @@ VALLEY = 10, 5e-3
 AGAIN = 3, 2e-2
 # No search takes more evaluations: one that has not met the recordings by then does not, and BIC sees it.
 MOST = 40
+# Nor does one in three dimensions that could not solve so many trials; each takes as long as five others.
+FAILURES = 6
 # Searches after which unstable states that were reached join the problem.
 ROUNDS = 1
 # Misfit over noise below which the common factors of the forces take part in a fit.
@@ -225,6 +228,8 @@ def pose(case: Case, model: Model, masks: Sequence[Array] | None = None) -> tupl
     problem = Weighed(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
     problem.rounds, problem.walls, problem.most = ROUNDS, False, MOST
+    if any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels):
+        problem.failures = FAILURES
     problem.noises = tuple(_noise(channel) for channel in channels)
     problem.factors = tuple(weighing.factor_of(channel) for channel in channels)
     none = [np.zeros(len(channel.recording.force), dtype=bool) for channel in channels]
@@ -254,7 +259,7 @@ def fit(
     task, problem = pose(case, model, masks)
     if not problem.names:
         return _fitted(task, model, problem, np.zeros(0), True, problem.factors)
-    start, lower, upper = task.vectors()
+    start, lower, upper = _within(model, problem, *task.vectors())
     begun = _begun(problem, model, rescale, start, lower, upper)
     if begun is None or not np.isfinite(problem.residual(begun)).all():
         return None
@@ -279,6 +284,21 @@ def fit(
             problem.tolerance = TOLERANCE
             end = search(problem, end.x, lower, upper)
     return _fitted(task, model, problem, end.x, end.converged, real)
+
+
+def _within(
+    model: Model, problem: Weighed, start: Array, lower: Array, upper: Array
+) -> tuple[Array, Array, Array]:
+    """Start and bounds as far as an effect is what it is called."""
+    lower, upper = lower.copy(), upper.copy()
+    for one in model.effects:
+        there = [channel.recording for channel in problem.channels]
+        having = [recording for recording in there if one.acts_on(recording.name, recording.mode)]
+        for parameter in one.parameters:
+            if full_name(one.effect, parameter) in problem.names:
+                i = problem.names.index(full_name(one.effect, parameter))
+                lower[i], upper[i] = admitted(one.effect, parameter, having)
+    return np.clip(start, lower, upper), lower, upper
 
 
 def _begun(

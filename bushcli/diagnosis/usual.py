@@ -5,6 +5,7 @@ A stop of 100 N/mm is much beside a bushing pushed along its axis and nothing be
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -32,6 +33,18 @@ def usual_value(effect: Effect, parameter: EffectParameter, recordings: Sequence
 def usual_size(effect: Effect, parameter: EffectParameter, recordings: Sequence[Recording]) -> float:
     """Difference of an amplitude's typical value from the one at which the effect is absent; more than 0."""
     return abs(usual_value(effect, parameter, recordings) - float(parameter.off or 0.0))
+
+
+def admitted(
+    effect: Effect, parameter: EffectParameter, recordings: Sequence[Recording]
+) -> tuple[float, float]:
+    """Lowest and highest value that a diagnosis considers, in N, mm, MPa, s, rad."""
+    acting = [one for one in recordings if effect.acts_on(one.mode)]
+    if not math.isfinite(parameter.most) or not acting:
+        return parameter.lower, parameter.upper
+    size = max(parameter.most * _largest(one, parameter.unit) for one in acting)
+    off = float(parameter.off or 0.0)
+    return max(parameter.lower, off - size), min(parameter.upper, off + size)
 
 
 def in_words(parameter: EffectParameter, value: float, recordings: Sequence[Recording]) -> str:

@@ -11,6 +11,10 @@ doi:10.1520/D0638-14.
 
 from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
 
+# Whoever looks at a recording sees that its zero is off by a tenth of its range. Larger ones stand for what shifts the
+# whole curve, such as a bushing that is mounted off its centre, or bonded at one end only.
+MOST = 0.2
+
 
 def drive(q: Signal, given: Given) -> Signal:
     """Return the displacement from the true rest position."""
@@ -28,10 +32,28 @@ EFFECT = Effect(
     acts="rig",
     parameters=(
         EffectParameter(
-            "force", "N", "logged without load", 1.0, -1e7, 1e7, off=0.0, of_channel=True, share=0.002
+            "force",
+            "N",
+            "logged without load",
+            1.0,
+            -1e7,
+            1e7,
+            off=0.0,
+            of_channel=True,
+            share=0.002,
+            most=MOST,
         ),
         EffectParameter(
-            "displacement", "mm", "logged at rest", 0.01, -100.0, 100.0, off=0.0, of_channel=True, share=0.002
+            "displacement",
+            "mm",
+            "logged at rest",
+            0.01,
+            -100.0,
+            100.0,
+            off=0.0,
+            of_channel=True,
+            share=0.002,
+            most=MOST,
         ),
     ),
     needs="curvature that differs between + and - tells the two apart; two amplitudes tell them from permanent set",

@@ -109,6 +109,8 @@ class Watched:
                 raise Stopped("the law is unstable in the states reached")
             if self.row >= self.patience:
                 raise Stopped("trials in a row could not be solved")
+            if self.failed >= self.problem.failures:
+                raise Stopped("too many trials could not be solved")
             return found
         self.row = 0
         self.best = min(self.best, (float(found @ found), x.copy()), key=lambda pair: pair[0])

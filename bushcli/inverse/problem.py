@@ -90,7 +90,8 @@ class Problem:
         self.trial: Trial | None = None
         self.start = 0
         self.tolerance, self.valley, self.rounds = TOLERANCE, VALLEY, ROUNDS
-        self.most = MOST
+        # Evaluations, and those that fail, at most.
+        self.most = self.failures = MOST
         # Whether a search follows a wall of parameters that cannot be solved.
         self.walls = True
         self._known: dict[bytes, list[Answer] | None] = {}
