@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 from bushcli.diagnosis.beginnings import REFITTED, pairs, singles
 from bushcli.diagnosis.model import Fitted, Hope, Model, chi_square
+from bushcli.diagnosis.plausible import plausibility
 from bushcli.diagnosis.rivals import STRONG
-from bushcli.diagnosis.selected import Selection, at_noise, key
+from bushcli.diagnosis.selected import Round, Selection, at_noise, key
 from bushcli.effect import ActiveEffect
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ LEFT, AT_ONCE = 6, 2
 
 def reconsidered(search: Search, found: Selection, asked: float) -> bool:
     """Look for a better model beside the path, the cheaper way first; whether there was one."""
-    return exchanged(search, found, asked) or leftover(search, found, asked)
+    return exchanged(search, found, asked) or floated(search, found, asked) or leftover(search, found, asked)
 
 
 def exchanged(search: Search, found: Selection, asked: float) -> bool:
@@ -50,6 +51,35 @@ def exchanged(search: Search, found: Selection, asked: float) -> bool:
     tried: dict[tuple[str, ...], Fitted] = {}
     search.refit(found, tried, pairs(found.plain, table, promised, found.best.model.effects))
     return search.take(found, tried, asked)
+
+
+def floated(search: Search, found: Selection, asked: float) -> bool:
+    """Take one of two effects out again, and look for another one in its place; whether one was better.
+
+    What was found first was found beside the plain law alone. It may stand for what is only seen beside the second one:
+    a bushing that is bonded at one end shifts the force, as an offset does, once it is swaged. An effect whose values
+    no real bushing has goes first. This is the floating search of Pudil, Novovicova and Kittler (1994), Pattern
+    Recognit. Lett. 15:1119-1125, doi:10.1016/0167-8655(94)90127-9.
+    """
+    recordings = [channel.recording for channel in found.plain.channels]
+    real = {one.name: plausibility(one, recordings)[0] for one in found.best.model.effects}
+    if len(real) != 2 or (at_noise(found.best) is not None and all(real.values())):
+        return False
+    screened = {key(one.base.model, found.plain.model) for one in found.rounds}
+    for name in sorted(real, key=lambda name: real[name]):
+        rest = tuple(one for one in found.best.model.effects if one.name != name)
+        base = found.refits.get(key(replace(found.best.model, effects=rest), found.plain.model))
+        if base is None or key(base.model, found.plain.model) in screened:
+            continue
+        table, scores = search.screened(base)
+        found.rounds.append(Round(base, table, scores))
+        tried: dict[tuple[str, ...], Fitted] = {}
+        models = [model for one in singles(base, table, scores) for model in one.models]
+        new = [model for model in models if key(model, found.plain.model) not in found.refits]
+        search.refit(found, tried, new)
+        if search.take(found, tried, asked):
+            return True
+    return False
 
 
 def leftover(search: Search, found: Selection, asked: float) -> bool:

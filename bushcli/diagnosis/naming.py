@@ -59,9 +59,7 @@ def named(found: Selection) -> tuple[Named, ...]:
             for p in one.parameters
             if full_name(one.effect, p) in values
         }
-        recordings = [channel.recording for channel in found.plain.channels]
-        there = [r for r in recordings if one.channels is None or r.name in one.channels]
-        plausible, remark = plausibility(one, there)
+        plausible, remark = plausibility(one, [channel.recording for channel in found.plain.channels])
         effects.append(
             Named(
                 one.name,

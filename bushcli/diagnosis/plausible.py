@@ -14,7 +14,8 @@ AT_BOUND = 1e-3
 
 
 def plausibility(active: ActiveEffect, recordings: Sequence[Recording]) -> tuple[bool, str]:
-    """Whether an effect's identified values are those of a real bushing, and why not."""
+    """Whether an effect's identified values are those of a real bushing on its channels, and why not."""
+    recordings = [one for one in recordings if active.acts_on(one.name, one.mode)]
     for parameter in active.effect.amplitudes:
         if parameter.name not in active.values:
             continue

@@ -101,6 +101,48 @@ def test_a_worse_pair_is_kept_as_a_refit_only(asked):
     assert ("debonding", "mullins") in found.refits
 
 
+def floating(monkeypatch, chi_square, real, known=()):
+    """Take effects out of the pair at hand, and find the other one of the true pair beside what is left."""
+    monkeypatch.setattr(
+        alternatives, "replace", lambda model, effects: fitted([e.name for e in effects], 0.0).model
+    )
+    monkeypatch.setattr(alternatives, "plausibility", lambda one, recordings: (one.name in real, ""))
+    beside = []
+
+    def screened(self, base):
+        beside.append(base.model.names)
+        return [], ()
+
+    def singles(base, table, scores):
+        names = ["friction", "cure_shrinkage"]
+        return [SimpleNamespace(models=[fitted((*base.model.names, name), 0.0).model]) for name in names]
+
+    monkeypatch.setattr(Search, "screened", screened)
+    monkeypatch.setattr(alternatives, "singles", singles)
+    found = state(chi_square, [])
+    found.plain.channels = ()
+    found.refits |= {(name,): fitted((name,), 800.0) for name in STAND_IN}
+    found.refits |= {names: fitted(names, 900.0) for names in known}
+    return alternatives.floated(search(), found, 6.0), found, beside
+
+
+def test_what_came_first_is_taken_out_and_another_one_looked_for(monkeypatch, asked):
+    better, found, beside = floating(monkeypatch, 700.0, STAND_IN, known=[("compressibility", "friction")])
+    # Without compressibility first; what is known is not fitted again.
+    assert better
+    assert beside == [("mullins",)]
+    assert asked == [("mullins", "friction"), TRUE[::-1]]
+    assert set(found.best.model.names) == set(TRUE)
+
+
+def test_an_effect_with_values_that_no_bushing_has_goes_first_also_at_the_noise(monkeypatch, asked):
+    better, _, beside = floating(monkeypatch, 90.0, {"compressibility"})
+    assert beside == [("compressibility",), ("mullins",)]
+    # 100 is not better than 90 by what is asked.
+    assert not better
+    assert floating(monkeypatch, 90.0, STAND_IN)[2] == []
+
+
 def left_over(monkeypatch, chi_square, rounds):
     """Two effects at hand; every round promises something of the whole catalogue, one of it that little."""
     names = [

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from bushcli.diagnosis.model import Model, _within
 from bushcli.diagnosis.plausible import plausibility
-from bushcli.diagnosis.usual import usual_size, usual_value
+from bushcli.diagnosis.usual import admitted, usual_size, usual_value
 from bushcli.effect import ActiveEffect, effects
 from bushcli.recording import Recording
 
@@ -71,3 +75,31 @@ def test_a_remark_is_in_the_units_of_the_case_file():
     assert remark.startswith("displacement = 1 degrees is more than 20 times what is usual (0.0")
     softening = ActiveEffect(effects()["mullins"], {"inverse_r": 0.3, "m": 0.1, "beta": 1.0})
     assert plausibility(softening, [turned]) == (False, "beta = 1 lies at its bound")
+
+
+def test_an_offset_of_half_the_range_is_none():
+    loose = effects()["offset"]
+    force, displacement = loose.parameters
+    assert admitted(loose, displacement, [AXIAL]) == (-1.0, 1.0)
+    assert admitted(loose, force, [AXIAL]) == (-300.0, 300.0)
+    # What has no such limit keeps its bounds.
+    stop = effects()["bump_stop"].parameter("stiffness")
+    assert admitted(effects()["bump_stop"], stop, [AXIAL]) == (stop.lower, stop.upper)
+    assert admitted(loose, force, []) == (force.lower, force.upper)
+
+
+def test_a_fit_keeps_an_offset_within_its_limits():
+    channels = [SimpleNamespace(recording=replace(one, name=one.mode)) for one in (AXIAL, RADIAL)]
+    loose = ActiveEffect(effects()["offset"], {"force": 900.0, "displacement": -0.5}, ("axial",))
+    problem = SimpleNamespace(channels=channels, names=("C10", "offset.force", "offset.displacement"))
+    start, lower, upper = _within(
+        Model("yeoh", {"C10": 0.5}, effects=(loose,)),
+        problem,
+        np.array([0.5, 900.0, -0.5]),
+        np.array([0.0, -1e7, -100.0]),
+        np.array([9.0, 1e7, 100.0]),
+    )
+    # Those of the axial rig, which has it: 1500 N and 5 mm are recorded there.
+    assert start.tolist() == [0.5, 300.0, -0.5]
+    assert lower.tolist() == [0.0, -300.0, -1.0]
+    assert upper.tolist() == [9.0, 300.0, 1.0]

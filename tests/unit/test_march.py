@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cases.march import NotConverged, march
+from cases.equilibrium import MAX_BROYDEN, MAX_NEWTON
+from cases.march import IMPATIENT, NotConverged, march
 from cases.mode import modes
 from cases.program import Program, path, ramp
 from cases.simulate import prepare
@@ -196,6 +197,15 @@ def test_an_interruption_comes_out_as_one_wherever_the_solver_is(axial, what, mo
         calls = 0
         with pytest.raises(KeyboardInterrupt):
             march(axial, ramp(3.0, 3))
+
+
+def test_a_march_with_little_patience_has_little_with_newton_too(locking):
+    for patience, most in ((None, MAX_NEWTON), (3, IMPATIENT)):
+        with pytest.raises(NotConverged) as stopped:
+            march(locking, ramp(3.0, 3), patience=patience)
+        tried = [one for one in stopped.value.history.attempts if one.reason == "DIVERGED_MAX_IT"]
+        # Broyden's iterations are in the count, too: it gives up after a few.
+        assert all(most <= one.newton <= most + 2 * MAX_BROYDEN for one in tried)
 
 
 def test_a_march_is_given_up_when_patience_is_out(locking):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.inverse.local import promise
+from bushcli.inverse.local import minimise, promise
 from bushcli.inverse.refine import HOPELESS_AFTER, is_hopeless
 from bushcli.inverse.search import search
 
@@ -45,6 +45,27 @@ def test_a_wall_in_front_of_the_minimum_is_followed_to_its_lowest_point(linear, 
     assert not found.converged
     # A rise by 1/200 is one unit of chi square: the wall's own is 9.
     assert found.cost < least * (1 + 1 / 200)
+
+
+def test_a_search_ends_after_so_many_failures(linear):
+    """Beside a wall trials fail now and then, not in a row."""
+    problem = linear()
+    x, covariance = problem.minimum()
+    normal = np.array([0.3, 1.0])
+    level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
+    problem.wall, problem.walls = (lambda p: normal @ p < level), False
+    whole = minimise(problem, np.array([1.0, 1.0]), LOWER, UPPER)
+    failed = sum(np.isnan(one.cost) for one in problem.evaluations)
+    assert failed > 3
+    problem = linear(wall=problem.wall)
+    problem.failures = 3
+    found = minimise(problem, np.array([1.0, 1.0]), LOWER, UPPER)
+    assert sum(np.isnan(one.cost) for one in problem.evaluations) == 3
+    assert found.message == "too many trials could not be solved"
+    assert not found.converged
+    # It ends with the best that it has seen.
+    assert found.cost == min(one for one in map(problem.cost, problem.asked) if np.isfinite(one))
+    assert found.cost >= whole.cost
 
 
 def test_an_edge_of_stability_is_followed_to_its_lowest_point(linear):
