@@ -199,7 +199,7 @@ class Channel:
         for side in (self.targets[self.targets < 0], self.targets[self.targets > 0]):
             if not len(side):
                 continue
-            sweep(self.model, side)
+            sweep(self.model, side, patience=self.patience)
             found.append(principal_stretches(self.model).reshape(-1, 3))
         return self._sample(found)
 
