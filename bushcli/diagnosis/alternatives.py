@@ -61,25 +61,44 @@ def floated(search: Search, found: Selection, asked: float) -> bool:
     no real bushing has goes first. This is the floating search of Pudil, Novovicova and Kittler (1994), Pattern
     Recognit. Lett. 15:1119-1125, doi:10.1016/0167-8655(94)90127-9.
     """
-    recordings = [channel.recording for channel in found.plain.channels]
-    real = {one.name: plausibility(one, recordings)[0] for one in found.best.model.effects}
+    real = {one.name: _is_real(one, found) for one in found.best.model.effects}
     if len(real) != 2 or (at_noise(found.best) is not None and all(real.values())):
         return False
-    screened = {key(one.base.model, found.plain.model) for one in found.rounds}
     for name in sorted(real, key=lambda name: real[name]):
         rest = tuple(one for one in found.best.model.effects if one.name != name)
         base = found.refits.get(key(replace(found.best.model, effects=rest), found.plain.model))
-        if base is None or key(base.model, found.plain.model) in screened:
+        if base is None:
             continue
-        table, scores = search.screened(base)
-        found.rounds.append(Round(base, table, scores))
+        beside = _round(search, found, base)
         tried: dict[tuple[str, ...], Fitted] = {}
-        models = [model for one in singles(base, table, scores) for model in one.models]
+        models = [model for one in singles(base, beside.table, beside.scores) for model in one.models]
         new = [model for model in models if key(model, found.plain.model) not in found.refits]
         search.refit(found, tried, new)
         if search.take(found, tried, asked):
             return True
+        if not real[name]:
+            # What a real bushing can have need not be better than what it cannot.
+            real_ones = {
+                k: f for k, f in tried.items() if all(_is_real(one, found) for one in f.model.effects)
+            }
+            if search.take(found, real_ones, -STRONG):
+                return True
     return False
+
+
+def _is_real(one: ActiveEffect, found: Selection) -> bool:
+    return plausibility(one, [channel.recording for channel in found.plain.channels])[0]
+
+
+def _round(search: Search, found: Selection, base: Fitted) -> Round:
+    """What is promised beside a model, which may have been asked before."""
+    name = key(base.model, found.plain.model)
+    known = next((one for one in found.rounds if key(one.base.model, found.plain.model) == name), None)
+    if known is not None:
+        return known
+    table, scores = search.screened(base)
+    found.rounds.append(Round(base, table, scores))
+    return found.rounds[-1]
 
 
 def leftover(search: Search, found: Selection, asked: float) -> bool:

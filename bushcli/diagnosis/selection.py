@@ -205,7 +205,12 @@ class Search:
                 self._stage(found, "refuse", one, text)
                 continue
             found.best = one
-            self._stage(found, "add", one, f"{added}: BIC falls by {gain:.4g}")
+            fall = (
+                f"falls by {gain:.4g}"
+                if gain >= 0
+                else f"rises by {-gain:.4g}, but its values are of real size"
+            )
+            self._stage(found, "add", one, f"{added}: BIC {fall}")
             return True
         return False
 
