@@ -95,8 +95,11 @@ class Search:
             if reason:
                 break
             self._reduced(found)
-            if len(found.best.model.effects) == 2:
-                alternatives.reconsidered(self, found, asked)
+            # What takes the place of a pair may itself be a step on the way.
+            for _ in range(MOST):
+                if len(found.best.model.effects) != 2 or not alternatives.reconsidered(self, found, asked):
+                    break
+                self._reduced(found, again=False)
         alternatives.rivalled(self, found)
         # What came in by pairs, or in place of another one, has not been left out yet.
         self._reduced(found, again=False)
