@@ -105,7 +105,7 @@ class Search:
         self._reduced(found, again=False)
         if not reason:
             reason = (
-                "what is left is noise" if at_noise(found.best) is not None else f"{MOST} rounds are enough"
+                "what is left is noise" if at_noise(found.best) is not None else f"a search has {MOST} rounds"
             )
         self._stage(found, "stop", found.best, reason)
         return found
