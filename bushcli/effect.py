@@ -196,6 +196,8 @@ class Effect:
         Sleeves that must not be elastic, by their key in the case file.
     needs_time : bool
         Whether it has no meaning without the time of the recording or of the program.
+    needs_fixed_law : bool
+        Whether a law that is identified from the same recordings can do all that it does.
     feature : callable, optional
         Gives its change of the finite-element model; it imports what that is written in only when called.
     rig : RigChange, optional
@@ -214,6 +216,7 @@ class Effect:
     needs_sleeves: bool = False
     rigid: tuple[str, ...] = ()
     needs_time: bool = False
+    needs_fixed_law: bool = False
     feature: Callable[[], Feature] | None = None
     rig: RigChange | None = None
 

@@ -123,7 +123,7 @@ def richer(best: Fitted, scores: Sequence[Score]) -> tuple[list[Model], list[Mod
     model = best.model
     if model.fixed:
         # A factor on a law that is free cannot be told.
-        others = tuple(one for one in model.effects if one.name != "batch_stiffness")
+        others = tuple(one for one in model.effects if not one.effect.needs_fixed_law)
         return ([replace(model, fixed=False, effects=others)] if others else []), []
     most = max((one.drop for one in scores if one.testable), default=0.0)
     promised = any_law.most(best.channels, best.used, best.linear)

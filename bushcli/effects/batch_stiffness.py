@@ -32,6 +32,7 @@ EFFECT = Effect(
     ),
     needs="coupon tests that the law is held to",
     rivals=("debonding",),
+    needs_fixed_law=True,
     source="Robertson and Hardman (2021), Nature of carbon black reinforcement, doi:10.3390/polym13040538",
     rig=RigChange(parallel=parallel, order=0),
 )
