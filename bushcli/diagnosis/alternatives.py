@@ -65,8 +65,7 @@ def floated(search: Search, found: Selection, asked: float) -> bool:
     if len(real) != 2 or (at_noise(found.best) is not None and all(real.values())):
         return False
     for name in sorted(real, key=lambda name: real[name]):
-        rest = tuple(one for one in found.best.model.effects if one.name != name)
-        base = found.refits.get(key(replace(found.best.model, effects=rest), found.plain.model))
+        base = found.refits.get(key(found.best.model.without(name), found.plain.model))
         if base is None:
             continue
         beside = _round(search, found, base)

@@ -95,6 +95,10 @@ class Model:
         """Names of the effects."""
         return tuple(one.name for one in self.effects)
 
+    def without(self, name: str) -> Model:
+        """The model that lacks an effect."""
+        return replace(self, effects=tuple(one for one in self.effects if one.name != name))
+
     def task(self, case: Case) -> Task:
         """The identification of it."""
         held = tuple(self.start) if self.fixed else ()

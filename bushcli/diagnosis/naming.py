@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -52,8 +51,7 @@ def named(found: Selection) -> tuple[Named, ...]:
     """The effects of the final model, each with what BIC loses without it."""
     values, effects = quantities(found.best), []
     for one in found.best.model.effects:
-        without = tuple(other for other in found.best.model.effects if other.name != one.name)
-        other = found.refits.get(key(replace(found.best.model, effects=without), found.plain.model))
+        other = found.refits.get(key(found.best.model.without(one.name), found.plain.model))
         own = {
             p.name: values[full_name(one.effect, p)]
             for p in one.parameters

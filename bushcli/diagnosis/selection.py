@@ -264,7 +264,7 @@ class Search:
             models = [
                 less
                 for name in model.names
-                if key(less := _without(model, name), found.plain.model) not in found.refits
+                if key(less := model.without(name), found.plain.model) not in found.refits
                 or (again and name != model.names[-1])
             ]
             fits = [one for one in self._fitted(models, found.best.model.law) if one is not None]
@@ -311,10 +311,6 @@ def _form_error(found: Selection) -> float:
 
 def _better(one: Fitted, other: Fitted | None) -> bool:
     return other is None or one.chi_square < other.chi_square
-
-
-def _without(model: Model, name: str) -> Model:
-    return replace(model, effects=tuple(one for one in model.effects if one.name != name))
 
 
 def _stands_out(score: Score) -> bool:

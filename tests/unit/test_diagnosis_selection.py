@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.diagnosis import alternatives, selection
+from bushcli.diagnosis import alternatives
 from bushcli.diagnosis.beginnings import REFITTED
 from bushcli.diagnosis.candidates import unfit
 from bushcli.diagnosis.selected import Round, Selection
@@ -24,6 +24,7 @@ def fitted(effects, chi_square, law="yeoh"):
         effects=tuple(SimpleNamespace(name=name, effect=None, parameters=()) for name in effects),
         law=law,
         fixed=False,
+        without=lambda name: fitted([other for other in effects if other != name], 0.0, law).model,
     )
     rest = np.array([np.sqrt(chi_square)])
     return SimpleNamespace(
@@ -103,9 +104,6 @@ def test_a_worse_pair_is_kept_as_a_refit_only(asked):
 
 def floating(monkeypatch, chi_square, real, known=()):
     """Take effects out of the pair at hand, and find the other one of the true pair beside what is left."""
-    monkeypatch.setattr(
-        alternatives, "replace", lambda model, effects: fitted([e.name for e in effects], 0.0).model
-    )
     monkeypatch.setattr(alternatives, "_is_real", lambda one, found: one.name in real)
     beside = []
 
@@ -217,11 +215,6 @@ def test_what_a_specimen_cannot_have_is_not_refitted(monkeypatch, asked):
 
 def reduced(monkeypatch, without, again, law="yeoh"):
     """Leave out of a model of two effects what it does not need; `without` is each one's model: its chi square."""
-    monkeypatch.setattr(
-        selection,
-        "_without",
-        lambda model, name: fitted([other for other in model.names if other != name], 0.0, model.law).model,
-    )
     seen = []
 
     def fits(self, models, _):
