@@ -6,10 +6,11 @@ and what nearly explained as much as the effect taken is its rival beside all ef
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from bushcli.diagnosis.beginnings import REFITTED, pairs, singles
+from bushcli.diagnosis.beginnings import REFITTED, pairs, singles, unpromised
 from bushcli.diagnosis.model import Fitted, Hope, Model, chi_square
 from bushcli.diagnosis.plausible import plausibility
 from bushcli.diagnosis.rivals import STRONG
@@ -69,20 +70,26 @@ def floated(search: Search, found: Selection, asked: float) -> bool:
         if base is None:
             continue
         beside = _round(search, found, base)
-        tried: dict[tuple[str, ...], Fitted] = {}
-        models = [model for one in singles(base, beside.table, beside.scores) for model in one.models]
-        new = [model for model in models if key(model, found.plain.model) not in found.refits]
-        search.refit(found, tried, new)
-        if search.take(found, tried, asked):
-            return True
-        if not real[name]:
-            # What a real bushing can have need not be better than what it cannot.
-            real_ones = {
-                k: f for k, f in tried.items() if all(_is_real(one, found) for one in f.model.effects)
-            }
-            if search.take(found, real_ones, -STRONG):
+        promised = [model for one in singles(base, beside.table, beside.scores) for model in one.models]
+        others = unpromised(base, beside.table, beside.scores) if not real[name] else []
+        for models in (promised, others):
+            tried: dict[tuple[str, ...], Fitted] = {}
+            search.refit(found, tried, _unknown(models, found))
+            if search.take(found, tried, asked):
                 return True
+            if not real[name]:
+                # What a real bushing can have need not be better than what it cannot.
+                real_ones = {
+                    k: f for k, f in tried.items() if all(_is_real(one, found) for one in f.model.effects)
+                }
+                if search.take(found, real_ones, -STRONG):
+                    return True
     return False
+
+
+def _unknown(models: Sequence[Model], found: Selection) -> list[Model]:
+    """Those that have not been fitted, from whatever start."""
+    return [model for model in models if key(model, found.plain.model) not in found.refits]
 
 
 def _is_real(one: ActiveEffect, found: Selection) -> bool:
@@ -112,7 +119,10 @@ def leftover(search: Search, found: Selection, asked: float) -> bool:
         if at_noise(found.best) is not None:
             return False
         begun = singles(one.base, one.table, one.scores, count=None)[REFITTED:]
-        models = [m for b in begun for m in b.models if key(m, found.plain.model) not in found.refits][:LEFT]
+        models = _unknown([model for each in begun for model in each.models], found)[:LEFT]
+        names = [model.names for model in models]
+        others = _unknown(unpromised(one.base, one.table, one.scores), found)
+        models += [model for model in others if model.names not in names]
         tried: dict[tuple[str, ...], Fitted] = {}
         for i in range(0, len(models), AT_ONCE):
             search.refit(found, tried, models[i : i + AT_ONCE])

@@ -79,6 +79,23 @@ def singles(
     return proposed
 
 
+def unpromised(best: Fitted, table: Sequence[Candidate], scores: Sequence[Score]) -> list[Model]:
+    """Every effect of the assembly beside another one of the assembly, whatever is promised of it.
+
+    They are tested without each other (`candidates.columns`), and act upon each other: a ring that is bonded at one end
+    only shifts the force once it is swaged, and softens before.
+    """
+    if not any(one.effect.acts == "assembly" for one in best.model.effects):
+        return []
+    grids = {one.name: one for one in table}
+    known = effects()
+    return [
+        _with(best.model, best, grids[one.name], one.point, one.drop)
+        for one in scores
+        if one.testable and known[one.name].acts == "assembly" and one.name not in best.model.names
+    ]
+
+
 def pairs(
     best: Fitted,
     table: Sequence[Candidate],

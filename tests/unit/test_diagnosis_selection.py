@@ -7,11 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.diagnosis import alternatives
+from bushcli.diagnosis import alternatives, beginnings
 from bushcli.diagnosis.beginnings import REFITTED
 from bushcli.diagnosis.candidates import unfit
 from bushcli.diagnosis.selected import Round, Selection
 from bushcli.diagnosis.selection import Search, _difference
+from bushcli.effect import effects as all_effects
 from geometry.shapes.mount import Mount
 from geometry.shapes.plain import Plain
 
@@ -21,7 +22,9 @@ STAND_IN, TRUE = ("compressibility", "mullins"), ("cure_shrinkage", "mullins")
 def fitted(effects, chi_square, law="yeoh"):
     model = SimpleNamespace(
         names=tuple(effects),
-        effects=tuple(SimpleNamespace(name=name, effect=None, parameters=()) for name in effects),
+        effects=tuple(
+            SimpleNamespace(name=name, effect=all_effects()[name], parameters=()) for name in effects
+        ),
         law=law,
         fixed=False,
         without=lambda name: fitted([other for other in effects if other != name], 0.0, law).model,
@@ -146,7 +149,48 @@ def test_an_effect_with_values_that_no_bushing_has_goes_first_also_at_the_noise(
     assert floating(monkeypatch, 90.0, STAND_IN)[2] == []
 
 
-def left_over(monkeypatch, chi_square, rounds):
+def test_all_of_the_assembly_is_tried_beside_what_no_bushing_has(monkeypatch, asked):
+    # In place of compressibility the true partner of mullins is found, though nothing is promised of it.
+    monkeypatch.setattr(
+        alternatives,
+        "unpromised",
+        lambda base, table, scores: [fitted((*base.model.names, "cure_shrinkage"), 0.0).model],
+    )
+    singles = lambda base, table, scores: []  # noqa: E731
+
+    def floated(real):
+        monkeypatch.setattr(alternatives, "_is_real", lambda one, found: one.name in real)
+        monkeypatch.setattr(Search, "screened", lambda self, base: ([], ()))
+        monkeypatch.setattr(alternatives, "singles", singles)
+        found = state(700.0, [])
+        found.refits |= {(name,): fitted((name,), 800.0) for name in STAND_IN}
+        return alternatives.floated(search(), found, 6.0), found
+
+    better, found = floated({"mullins", "cure_shrinkage"})
+    assert better
+    assert set(found.best.model.names) == set(TRUE)
+    assert not floated(STAND_IN)[0]
+
+
+def test_what_acts_in_the_assembly_is_begun_beside_the_assembly_whatever_is_promised(monkeypatch):
+    monkeypatch.setattr(beginnings, "_with", lambda model, best, one, point, drop: (one.name, point, drop))
+    table = [SimpleNamespace(name=name) for name in ("friction", "swaging", "misalignment", "debonding")]
+    scores = [
+        SimpleNamespace(name=name, testable=testable, point=2, drop=drop)
+        for name, testable, drop in [
+            ("friction", True, 50.0),
+            ("misalignment", True, 4.0),
+            ("debonding", True, 0.0),
+            ("swaging", True, 3.0),
+            ("cure_shrinkage", False, 0.0),
+        ]
+    ]
+    beside = beginnings.unpromised(fitted(("swaging", "mullins"), 1.0), table, scores)
+    assert beside == [("misalignment", 2, 4.0), ("debonding", 2, 0.0)]
+    assert beginnings.unpromised(fitted(("friction",), 1.0), table, scores) == []
+
+
+def left_over(monkeypatch, chi_square, rounds, others=()):
     """Two effects at hand; every round promises something of the whole catalogue, one of it that little."""
     names = [
         "offset",
@@ -171,6 +215,11 @@ def left_over(monkeypatch, chi_square, rounds):
         seen.extend(one.names for one in models)
         return [fitted(one.names, 100.0 if set(one.names) == set(TRUE) else 900.0) for one in models]
 
+    monkeypatch.setattr(
+        alternatives,
+        "unpromised",
+        lambda base, *_: [fitted((*base.model.names, n), 1.0).model for n in others],
+    )
     found = state(chi_square, [])
     found.rounds = [Round(fitted(names, 1000.0), [], ()) for names in rounds]
     return found, seen
@@ -193,6 +242,13 @@ def test_what_is_left_over_beside_nothing_comes_last_and_is_limited(monkeypatch,
     assert seen == [*beside, *alone]
     assert beside == [("friction", n) for n in ("free_play", "cure_shrinkage", "misalignment", "time_lag")]
     assert len(alone) == len(beside) + 1 <= alternatives.LEFT
+
+
+def test_all_of_the_assembly_comes_after_what_promised_something(monkeypatch, asked):
+    found, seen = left_over(monkeypatch, 700.0, [("friction",)], others=("swaging", "debonding"))
+    assert not alternatives.leftover(search(), found, 6.0)
+    assert seen[-1] == ("friction", "debonding")
+    assert len(seen) == len(set(seen)) == alternatives.LEFT
 
 
 def test_nothing_is_left_over_at_the_noise(monkeypatch, asked):
