@@ -64,6 +64,8 @@ class EffectParameter:
         thickness: of an effect whose curve takes another form as it grows.
     reciprocal : (str, str) or None
         Name and unit under which 1/value may be given in the case file, and by which the field knows it.
+    adds_to : str
+        Attribute of the material to whose reciprocal the value is added: a bulk modulus, to a compliance.
     of_channel : bool
         Whether the parameter is a displacement (mm), a force (N) or a stiffness (N/mm) of the channel: in a
         rotational mode it is then an angle, a moment or N mm per angle; degrees in the case file, rad inside.
@@ -89,6 +91,7 @@ class EffectParameter:
     scale: Literal["", "duration", "amplitude"] = ""
     sizes: tuple[float, ...] = ()
     reciprocal: tuple[str, str] | None = None
+    adds_to: str = ""
     of_channel: bool = False
     share: float = 0.0
     most: float = math.inf

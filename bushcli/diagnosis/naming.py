@@ -6,34 +6,41 @@ import math
 
 import numpy as np
 
+from bushcli.casefile import Material
 from bushcli.diagnosis.model import Fitted
 from bushcli.diagnosis.plausible import plausibility
 from bushcli.diagnosis.result import Named, Quantity
 from bushcli.diagnosis.selected import Selection, key
-from bushcli.effect import full_name
+from bushcli.effect import EffectParameter, full_name
 from forms.law import law
 
 # Of a normal distribution.
 CONFIDENCE = 1.96
 
 
-def quantities(fitted: Fitted) -> dict[str, Quantity]:
-    """Every identified parameter of a model by its full name, with its 95 % interval."""
+def quantities(fitted: Fitted, material: Material) -> dict[str, Quantity]:
+    """Every identified parameter of a model by its full name, with its 95 % interval.
+
+    Parameters
+    ----------
+    fitted
+    material
+        The case's: an effect may add to what it has.
+    """
     spread = np.sqrt(np.maximum(np.diag(fitted.covariance()), 0.0))
-    units: dict[str, tuple[str, str, tuple[str, str] | None]] = {
-        p.name: (p.unit, p.meaning, None) for p in law(fitted.model.law).parameters
-    }
+    units = {p.name: (p.unit, p.meaning) for p in law(fitted.model.law).parameters}
     ranges, channels = {}, {}
+    of_effects: dict[str, EffectParameter] = {}
     for one in fitted.model.effects:
         for p in one.parameters:
             channels[full_name(one.effect, p)] = one.channels
-            units[full_name(one.effect, p)] = (p.unit, p.meaning, p.reciprocal)
+            units[full_name(one.effect, p)] = (p.unit, p.meaning)
+            of_effects[full_name(one.effect, p)] = p
             ranges[full_name(one.effect, p)] = (p.lower, p.upper)
     found = {}
     for name, value, std in zip(fitted.names, map(float, fitted.x), map(float, spread), strict=True):
-        unit, meaning, reciprocal = units[name]
+        unit, meaning = units[name]
         low, high = ranges.get(name, (-np.inf, np.inf))
-        derived = {reciprocal[0]: (1.0 / value, reciprocal[1])} if reciprocal and value else {}
         found[name] = Quantity(
             value,
             std,
@@ -41,15 +48,27 @@ def quantities(fitted: Fitted) -> dict[str, Quantity]:
             meaning,
             max(low, value - CONFIDENCE * std),
             min(high, value + CONFIDENCE * std),
-            derived,
+            derived(of_effects[name], value, material) if name in of_effects else {},
             channels.get(name),
         )
     return found
 
 
-def named(found: Selection) -> tuple[Named, ...]:
+def derived(parameter: EffectParameter, value: float, material: Material) -> dict[str, tuple[float, str]]:
+    """The same under other names, with units: a reciprocal, and what the specimen has with the case's own."""
+    if parameter.reciprocal is None or not value:
+        return {}
+    name, unit = parameter.reciprocal
+    found = {name: (1.0 / value, unit)}
+    present = getattr(material, parameter.adds_to) if parameter.adds_to else math.inf
+    if math.isfinite(present):
+        found[f"total_{name}"] = (1.0 / (value + 1.0 / present), unit)
+    return found
+
+
+def named(found: Selection, material: Material) -> tuple[Named, ...]:
     """The effects of the final model, each with what BIC loses without it."""
-    values, effects = quantities(found.best), []
+    values, effects = quantities(found.best, material), []
     for one in found.best.model.effects:
         other = found.refits.get(key(found.best.model.without(one.name), found.plain.model))
         own = {

@@ -41,6 +41,7 @@ EFFECT = Effect(
             0.1,
             off=0.0,
             reciprocal=("bulk_modulus", "MPa"),
+            adds_to="bulk_modulus",
         ),
     ),
     needs="a radial channel beside an axial or a torsional one",

@@ -6,14 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bushcli.casefile import Material
 from bushcli.diagnosis.model import Fitted, Model
-from bushcli.diagnosis.naming import named, quantities
+from bushcli.diagnosis.naming import derived, named, quantities
 from bushcli.diagnosis.noise_model import Compared, NoiseModel
 from bushcli.diagnosis.selected import Selection
 from bushcli.effect import ActiveEffect, effects
 from bushcli.recording import Recording
 
 SIGMA = 2.0
+YEOH = Material("yeoh", 2000.0)
 Q = np.linspace(-4.0, 4.0, 81)
 FORCE = 100.0 * Q + 3.0 * Q**3
 
@@ -42,7 +44,7 @@ def test_what_the_recordings_leave_open_has_no_standard_error():
     assert np.sqrt(found[1, 1]) == pytest.approx(
         np.sqrt(fitted(["C10", "C20"], [Q, Q**3]).covariance()[1, 1])
     )
-    assert quantities(fitted(["C10", "C30"], [Q, 2.0 * Q]))["C30"].upper == math.inf
+    assert quantities(fitted(["C10", "C30"], [Q, 2.0 * Q]), YEOH)["C30"].upper == math.inf
 
 
 def test_the_evidence_is_against_the_model_without_the_effect_and_not_against_the_plain_law():
@@ -52,7 +54,7 @@ def test_the_evidence_is_against_the_model_without_the_effect_and_not_against_th
     found = Selection(plain, best)
     worse = SimpleNamespace(bic=lambda: best.bic() + 30.0)
     found.refits = {(): SimpleNamespace(bic=lambda: best.bic() + 900.0), ("mullins",): worse}
-    first, second = named(found)
+    first, second = named(found, YEOH)
     assert (first.name, second.name) == ("friction", "mullins")
     assert first.evidence == pytest.approx(30.0)
     # Friction alone was not fitted, or could not be: then nothing is said, least of all 900.
@@ -66,5 +68,17 @@ def test_models_are_compared_on_one_mesh():
     shown = fitted(["C10"], [Q], (mullins,), seed=2)
     found = Selection(plain, shown, rough=coarse)
     found.refits = {(): SimpleNamespace(bic=lambda: coarse.bic() + 50.0)}
-    assert named(found)[0].evidence == pytest.approx(50.0)
+    assert named(found, YEOH)[0].evidence == pytest.approx(50.0)
     assert abs(shown.bic() - coarse.bic()) > 1.0
+
+
+def test_a_compliance_that_is_added_is_said_with_the_case_s_own():
+    # 1/2000 + 1/2000 = 1/1000.
+    (compliance,) = effects()["compressibility"].parameters
+    both = derived(compliance, 5e-4, YEOH)
+    assert both["bulk_modulus"] == (pytest.approx(2000.0), "MPa")
+    assert both["total_bulk_modulus"] == (pytest.approx(1000.0), "MPa")
+    assert list(derived(compliance, 5e-4, Material("yeoh"))) == ["bulk_modulus"]
+    assert derived(compliance, 0.0, YEOH) == {}
+    (young, *_) = effects()["sleeve_compliance"].parameters
+    assert list(derived(young, 5e-4, YEOH)) == ["youngs_modulus"]
