@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 
 
@@ -12,12 +14,24 @@ def make_all(folder: Path, seeds: Sequence[int], workers: int) -> Iterator[str]:
     """Make the recordings that are not there yet; yields a line for each, which says nothing about what it is."""
     missing = [seed for seed in seeds if not (folder / "truth" / f"{seed:07d}.json").exists()]
     # Spawned: MPI does not survive a fork.
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=follow) as pool:
         jobs = {pool.submit(_make, seed, folder): seed for seed in missing}
         for done in as_completed(jobs):
             # One that fails must be seen, but not stop the others.
             failure = done.exception()
             yield done.result() if failure is None else f"{jobs[done]}: {type(failure).__name__}: {failure}"
+
+
+def follow() -> None:
+    """Make this process end with the one that has started it, however that ends."""
+
+    def wait() -> None:
+        first = parent_process()
+        if first is not None:
+            first.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def _make(seed: int, folder: Path) -> str:

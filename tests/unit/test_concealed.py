@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -358,3 +360,26 @@ def test_interrupted_runner_ends_what_is_under_way(tmp_path: Path) -> None:
     # The fake would sleep for a minute.
     assert time.monotonic() - begin < 30
     assert not (folder / "results/2/run.json").exists()
+
+
+def test_processes_that_make_recordings_end_with_the_first_one_when_that_is_killed(tmp_path: Path) -> None:
+    program = tmp_path / "main.py"
+    program.write_text(
+        "import os, time\n"
+        "from concurrent.futures import ProcessPoolExecutor\n"
+        "from multiprocessing import get_context\n"
+        "from benchmarks.concealed.batch import follow\n"
+        "if __name__ == '__main__':\n"
+        "    with ProcessPoolExecutor(1, mp_context=get_context('spawn'), initializer=follow) as pool:\n"
+        "        print(pool.submit(os.getpid).result(), flush=True)\n"
+        "        time.sleep(100.0)\n"
+    )
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    with subprocess.Popen(
+        [sys.executable, str(program)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    ) as process:
+        assert process.stdout is not None
+        assert int(process.stdout.readline()) != process.pid
+        process.kill()
+        # An idle process of the pool holds the pipe open until it ends.
+        process.communicate(timeout=30)
