@@ -7,7 +7,6 @@ share that of the law alone.
 
 from __future__ import annotations
 
-import pickle
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -17,6 +16,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from bushcli.diagnosis.canonical import canonical
 from bushcli.effect import ActiveEffect
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.task import COARSE, Task
@@ -58,7 +58,7 @@ def channels(
         Parameters of the law alone at which the force of a coarse body is brought to that of the usual one.
     """
     whole = replace(task.case, effects=())
-    name = pickle.dumps((whole, _law(task), _structure(task.effects), fineness, coarse, anchor))
+    name = canonical((whole, _law(task), _structure(task.effects), fineness, coarse, anchor))
 
     def made() -> list[Channel]:
         modes: set[str] = set()
@@ -93,7 +93,7 @@ def brought(plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array
             found.append((share, exact - share * rough))
         return found
 
-    return _kept(_brought, SETS, pickle.dumps((plain.case, _law(plain), dict(anchor))), made)
+    return _kept(_brought, SETS, canonical((plain.case, _law(plain), dict(anchor))), made)
 
 
 def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) -> Prepare:
@@ -121,7 +121,7 @@ def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) 
         return _kept(
             _bodies,
             BODIES,
-            pickle.dumps(what),
+            canonical(what),
             lambda: prepare(shape, mode, rubber, refinement, comm, features),
         )
 

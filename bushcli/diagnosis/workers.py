@@ -7,7 +7,6 @@ stopped goes on where it was, with any number of workers, to the same end.
 from __future__ import annotations
 
 import hashlib
-import io
 import os
 import pickle
 import signal
@@ -21,9 +20,9 @@ from types import FrameType
 from typing import Any, cast
 
 from bushcli import __version__
+from bushcli.diagnosis.canonical import canonical
 from bushcli.errors import InputError, Problem
 from bushcli.interrupt import abandon_compilation
-from bushcli.source import Source
 
 Work = Callable[..., Any]
 
@@ -152,7 +151,7 @@ class Workers:
         if self.folder is None:
             return None
         name = hashlib.sha256(f"{__version__} {work.__module__}.{work.__qualname__}".encode())
-        name.update(_canonical(question))
+        name.update(canonical(question))
         return self.folder / f"{name.hexdigest()[:24]}.result"
 
 
@@ -188,41 +187,6 @@ def ranks() -> Iterator[Executor | None]:
 
     with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:
         yield cast("Executor | None", executor)
-
-
-# -- the question's name ---------------------------------------------------------------------------------------------
-
-
-class _Canonical(pickle.Pickler):
-    """Equal values give the same bytes in every process.
-
-    What an effect is described by, its parameters with their bounds included, is part of a question. Its functions are
-    pickled by name: what they do is not.
-    """
-
-    def __init__(self, out: io.BytesIO) -> None:
-        # Up to this protocol an array is the same whether it owns its memory or not.
-        super().__init__(out, protocol=4)
-        # No references to what was met before: whether two equal objects are one differs after a run was resumed.
-        self.fast = True
-
-    def persistent_id(self, obj: Any) -> Any:
-        if isinstance(obj, set | frozenset):
-            # Their order is another one in every process.
-            return "set", sorted(obj, key=repr)
-        if isinstance(obj, Path):
-            # Not the parts of which it was put together.
-            return "path", str(obj)
-        if isinstance(obj, Source):
-            # A recording is what its file holds.
-            return "source", vars(obj), obj.file.read_bytes()
-        return None
-
-
-def _canonical(question: tuple[Any, ...]) -> bytes:
-    out = io.BytesIO()
-    _Canonical(out).dump(question)
-    return out.getvalue()
 
 
 # -- a process that works --------------------------------------------------------------------------------------------

@@ -1,0 +1,47 @@
+"""Models that a process keeps: one that is known is not made again, and one of other data is another one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bushcli.casefile import load_case
+from bushcli.diagnosis import kept
+from bushcli.diagnosis.model import Model
+
+CASE = """\
+[geometry]
+shape = "plain"
+inner_radius = 9.0
+outer_radius = 18.0
+length = 34.0
+[material]
+law = "neo_hookean"
+[[recordings]]
+mode = "axial"
+file = "axial.csv"
+"""
+
+
+def record(folder: Path, stiffness: float) -> None:
+    rows = [f"{0.1 * i:g},{0.1 * stiffness * i:g}" for i in range(8)]
+    (folder / "axial.csv").write_text("\n".join(["displacement_mm,force_N", *rows]) + "\n")
+
+
+def test_channels_are_kept_until_their_recording_is_another_one(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(CASE)
+    record(tmp_path, 300.0)
+    case = load_case(tmp_path / "case.toml")
+
+    def channel():
+        return kept.channels(Model("neo_hookean", {"C10": 0.5}).task(case))[0]
+
+    first = channel()
+    assert channel() is first
+    record(tmp_path, 400.0)
+    second = channel()
+    assert second is not first
+    assert second.recording.force[-1] / first.recording.force[-1] == pytest.approx(400.0 / 300.0)
+    # The body is the same.
+    assert second.model is first.model
