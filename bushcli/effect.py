@@ -34,6 +34,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+# Between the name of an effect and the rig, where the effect is there once more.
+_AT = "@"
+
+
 @dataclass(frozen=True)
 class EffectParameter:
     """One parameter of an effect.
@@ -237,6 +241,11 @@ class Effect:
         raise UnknownName(name, f"parameter of {self.name}", tuple(p.name for p in self.parameters))
 
     @property
+    def of_channel(self) -> bool:
+        """Whether it belongs to the rig of one channel: another channel may have it too, with other values."""
+        return any(p.of_channel for p in self.parameters)
+
+    @property
     def amplitudes(self) -> tuple[EffectParameter, ...]:
         """The parameters that switch the effect off."""
         return tuple(p for p in self.parameters if p.off is not None)
@@ -258,16 +267,23 @@ class ActiveEffect:
         By parameter name, in N, mm, MPa, s, rad; what is not given is to be identified.
     channels : tuple of str, optional
         Names of the channels that have it; None = all that it acts on.
+    rig : str
+        A channel that tells it from the same effect on other channels, with other values; empty for the first one.
     """
 
     effect: Effect
     values: Mapping[str, float] = field(default_factory=dict)
     channels: tuple[str, ...] | None = None
+    rig: str = ""
 
     @property
     def name(self) -> str:
-        """The effect's name."""
-        return self.effect.name
+        """The effect's name; with the rig, "offset@radial", where the effect is there once more."""
+        return in_rig(self.effect, self.rig)
+
+    def full_name(self, parameter: EffectParameter) -> str:
+        """Return a parameter's name among those of the law and of all effects: "viscoelasticity.g1"."""
+        return f"{self.name}.{parameter.name}"
 
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
@@ -278,7 +294,7 @@ class ActiveEffect:
     @property
     def lacking(self) -> tuple[str, ...]:
         """Full names of the parameters in play that have no value."""
-        return tuple(full_name(self.effect, p) for p in self.parameters if p.name not in self.values)
+        return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
 
     def acts_on(self, channel: str, mode: str) -> bool:
         """Whether the effect changes a channel, given its name and its mode."""
@@ -294,9 +310,35 @@ class ActiveEffect:
         return replace(self, values=dict(self.started().values) | off)
 
 
-def full_name(effect: Effect, parameter: EffectParameter) -> str:
-    """Return a parameter's name among those of the law and of all effects: "viscoelasticity.g1"."""
-    return f"{effect.name}.{parameter.name}"
+def in_rig(effect: Effect, rig: str) -> str:
+    """Return the name of an effect that is there once more, in the rig of a channel; without one its own."""
+    return f"{effect.name}{_AT}{rig}" if rig else effect.name
+
+
+def told_apart(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
+    """Return the same, each effect that is there several times named by its rig, but for the first by its channels."""
+    seen: set[str] = set()
+    rigs: dict[int, str] = {}
+    for one in sorted(active, key=lambda one: one.channels or ()):
+        rigs[id(one)] = (one.channels or ("",))[0] if one.effect.name in seen else ""
+        seen.add(one.effect.name)
+    return tuple(one if one.rig == rigs[id(one)] else replace(one, rig=rigs[id(one)]) for one in active)
+
+
+def effect_name(name: str) -> str:
+    """Return the catalogue's name of an effect that may be in several rigs: "offset" of "offset@radial"."""
+    return name.partition(_AT)[0]
+
+
+def rig_of(name: str) -> str:
+    """Return the rig of an effect that is there once more: "radial" of "offset@radial"."""
+    return name.partition(_AT)[2]
+
+
+def spoken(name: str) -> str:
+    """Return the name of an effect as people say it: "offset (radial)" of "offset@radial"."""
+    rig = rig_of(name)
+    return f"{effect_name(name)} ({rig})" if rig else name
 
 
 def _branch(name: str) -> str:
@@ -378,7 +420,7 @@ def effects() -> Mapping[str, Effect]:
 
 
 def effect(name: str) -> Effect:
-    """Return the effect called ``name``.
+    """Return the effect called ``name``, in whatever rig.
 
     Raises
     ------
@@ -386,6 +428,6 @@ def effect(name: str) -> Effect:
         When there is no such effect; the message names the nearest.
     """
     try:
-        return effects()[name]
+        return effects()[effect_name(name)]
     except KeyError:
         raise UnknownName(name, "effect", tuple(effects())) from None

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
-from bushcli.effect import ActiveEffect, Given, RigChange, Signal, full_name
+from bushcli.effect import ActiveEffect, Given, RigChange, Signal
 
 Array = NDArray[np.float64]
 Response = Callable[[Array], tuple[Array, Array, Array]]
@@ -238,7 +238,7 @@ def _given(one: ActiveEffect, columns: Sequence[str]) -> Given:
     return {
         p.name: Signal(
             np.array(float(one.values[p.name])),
-            np.array([float(column == full_name(one.effect, p)) for column in columns]),
+            np.array([float(column == one.full_name(p)) for column in columns]),
         )
         for p in one.effect.parameters
         if p.name in one.values

@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 
 from bushcli import rig
 from bushcli.assembly import installed
-from bushcli.effect import ActiveEffect, Signal, full_name
+from bushcli.effect import ActiveEffect, Signal
 from bushcli.schedule import prescribed, schedule
 from cases.march import History, march
 from cases.mode import Mode
@@ -133,9 +133,7 @@ class Simulation:
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         found = []
         for one in self.active:
-            values = {
-                p.name: parameters.get(full_name(one.effect, p), one.values[p.name]) for p in one.parameters
-            }
+            values = {p.name: parameters.get(one.full_name(p), one.values[p.name]) for p in one.parameters}
             found.append(replace(one, values=values))
         return tuple(found)
 

@@ -22,7 +22,7 @@ from benchmarks.concealed.sizes import SIZES, Situation, sized
 from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import FAINT, LARGEST, Specimen, Truth, write_truth
 from bushcli.curve import Curve
-from bushcli.effect import ActiveEffect, acting, effect, effects, full_name
+from bushcli.effect import ActiveEffect, acting, effect, effects
 from bushcli.recording import write_curve_csv
 from bushcli.rig import NoEquilibrium
 from bushcli.segment import segment
@@ -119,7 +119,7 @@ class Bench:
         others = [one for one in active if one is not gone]
         names = () if self.slopes[0].shape[1] == 0 else tuple(self.specimen.parameters)
         free = [(one, p) for one in others for p in one.effect.parameters if p.name in one.values]
-        whole = (*names, *(full_name(one.effect, p) for one, p in free))
+        whole = (*names, *(one.full_name(p) for one, p in free))
         target = self.change(active)
         if not whole:
             return float(np.linalg.norm(target - (self.change(others) if others else 0.0)))

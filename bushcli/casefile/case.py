@@ -208,7 +208,7 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
     turned = any(modes()[mode].rotational for name, mode in case.channels if active.acts_on(name, mode))
     return {
-        "name": active.name,
+        "name": active.effect.name,
         "parameters": {
             name: outside(active.effect.parameter(name), value, turned)
             for name, value in active.values.items()

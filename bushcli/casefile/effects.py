@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bushcli.casefile.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.casefile.schema import EffectTable
@@ -42,9 +42,15 @@ def build(
         if effect is None:
             findings.append(unknown_name((*keys, "name"), table.name, effects(), "effect"))
             continue
-        if any(other.name == effect.name for other in active):
+        twins = [other for other in active if other.effect.name == effect.name]
+        names = None if table.channels is None else tuple(dict.fromkeys(table.channels))
+        if twins and not _is_of_another_rig(effect, names, twins):
             what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
-            wanted = "each effect once; channels = [...] says which channels have it"
+            wanted = (
+                "once in each channel: channels = [...] of both, without a channel in common"
+                if effect.of_channel
+                else "each effect once; channels = [...] says which channels have it"
+            )
             findings.append(Finding((*keys, "name"), what, expected=wanted))
             continue
         findings += _channels(effect, table, keys, channels)
@@ -52,13 +58,21 @@ def build(
         for what, expected in () if shape is None else unsuited(effect, shape, others):
             at = (*keys, "name")
             findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
-        names = None if table.channels is None else tuple(dict.fromkeys(table.channels))
-        plain = ActiveEffect(effect, channels=names)
+        rig = names[0] if twins and names else ""
+        plain = ActiveEffect(effect, channels=names, rig=rig)
         on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
         values, wrong = _values(effect, table, keys, any(modes()[channel.mode].rotational for channel in on))
         findings += wrong
-        active.append(ActiveEffect(effect, values, names))
+        active.append(replace(plain, values=values))
     return active, findings
+
+
+def _is_of_another_rig(effect: Effect, channels: Sequence[str] | None, twins: Sequence[ActiveEffect]) -> bool:
+    """Whether an effect that is given again belongs to channels that do not have it yet."""
+    known = [one.channels for one in twins]
+    if not effect.of_channel or not channels or any(one is None for one in known):
+        return False
+    return not set(channels) & {name for one in known for name in one or ()}
 
 
 def _channels(

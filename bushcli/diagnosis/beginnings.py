@@ -15,7 +15,7 @@ from bushcli.diagnosis.model import Fitted, Hope, Model
 from bushcli.diagnosis.rivals import Combination
 from bushcli.diagnosis.score import Candidate, Score
 from bushcli.diagnosis.usual import usual_value
-from bushcli.effect import ActiveEffect, effects, full_name
+from bushcli.effect import ActiveEffect, effect_name, effects, told_apart
 from forms.law import laws
 
 # Effects that are refitted in each round, and points of an effect's grid from which its refit begins.
@@ -92,7 +92,9 @@ def unpromised(best: Fitted, table: Sequence[Candidate], scores: Sequence[Score]
     return [
         _with(best.model, best, grids[one.name], one.point, one.drop)
         for one in scores
-        if one.testable and known[one.name].acts == "assembly" and one.name not in best.model.names
+        if one.testable
+        and known[effect_name(one.name)].acts == "assembly"
+        and one.name not in best.model.names
     ]
 
 
@@ -170,7 +172,7 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, drop: float)
     drop
         Fall of chi square that is promised.
     """
-    effect = effects()[one.name]
+    effect = effects()[effect_name(one.name)]
     present = next((e for e in model.effects if e.name == one.name), None)
     known: dict[str, float] = dict(present.values) if present is not None else {}
     channels = present.channels if present is not None else one.channels_at(point)
@@ -196,11 +198,11 @@ def _with(model: Model, fitted: Fitted, one: Candidate, point: int, drop: float)
             values[name] = float(np.clip(amplitude, parameter.lower, parameter.upper))
         return values | dict(one.points[point])
 
-    active = ActiveEffect(effect, sized(MOST), channels).started()
-    smaller = [ActiveEffect(effect, sized(most), channels).started() for most in RETREATS]
-    named = [{full_name(effect, p): e.values[p.name] for p in e.parameters} for e in smaller]
+    others = [e for e in model.effects if e.name != one.name]
+    *others, active = told_apart([*others, ActiveEffect(effect, sized(MOST), channels).started()])
+    smaller = [replace(active, values=sized(most)).started() for most in RETREATS]
+    named = [{e.full_name(p): e.values[p.name] for p in e.parameters} for e in smaller]
     retreats = [{**old, **new} for old, new in zip(model.retreats or [{}] * len(named), named, strict=True)]
-    others = tuple(e for e in model.effects if e.name != one.name)
     return replace(
         model,
         effects=(*others, active),

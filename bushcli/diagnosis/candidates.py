@@ -20,7 +20,16 @@ from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.score import Candidate
 from bushcli.diagnosis.usual import in_words, usual_size, usual_value
-from bushcli.effect import ActiveEffect, Effect, EffectParameter, effects, full_name, unsuited
+from bushcli.effect import (
+    ActiveEffect,
+    Effect,
+    EffectParameter,
+    effect_name,
+    effects,
+    in_rig,
+    rig_of,
+    unsuited,
+)
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 from cases.march import NotConverged
@@ -58,32 +67,58 @@ class Trial:
     size: float | None = None
 
 
-def trials(case: Case, fitted: Fitted, effect: Effect) -> tuple[list[Trial], str]:
-    """The grid of an effect, or why it cannot be tested with these recordings."""
+@dataclass(frozen=True)
+class Grid:
+    """What is tried of an effect.
+
+    Attributes
+    ----------
+    name : str
+        The effect's; with the rig where another one has it already.
+    trials : list of Trial
+    reason : str
+        Why there are none.
+    """
+
+    name: str
+    trials: list[Trial]
+    reason: str = ""
+
+
+def grids(case: Case, fitted: Fitted, effect: Effect) -> list[Grid]:
+    """The grid of an effect, or why it cannot be tested with these recordings; one for each rig that lacks it yet."""
     model = fitted.model
     acting = [c for c in fitted.channels if effect.acts_on(c.recording.mode)]
     if not acting:
-        return [], "it does not act on the recorded modes"
+        return [Grid(effect.name, [], "it does not act on the recorded modes")]
     if effect.needs_time and all(c.recording.time is None for c in acting):
-        return [], "the recordings have no time"
+        return [Grid(effect.name, [], "the recordings have no time")]
     reason = unfit(case, (*model.names, effect.name))
     if reason:
-        return [], reason
-    present = next((one for one in model.effects if one.name == effect.name), None)
-    chosen = _parameters(effect, present)
-    if not chosen:
-        return [], "it is in the model already"
-    found = []
-    for rig in rigs(effect, acting) if present is None else [present.channels]:
+        return [Grid(effect.name, [], reason)]
+
+    def made(present: ActiveEffect | None, rig: tuple[str, ...] | None, name: str) -> list[Trial]:
         there = [c.recording for c in acting if rig is None or c.recording.name in rig]
-        found += _grid(case, model, effect, chosen, present, rig, there)
-    return found, "" if found else "it is in the model already"
+        return _grid(case, model, effect, present, name, rig, there)
+
+    having = [one for one in model.effects if one.effect.name == effect.name]
+    if not having:
+        return [Grid(effect.name, [t for rig in rigs(effect, acting) for t in made(None, rig, effect.name)])]
+    found = [Grid(one.name, trials) for one in having if (trials := made(one, one.channels, one.name))]
+    if effect.of_channel:
+        known = {name for one in having for name in one.channels or [c.recording.name for c in acting]}
+        for rig in rigs(effect, acting):
+            if rig is not None and not known & set(rig):
+                name = in_rig(effect, rig[0])
+                found.append(Grid(name, made(None, rig, name)))
+    return found or [Grid(effect.name, [], "it is in the model already")]
 
 
 def unfit(case: Case, names: Sequence[str]) -> str:
     """Why the specimen cannot have these effects together; empty where it can."""
-    for name in dict.fromkeys(names):
-        for what, _ in unsuited(effects()[name], case.geometry, [other for other in names if other != name]):
+    known = list(dict.fromkeys(map(effect_name, names)))
+    for name in known:
+        for what, _ in unsuited(effects()[name], case.geometry, [other for other in known if other != name]):
             return f"{name}: {what}"
     return ""
 
@@ -98,7 +133,7 @@ def rigs(effect: Effect, acting: Sequence[Compared]) -> list[tuple[str, ...] | N
     if effect.needs_time and 0 < len(timed) < len(acting):
         return [timed]
     found = dict.fromkeys(c.recording.mode for c in acting)
-    if len(found) < 2 or not any(p.of_channel for p in effect.parameters):
+    if len(found) < 2 or not effect.of_channel:
         return [None]
     return [tuple(c.recording.name for c in acting if c.recording.mode == mode) for mode in found]
 
@@ -107,12 +142,15 @@ def _grid(
     case: Case,
     model: Model,
     effect: Effect,
-    chosen: Sequence[EffectParameter],
     present: ActiveEffect | None,
+    name: str,
     rig: tuple[str, ...] | None,
     recordings: Sequence[Recording],
 ) -> list[Trial]:
-    """All points of the grid on some channels."""
+    """All points of the grid on some channels; none where the model has all of the effect there."""
+    chosen = _parameters(effect, present)
+    if not chosen:
+        return []
     times = [one.time for one in recordings if one.time is not None]
     scales = {
         "": 1.0,
@@ -136,7 +174,7 @@ def _grid(
         shape = dict(zip((p.name for p in shapes), point, strict=True))
         off = {p.name: float(p.off or 0.0) for p in amplitudes}
         before = {} if present is None else dict(present.values)
-        active = ActiveEffect(effect, before | off | shape, rig)
+        active = ActiveEffect(effect, before | off | shape, rig, rig_of(name))
         names = tuple(p.name for p in amplitudes)
         sizes: list[float | None] = [None]
         if amplitudes[0].sizes and isinstance(case.geometry, Ring):
@@ -173,7 +211,7 @@ def _shear(model: Model, case: Case) -> float:
 def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | None:
     """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved."""
     model = replace(fitted.model, effects=(*_beside(fitted.model, trial), trial.active))
-    names = [f"{trial.effect.name}.{name}" for name in trial.amplitudes]
+    names = [f"{trial.active.name}.{name}" for name in trial.amplitudes]
     coarse: kept.Coarse = "memory" if trial.effect.acts == "assembly" else "solid"
     channels = kept.channels(model.task(case), HALF, coarse)
     found: list[Array] = []
@@ -221,7 +259,7 @@ def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
     of every combination would have to be compiled, some ten of which one is refitted. One branch more of an effect is
     tried beside those it has.
     """
-    others = tuple(one for one in model.effects if one.name != trial.effect.name)
+    others = tuple(one for one in model.effects if one.name != trial.active.name)
     if trial.effect.acts == "rig" or len(others) < len(model.effects):
         return others
     return tuple(one for one in others if one.effect.acts == "rig")
@@ -230,7 +268,7 @@ def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
 def _values(model: Model) -> dict[str, float]:
     values = dict(model.start)
     for one in model.effects:
-        values |= {full_name(one.effect, p): one.values[p.name] for p in one.parameters}
+        values |= {one.full_name(p): one.values[p.name] for p in one.parameters}
     return values
 
 
@@ -257,21 +295,17 @@ def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[s
 
 
 def candidate(
-    fitted: Fitted,
-    effect: Effect,
-    grid: Sequence[Trial],
-    found: Sequence[tuple[Array, ...] | None],
-    reason: str,
+    fitted: Fitted, effect: Effect, grid: Grid, found: Sequence[tuple[Array, ...] | None]
 ) -> Candidate:
     """Make a candidate of the columns at the points of a grid."""
-    usable = [(t, c) for t, c in zip(grid, found, strict=True) if c is not None]
+    usable = [(t, c) for t, c in zip(grid.trials, found, strict=True) if c is not None]
     if not usable:
-        reason = reason or "the model cannot be solved with it"
-        return Candidate(effect.name, ("",), (), (), (0,), untestable=reason)
+        reason = grid.reason or "the model cannot be solved with it"
+        return Candidate(grid.name, ("",), (), (), (0,), untestable=reason)
     amplitudes = usable[0][0].amplitudes
     parameters = [next(p for p in effect.parameters if p.name == name) for name in amplitudes]
     return Candidate(
-        name=effect.name,
+        name=grid.name,
         amplitudes=amplitudes,
         columns=tuple(weighing.columns(fitted.channels, fitted.used, c) for _, c in usable),
         points=tuple(t.shape for t, _ in usable),

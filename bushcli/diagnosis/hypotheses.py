@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bushcli.diagnosis.result import Hypothesis
-from bushcli.diagnosis.selected import Selection, key
+from bushcli.diagnosis.selected import Selection, hypothesis, key
+from bushcli.effect import spoken
 
 
 def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
@@ -14,7 +15,7 @@ def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
     rows = []
     plain = found.plain.bic()
     for score in scores:
-        refit = found.refits.get((score.name,))
+        refit = found.refits.get((hypothesis(score.name, score.channels),))
         rows.append(
             Hypothesis(
                 name=score.name,
@@ -36,7 +37,7 @@ def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
             chosen = key(found.best.model, found.plain.model) == name
             rows.append(
                 Hypothesis(
-                    " + ".join(name),
+                    " + ".join(map(spoken, name)),
                     True,
                     "",
                     float("nan"),

@@ -18,7 +18,7 @@ from bushcli.diagnosis.linearised import Linearised
 from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
 from bushcli.diagnosis.start import begin
 from bushcli.diagnosis.usual import admitted
-from bushcli.effect import ActiveEffect, full_name
+from bushcli.effect import ActiveEffect, told_apart
 from bushcli.inverse.begin import first_point
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.local import inside
@@ -69,7 +69,7 @@ class Model:
     fixed : bool
         Whether the law keeps them, as one that comes from coupons.
     effects : tuple of ActiveEffect
-        With start values.
+        With start values; one that is in several rigs gets its names here.
     terms : int, optional
         Of a law with optional terms.
     anchor : mapping, optional
@@ -89,6 +89,9 @@ class Model:
     anchor: Mapping[str, float] | None = None
     retreats: tuple[Mapping[str, float], ...] = ()
     hoped: Hope | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "effects", told_apart(self.effects))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -299,8 +302,8 @@ def _within(
         there = [channel.recording for channel in problem.channels]
         having = [recording for recording in there if one.acts_on(recording.name, recording.mode)]
         for parameter in one.parameters:
-            if full_name(one.effect, parameter) in problem.names:
-                i = problem.names.index(full_name(one.effect, parameter))
+            if one.full_name(parameter) in problem.names:
+                i = problem.names.index(one.full_name(parameter))
                 lower[i], upper[i] = admitted(one.effect, parameter, having)
     return np.clip(start, lower, upper), lower, upper
 
@@ -334,7 +337,7 @@ def exact(case: Case, fitted: Fitted) -> Fitted | None:
     for channel, compared in zip(kept.channels(task), fitted.channels, strict=True):
         values = {**fitted.model.start, **dict(zip(fitted.names, map(float, fitted.x), strict=True))}
         for one in fitted.model.effects:
-            values |= {full_name(one.effect, p): one.values[p.name] for p in one.parameters}
+            values |= {one.full_name(p): one.values[p.name] for p in one.parameters}
         try:
             force, _ = channel.at_samples(channel.solve(values, ()))
         except NotConverged:
@@ -360,7 +363,7 @@ def _fitted(
         return None
     values = problem.parameters(x)
     effects = tuple(
-        replace(one, values={p.name: values[full_name(one.effect, p)] for p in one.parameters})
+        replace(one, values={p.name: values[one.full_name(p)] for p in one.parameters})
         for one in task.effects
     )
     law_parameters = problem.law_parameters(x) or dict(model.start)

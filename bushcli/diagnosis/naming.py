@@ -8,14 +8,11 @@ import numpy as np
 
 from bushcli.casefile import Material
 from bushcli.diagnosis.model import Fitted
-from bushcli.diagnosis.plausible import plausibility
+from bushcli.diagnosis.plausible import CONFIDENCE, plausibility
 from bushcli.diagnosis.result import Named, Quantity
 from bushcli.diagnosis.selected import Selection, key
-from bushcli.effect import EffectParameter, full_name
+from bushcli.effect import EffectParameter
 from forms.law import law
-
-# Of a normal distribution.
-CONFIDENCE = 1.96
 
 
 def quantities(fitted: Fitted, material: Material) -> dict[str, Quantity]:
@@ -33,10 +30,10 @@ def quantities(fitted: Fitted, material: Material) -> dict[str, Quantity]:
     of_effects: dict[str, EffectParameter] = {}
     for one in fitted.model.effects:
         for p in one.parameters:
-            channels[full_name(one.effect, p)] = one.channels
-            units[full_name(one.effect, p)] = (p.unit, p.meaning)
-            of_effects[full_name(one.effect, p)] = p
-            ranges[full_name(one.effect, p)] = (p.lower, p.upper)
+            channels[one.full_name(p)] = one.channels
+            units[one.full_name(p)] = (p.unit, p.meaning)
+            of_effects[one.full_name(p)] = p
+            ranges[one.full_name(p)] = (p.lower, p.upper)
     found = {}
     for name, value, std in zip(fitted.names, map(float, fitted.x), map(float, spread), strict=True):
         unit, meaning = units[name]
@@ -71,12 +68,9 @@ def named(found: Selection, material: Material) -> tuple[Named, ...]:
     values, effects = quantities(found.best, material), []
     for one in found.best.model.effects:
         other = found.refits.get(key(found.best.model.without(one.name), found.plain.model))
-        own = {
-            p.name: values[full_name(one.effect, p)]
-            for p in one.parameters
-            if full_name(one.effect, p) in values
-        }
-        plausible, remark = plausibility(one, [channel.recording for channel in found.plain.channels])
+        own = {p.name: values[one.full_name(p)] for p in one.parameters if one.full_name(p) in values}
+        std = {name: quantity.std for name, quantity in own.items()}
+        plausible, remark = plausibility(one, [channel.recording for channel in found.plain.channels], std)
         effects.append(
             Named(
                 one.name,

@@ -22,7 +22,7 @@ from bushcli.diagnosis.selected import Selection
 from bushcli.diagnosis.usual import usual_value
 from bushcli.diagnosis.workers import Workers
 from bushcli.direct import rubber_of
-from bushcli.effect import ActiveEffect, Effect, acting, effects, full_name
+from bushcli.effect import ActiveEffect, Effect, acting, effect_name, effects, spoken
 from bushcli.simulation import Simulation
 from cases.march import NotConverged
 from cases.mode import modes
@@ -106,7 +106,7 @@ def _models(
     made: dict[str, tuple[Model, Fitted]] = {}
     for names, refit in rivals.items():
         if refit is None:
-            added = tuple(_usual(effects()[name], found) for name in names)
+            added = tuple(_usual(effects()[effect_name(name)], found) for name in names)
             made[_name(names)] = (replace(found.best.model, effects=added), found.best)
         else:
             made[_name(names)] = (refit.model, refit)
@@ -181,7 +181,7 @@ def _foretell(case: Case, model: Model, fitted: Fitted, proposal: Proposal) -> P
     )
     values: dict[str, float] = dict(model.start)
     for one in model.effects:
-        values |= {full_name(one.effect, p): one.values[p.name] for p in one.parameters}
+        values |= {one.full_name(p): one.values[p.name] for p in one.parameters}
     names = tuple(task.names)
     try:
         answer = simulation.solve(values, names)
@@ -227,4 +227,4 @@ def _words(proposal: Proposal, distance: float, rivals: Sequence[str]) -> str:
 
 
 def _name(names: Sequence[str]) -> str:
-    return " + ".join(names) or "no effect"
+    return " + ".join(map(spoken, names)) or "no effect"

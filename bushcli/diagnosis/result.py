@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
 from bushcli.diagnosis.locate import Location
+from bushcli.effect import effect_name
 from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
@@ -53,6 +54,7 @@ class Named:
     Attributes
     ----------
     name, summary : str
+        Its name among the model's: with the rig where another one has the same effect, "offset@radial".
     parameters : mapping
         By the effect's own names.
     evidence : float
@@ -76,7 +78,8 @@ class Named:
     @property
     def label(self) -> str:
         """Its name, with the channels that have it where not all of them have: "offset (axial)"."""
-        return self.name if self.channels is None else f"{self.name} ({', '.join(self.channels)})"
+        name = effect_name(self.name)
+        return name if self.channels is None else f"{name} ({', '.join(self.channels)})"
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
 from bushcli.diagnosis.rivals import Combination
 from bushcli.diagnosis.score import Candidate, Score
-from bushcli.effect import full_name
+from bushcli.effect import effect_name, effects, in_rig
 
 # Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
 # the literature accepts of a model is far above it.
@@ -76,16 +76,22 @@ class Selection:
 
 
 def key(model: Model, plain: Model) -> tuple[str, ...]:
-    """Name of a model: its effects, and its law where that is not the plain one."""
-    names = tuple(sorted(model.names))
+    """Name of a model: its effects, each with its rig if it has one, and its law where that is not the plain one."""
+    names = tuple(sorted(hypothesis(one.effect.name, one.channels) for one in model.effects))
     if model.law != plain.law:
         return (f"law: {model.law}", *names)
     return (*names, "law: refitted") if plain.fixed and not model.fixed else names
 
 
+def hypothesis(name: str, channels: tuple[str, ...] | None) -> str:
+    """Name of an effect on some channels: with the first of them where it belongs to their rig."""
+    known = effects()[effect_name(name)]
+    return in_rig(known, channels[0]) if known.of_channel and channels else known.name
+
+
 def structure(model: Model, plain: Model) -> tuple[str, ...]:
     """Name of a model that also tells the number of an effect's branches: with the parameters of its effects."""
-    return (*key(model, plain), *(full_name(e.effect, p) for e in model.effects for p in e.parameters))
+    return (*key(model, plain), *(e.full_name(p) for e in model.effects for p in e.parameters))
 
 
 def at_noise(found: Fitted) -> NoiseTest | None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bushcli.casefile import Case
 from bushcli.diagnosis import alternatives
 from bushcli.diagnosis.beginnings import PROMISING, pairs, richer, singles
-from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, trials, unfit
+from bushcli.diagnosis.candidates import Trial, candidate, catalogue, columns, grids, unfit
 from bushcli.diagnosis.held_out import HeldOut, held_out
 from bushcli.diagnosis.model import Fitted, Model, exact, fit, predicted
 from bushcli.diagnosis.noise_model import Compared
@@ -27,7 +27,7 @@ from bushcli.diagnosis.score import Candidate, Score, screen
 from bushcli.diagnosis.selected import Round, Selection, at_noise, key, structure
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
-from bushcli.effect import Effect, effects
+from bushcli.effect import Effect, effect_name, effects, spoken
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
@@ -113,9 +113,9 @@ class Search:
     def screened(self, fitted: Fitted) -> tuple[list[Candidate], tuple[Score, ...]]:
         """The catalogue beside a model, tested to first order."""
         specimen = "coupon" if self.case.geometry.specimen == "coupon" else "bushing"
-        asked = [(effect, *trials(self.case, fitted, effect)) for effect in self._catalogue(specimen)]
-        questions = [(self.case, fitted, trial) for _, grid, _ in asked for trial in grid]
-        labels = [trial for _, grid, _ in asked for trial in grid]
+        asked = [(e, grid) for e in self._catalogue(specimen) for grid in grids(self.case, fitted, e)]
+        labels = [trial for _, grid in asked for trial in grid.trials]
+        questions = [(self.case, fitted, trial) for trial in labels]
 
         def told(i: int, answer: object) -> None:
             point = (f"{k} {v:.3g}" for k, v in labels[i].shape.items())
@@ -126,10 +126,9 @@ class Search:
 
         answers = iter(self.workers.run(_columns, questions, told))
         table = []
-        for effect, grid, reason in asked:
-            table.append(
-                candidate(fitted, effect, grid, [self._known(t, next(answers)) for t in grid], reason)
-            )
+        for effect, grid in asked:
+            found = [self._known(trial, next(answers)) for trial in grid.trials]
+            table.append(candidate(fitted, effect, grid, found))
         return table, screen(fitted.linear, table)
 
     def _known(self, trial: Trial, found: tuple[Array, ...] | None) -> tuple[Array, ...] | None:
@@ -234,7 +233,7 @@ class Search:
 
     def is_possible(self, names: Sequence[str]) -> bool:
         """Whether one model can have these effects."""
-        return len(set(names)) <= MOST and not unfit(self.case, names)
+        return len(set(map(effect_name, names))) <= MOST and not unfit(self.case, names)
 
     def _fitted(self, models: Sequence[Model], law: str) -> list[Fitted | None]:
         """Refit models; another law than the one at hand has to find its scale first."""
@@ -281,7 +280,7 @@ class Search:
             left = min(better, key=lambda one: one.bic())
             gone = set(model.names) - set(left.model.names)
             found.best = left
-            self._stage(found, "drop", left, f"{', '.join(gone)} is not needed any more")
+            self._stage(found, "drop", left, f"{', '.join(map(spoken, sorted(gone)))} is not needed any more")
 
     # -- what was held out ---------------------------------------------------------------------------------------
 
@@ -321,12 +320,13 @@ def _difference(one: Fitted, other: Fitted) -> str:
     added = [name for name in one.model.names if name not in other.model.names]
     gone = [name for name in other.model.names if name not in one.model.names]
     if added:
-        return " and ".join(added) + (f" in place of {' and '.join(gone)}" if gone else "")
+        instead = f" in place of {' and '.join(map(spoken, gone))}" if gone else ""
+        return " and ".join(map(spoken, added)) + instead
     if one.model.law != other.model.law:
         return f"the law {one.model.law} in place of {other.model.law}"
     if other.model.fixed and not one.model.fixed:
         return "the law identified from the recordings"
-    return f"one more branch of {', '.join(one.model.names[-1:])}"
+    return f"one more branch of {', '.join(map(spoken, one.model.names[-1:]))}"
 
 
 def _outside(answer: tuple[Compared, ...] | None, held: Sequence[HeldOut], factors: Sequence[float]) -> float:

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case, Material
-from bushcli.effect import full_name
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
 from bushcli.inverse import certainty, starts
@@ -263,7 +262,7 @@ def _result(
         effects=tuple(
             replace(
                 one,
-                values={p.name: everything[full_name(one.effect, p)] for p in one.parameters},
+                values={p.name: everything[one.full_name(p)] for p in one.parameters},
             )
             for one in task.effects
         ),

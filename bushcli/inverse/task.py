@@ -11,7 +11,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.casefile import Case, Material, MeshOptions, resolved
-from bushcli.effect import ActiveEffect, full_name
+from bushcli.effect import ActiveEffect, effect_name
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
 from bushcli.inverse.channel import Channel, bushing_channels, coupon_channels
@@ -108,12 +108,13 @@ class Task:
     @property
     def effect_values(self) -> dict[str, float]:
         """Start values of the effects' parameters by full name."""
-        return {full_name(one.effect, p): one.values[p.name] for one in self.effects for p in one.parameters}
+        return {one.full_name(p): one.values[p.name] for one in self.effects for p in one.parameters}
 
     def is_fixed(self, name: str) -> bool:
         """Whether a parameter keeps its start value: by its name or its effect's, or because it shapes the mesh."""
-        meshed = {full_name(one.effect, p) for one in self.effects for p in one.parameters if p.of_mesh}
-        return name in self.fixed or name.partition(".")[0] in self.fixed or name in meshed
+        meshed = {one.full_name(p) for one in self.effects for p in one.parameters if p.of_mesh}
+        active = name.partition(".")[0]
+        return bool({name, active, effect_name(active)} & set(self.fixed)) or name in meshed
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -125,7 +126,7 @@ class Task:
         """Start, lower and upper bounds, each shape (parameters,)."""
         material, rows = self.material, []
         ranges = {
-            full_name(one.effect, p): (one.values[p.name], p.lower, p.upper)
+            one.full_name(p): (one.values[p.name], p.lower, p.upper)
             for one in self.effects
             for p in one.parameters
         }

@@ -16,7 +16,15 @@ from bushcli.report.diagnosis_tables import (
     misfit_table,
     path_table,
 )
-from bushcli.report.diagnosis_words import headline, model_name, parameters_text, shown, strength, tone
+from bushcli.report.diagnosis_words import (
+    effect_names,
+    headline,
+    model_name,
+    parameters_text,
+    shown,
+    strength,
+    tone,
+)
 from bushcli.report.quantity import listed, number
 from bushcli.report.text import Shown, problem_parts
 
@@ -68,7 +76,7 @@ def map_lines(found: Diagnosis) -> list[str]:
         said = f"In the rubber ({listed(list(one.channels))}{together}): " if len(found.channels) > 1 else ""
         lines.append(f"{said}{one.text}")
     cause = {
-        "missing_physics": listed([effect.name for effect in found.effects]),
+        "missing_physics": listed(effect_names(found)),
         "law_too_poor": f"the law {found.material.law}",
     }.get(found.verdict)
     if lines and cause and any(one.helps_locally for one in found.maps):

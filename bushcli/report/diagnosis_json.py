@@ -9,6 +9,7 @@ from bushcli.casefile import Material
 from bushcli.diagnosis.locate import Location, Mismatch
 from bushcli.diagnosis.result import Diagnosis, Hypothesis, Named, NextTest, Quantity
 from bushcli.diagnosis.words import sentence
+from bushcli.effect import effect_name
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_words import amplitudes, derived, headline, shown
 from bushcli.report.document import cleaned, head
@@ -30,7 +31,7 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "material": _material(found.material),
         "parameters": {name: _quantity(found, name, quantity) for name, quantity in found.parameters.items()},
         "effects": [_effect(found, effect) for effect in found.effects],
-        "rivals": [list(names) for names in found.rivals],
+        "rivals": [list(dict.fromkeys(map(effect_name, names))) for names in found.rivals],
         "mismatch": _mismatches(found, found.location),
         "remaining": _mismatches(found, found.remaining),
         "excess": {"before": found.location.excess, "after": found.remaining.excess},
@@ -90,7 +91,7 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
 
 def _effect(found: Diagnosis, effect: Named) -> dict[str, Any]:
     return {
-        "name": effect.name,
+        "name": effect_name(effect.name),
         "channels": None if effect.channels is None else list(effect.channels),
         "summary": effect.summary,
         "parameters": {

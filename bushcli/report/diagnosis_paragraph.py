@@ -6,7 +6,8 @@ import numpy as np
 
 from bushcli.diagnosis.result import Diagnosis, Quantity
 from bushcli.diagnosis.words import sentences
-from bushcli.report.diagnosis_words import ShownQuantity, derived, nothing, shown, tail
+from bushcli.effect import spoken
+from bushcli.report.diagnosis_words import ShownQuantity, derived, effect_names, nothing, shown, tail
 from bushcli.report.quantity import listed
 
 
@@ -19,12 +20,12 @@ def paragraph(diagnosis: Diagnosis) -> str:
         parts.append(_effects(diagnosis))
         parts.append(_law(diagnosis))
         parts.append(_gain(diagnosis))
-        parts += [f"{one.name}: {one.remark}." for one in diagnosis.effects if not one.plausible]
+        parts += [f"{one.label}: {one.remark}." for one in diagnosis.effects if not one.plausible]
     elif diagnosis.verdict == "law_too_poor":
         parts.append(_gain(diagnosis))
     if diagnosis.verdict == "unexplained":
         tried = nothing(diagnosis)[:1].upper() + nothing(diagnosis)[1:]
-        nearest = " and ".join(one.name for one in diagnosis.effects)
+        nearest = " and ".join(effect_names(diagnosis))
         parts.append(
             f"{tried} explains it; {nearest} comes nearest, and leaves more than noise."
             if nearest
@@ -56,7 +57,7 @@ def _opening(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.verdict == "unexplained":
         return f"{origin}, misses more than noise."
-    names = " and ".join(one.name for one in diagnosis.effects)
+    names = " and ".join(effect_names(diagnosis))
     return f"{origin}, leaves out {names}."
 
 
@@ -108,7 +109,7 @@ def _gain(diagnosis: Diagnosis) -> str:
 
 
 def _rivals(diagnosis: Diagnosis) -> str:
-    others = [" with ".join(one) for one in diagnosis.rivals[1:]]
+    others = [" with ".join(map(spoken, one)) for one in diagnosis.rivals[1:]]
     if not others:
         return ""
     if diagnosis.verdict == "explained":

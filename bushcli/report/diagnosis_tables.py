@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from bushcli.diagnosis.result import Diagnosis, Hypothesis
+from bushcli.effect import spoken
 from bushcli.report.diagnosis_words import (
     amplitude_text,
     derived_text,
-    model_name,
+    effect_names,
     shown,
     strength,
 )
@@ -59,7 +60,7 @@ def parameter_table(found: Diagnosis) -> Table:
     heads = ("parameter", "meaning", "unit", "value", "std error", "95 % interval", "that is")
     title = f"Parameters of the final model: {found.material.law}"
     if found.effects:
-        title += f" + {model_name([effect.name for effect in found.effects])}"
+        title += f" + {' + '.join(effect_names(found))}"
     return Table(title, heads, tuple(rows), left=3)
 
 
@@ -115,7 +116,7 @@ def path_table(found: Diagnosis, reasons: bool = False) -> Table:
         (
             str(i),
             stage.action,
-            " + ".join((stage.law, *stage.effects)),
+            " + ".join((stage.law, *map(spoken, stage.effects))),
             *([stage.text] if reasons else []),
             f"{stage.bic - first:+.0f}" if math.isfinite(stage.bic) else "-",
             number(stage.misfit),

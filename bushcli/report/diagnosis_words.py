@@ -9,7 +9,7 @@ from typing import Literal
 
 from bushcli.casefile.unit import outside, unit
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Hypothesis, Named, Quantity
-from bushcli.effect import EffectParameter, effects
+from bushcli.effect import EffectParameter, effect_name, effects, spoken
 from bushcli.report.quantity import listed, number, with_std
 from cases.mode import modes
 
@@ -44,7 +44,7 @@ class ShownQuantity:
 
 def headline(found: Diagnosis) -> str:
     """One sentence, without its full stop."""
-    names = listed([effect.name for effect in found.effects])
+    names = listed(effect_names(found))
     match found.verdict:
         case "explained":
             return f"Explained: {found.material.law} meets the recordings to their noise"
@@ -62,6 +62,14 @@ def headline(found: Diagnosis) -> str:
             )
 
 
+def effect_names(found: Diagnosis) -> list[str]:
+    """The effects that were found; with their channels where one is there twice."""
+    names = [effect_name(one.name) for one in found.effects]
+    return [
+        one.label if names.count(name) > 1 else name for one, name in zip(found.effects, names, strict=True)
+    ]
+
+
 def nothing(found: Diagnosis) -> str:
     """What has been tried, where none of it helped."""
     if found.asked is None:
@@ -77,7 +85,7 @@ def tone(found: Diagnosis) -> Literal["good", "bad", "plain"]:
 
 def model_name(names: Sequence[str]) -> str:
     """A set of effects: "mullins + friction", or "no effect"."""
-    return " + ".join(names) or "no effect"
+    return " + ".join(map(spoken, names)) or "no effect"
 
 
 def strength(evidence: float) -> str:
@@ -159,13 +167,13 @@ def amplitude_text(hypothesis: Hypothesis, channels: Sequence[DiagnosedChannel])
 
 def _parameter(name: str) -> EffectParameter | None:
     effect, _, own = name.partition(".")
-    if effect not in effects():
+    if effect_name(effect) not in effects():
         return None
-    return next((p for p in effects()[effect].parameters if p.name == own), None)
+    return next((p for p in effects()[effect_name(effect)].parameters if p.name == own), None)
 
 
 def _is_rotational(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> bool:
-    effect, of = effects()[name.partition(".")[0]], quantity.channels
+    effect, of = effects()[effect_name(name.partition(".")[0])], quantity.channels
     acting = [one for one in channels if effect.acts_on(one.mode) and (of is None or one.name in of)]
     return any(modes()[one.mode].rotational for one in acting)
 

@@ -20,7 +20,6 @@ from bushcli.effect import (
     UnknownName,
     effect,
     effects,
-    full_name,
     require_time,
     require_values,
 )
@@ -60,7 +59,9 @@ def cubic(q: np.ndarray, k: float = K, c: float = C) -> tuple[np.ndarray, np.nda
 
 def typical(one: Effect) -> ActiveEffect:
     started = ActiveEffect(one).started()
-    known = {p.name: TYPICAL[full_name(one, p)] for p in started.parameters if full_name(one, p) in TYPICAL}
+    known = {
+        p.name: TYPICAL[started.full_name(p)] for p in started.parameters if started.full_name(p) in TYPICAL
+    }
     return ActiveEffect(one, dict(started.values) | known)
 
 
@@ -181,7 +182,7 @@ def test_values_go_through_json(one: Effect) -> None:
     again = ActiveEffect(effect(one.name), json.loads(json.dumps(dict(active.values))))
     assert again == active
     assert active.lacking == ()
-    assert set(ActiveEffect(one).lacking) == {full_name(one, p) for p in active.parameters}
+    assert set(ActiveEffect(one).lacking) == {active.full_name(p) for p in active.parameters}
     off = active.off().values
     assert all(off[p.name] == p.off for p in active.parameters if p.off is not None)
 

@@ -12,6 +12,7 @@ import pytest
 from bushcli.casefile import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
 from bushcli.effect import ActiveEffect, acting, effect
+from bushcli.report.diagnosis_json import diagnosis_json
 from bushcli.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
@@ -127,30 +128,57 @@ def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_p
     assert abs(length.value - 3.0) < 3 * length.std < 3.0
 
 
-def test_what_is_loose_in_one_rig_is_found_beside_a_recording_of_another(tmp_path: Path) -> None:
-    """The axial rig has a play; torsion was recorded in another rig, in N mm over degrees."""
-    whole = case(tmp_path, {"free_play": {"half_width": 0.12}})
+def with_torsion(folder: Path, secret: dict[str, dict[str, float]], zero: float = 0.0) -> Case:
+    """An axial recording with a secret, and one of torsion in another rig: N mm, not zero at rest, over degrees."""
+    whole = case(folder, secret)
     time, q = path()
     turn = np.radians(2.0) * q
     body = Rubber(law("yeoh"), YEOH, 2000.0)
     answer = Simulation(
         whole.geometry, modes()["torsional"], body, whole.mesh.refinement, (), time, turn, None
     ).solve(YEOH)
-    moment = answer.force + NOISE * np.ptp(answer.force) * np.random.default_rng(12).normal(size=len(q))
+    moment = (
+        zero + answer.force + NOISE * np.ptp(answer.force) * np.random.default_rng(12).normal(size=len(q))
+    )
     rows = zip(time, np.degrees(turn), moment, strict=True)
     lines = ["time_s,rotation_deg,moment_Nmm", *(f"{t:.4f},{u:.6f},{m:.6g}" for t, u, m in rows)]
-    (tmp_path / "torsional.csv").write_text("\n".join(lines) + "\n")
-    with (tmp_path / "case.toml").open("a") as file:
+    (folder / "torsional.csv").write_text("\n".join(lines) + "\n")
+    with (folder / "case.toml").open("a") as file:
         file.write('\n[[recordings]]\nmode = "torsional"\nfile = "torsional.csv"\n')
-    found = diagnose(
-        load_case(tmp_path / "case.toml", ()),
-        effects=["offset", "free_play", "bump_stop", "rig_compliance"],
-        maps=False,
-    )
+    return load_case(folder / "case.toml", ())
+
+
+RIGS = ["offset", "free_play", "bump_stop", "rig_compliance"]
+
+
+def test_what_is_loose_in_one_rig_is_found_beside_a_recording_of_another(tmp_path: Path) -> None:
+    found = diagnose(with_torsion(tmp_path, {"free_play": {"half_width": 0.12}}), effects=RIGS, maps=False)
     assert [one.label for one in found.effects] == ["free_play (axial)"]
     width = found.effects[0].parameters["half_width"]
     assert abs(width.value - 0.12) < 3 * width.std < 0.05
     assert found.effects[0].plausible
+
+
+def test_both_rigs_may_be_off_zero_each_by_its_own(tmp_path: Path) -> None:
+    zeros = {"axial": 25.0, "torsional": -400.0}
+    concealed = {"offset": {"force": zeros["axial"], "displacement": 0.05}}
+    found = diagnose(with_torsion(tmp_path, concealed, zeros["torsional"]), effects=RIGS, maps=False)
+    assert found.verdict == "missing_physics"
+    assert sorted(one.label for one in found.effects) == ["offset (axial)", "offset (torsional)"]
+    for one in found.effects:
+        assert one.channels is not None
+        force = one.parameters["force"]
+        # Force and displacement at rest are hardly told apart: 25 N are 0.13 mm of this bushing.
+        assert abs(force.value - zeros[one.channels[0]]) < 3 * force.std
+        assert one.plausible
+    for channel in found.channels:
+        assert channel.after_percent < 1.1 * 100 * NOISE < 0.3 * channel.before_percent
+    document = diagnosis_json(found, {})
+    assert [one["name"] for one in document["effects"]] == ["offset", "offset"]
+    assert document["rivals"][0] == ["offset"]
+    assert "leaves out offset (" in document["text"]
+    # The second one's parameters are told by its rig, in the order of the channels' names.
+    assert {"offset.force", "offset@torsional.force"} <= set(document["parameters"])
 
 
 def test_what_is_in_no_catalogue_is_unexplained_and_located(tmp_path: Path) -> None:

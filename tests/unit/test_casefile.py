@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.casefile import Case, load_case, resolved
+from bushcli.effect import told_apart
 from bushcli.errors import CaseError, InputError
 from forms.law import laws
 
@@ -295,6 +296,14 @@ def test_terms_choose_the_parameters_to_fit(folder):
             'effects[1].name = "mullins" is given twice (each effect once; channels = [...] says',
         ),
         (
+            "effects=[{name='free_play', channels=['axial-1']}, {name='free_play', channels=['axial-1']}]",
+            'effects[1].name = "free_play" is given twice (once in each channel: channels = [...] of both',
+        ),
+        (
+            "effects=[{name='free_play', channels=['axial-1']}, {name='free_play'}]",
+            'effects[1].name = "free_play" is given twice (once in each channel: channels = [...] of both',
+        ),
+        (
             "effects=[{name='debonding'}]",
             'effects[0].name = "debonding": there is no model of it with an elastic inner_sleeve (a rigid one)',
         ),
@@ -577,6 +586,32 @@ def test_effects_are_read_by_their_own_names_in_internal_units(folder):
     assert stop.acts_on("torsional", "torsional")
     assert not stop.acts_on("axial", "axial")
     assert branches.lacking == ("viscoelasticity.tau1", "viscoelasticity.tau2")
+
+
+def test_what_belongs_to_a_rig_may_be_in_several_with_values_of_their_own(folder):
+    text = (
+        CASE
+        + """
+[[effects]]
+name = "offset"
+parameters = { force = 5.0, displacement = 0.1 }
+channels = ["axial-1"]
+[[effects]]
+name = "offset"
+parameters = { force = 40.0, displacement = 0.2 }
+channels = ["torsional"]
+"""
+    )
+    axial, torsional = load(folder, text).effects
+    assert (axial.name, torsional.name) == ("offset", "offset@torsional")
+    assert axial.effect == torsional.effect
+    assert torsional.full_name(torsional.parameters[0]) == "offset@torsional.force"
+    # Degrees in the file.
+    assert torsional.values["displacement"] == pytest.approx(math.radians(0.2))
+    assert axial.values["displacement"] == 0.1
+    assert [one["name"] for one in resolved(load(folder, text))["effects"]] == ["offset", "offset"]
+    assert told_apart((torsional,))[0].name == "offset"
+    assert [one.name for one in told_apart((torsional, axial))] == ["offset@torsional", "offset"]
 
 
 def test_resolved_effects_are_a_case_again(folder):

@@ -23,7 +23,8 @@ def fitted(effects, chi_square, law="yeoh"):
     model = SimpleNamespace(
         names=tuple(effects),
         effects=tuple(
-            SimpleNamespace(name=name, effect=all_effects()[name], parameters=()) for name in effects
+            SimpleNamespace(name=name, effect=all_effects()[name], parameters=(), channels=None)
+            for name in effects
         ),
         law=law,
         fixed=False,

@@ -64,6 +64,11 @@ def test_a_stop_as_stiff_as_a_bushing_across_is_plausible_there_only():
     fine, remark = plausibility(stop, [AXIAL])
     assert not fine
     assert "more than 20 times what is usual (90 N/mm)" in remark
+    # What is hardly known may be usual.
+    uncertain, why = plausibility(stop, [AXIAL], {"stiffness": stop.values["stiffness"]})
+    assert uncertain
+    assert why == f"{remark}, but so uncertain that it may be usual"
+    assert not plausibility(stop, [AXIAL], {"stiffness": 0.1 * stop.values["stiffness"]})[0]
 
 
 def test_a_remark_is_in_the_units_of_the_case_file():
