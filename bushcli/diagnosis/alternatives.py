@@ -14,7 +14,7 @@ from bushcli.diagnosis.beginnings import REFITTED, pairs, singles, unpromised
 from bushcli.diagnosis.model import Fitted, Hope, Model, chi_square
 from bushcli.diagnosis.plausible import plausibility
 from bushcli.diagnosis.rivals import STRONG
-from bushcli.diagnosis.selected import Round, Selection, at_noise, key
+from bushcli.diagnosis.selected import Round, Selection, at_noise, form_error, key
 from bushcli.effect import ActiveEffect
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 NEARLY, RIVALS, WORSE = 0.7, 3, 1.5
 # Effects beyond the most promising that are refitted beside a model, and how many before it is asked whether that did.
 LEFT, AT_ONCE = 6, 2
+# Share of the plain law's sum of squares below which effects have explained most of the misfit.
+EXPLAINED = 0.1
 
 
 def reconsidered(search: Search, found: Selection, asked: float) -> bool:
@@ -78,11 +80,12 @@ def floated(search: Search, found: Selection, asked: float) -> bool:
             if search.take(found, tried, asked):
                 return True
             if not real[name]:
-                # What a real bushing can have need not be better than what it cannot.
+                # What a real bushing can have need not be better than what it cannot, and where effects leave more
+                # than noise because their form is not quite the real one's, may be worse by that.
                 real_ones = {
                     k: f for k, f in tried.items() if all(_is_real(one, found) for one in f.model.effects)
                 }
-                if search.take(found, real_ones, -STRONG):
+                if search.take(found, real_ones, -max(STRONG, form_error(found))):
                     return True
     return False
 
@@ -118,6 +121,9 @@ def leftover(search: Search, found: Selection, asked: float) -> bool:
             continue
         if at_noise(found.best) is not None:
             return False
+        if not one.base.model.effects and found.best.chi_square < EXPLAINED * found.plain.chi_square:
+            # One effect alone that promised little does not do what two have done.
+            continue
         begun = singles(one.base, one.table, one.scores, count=None)[REFITTED:]
         models = _unknown([model for each in begun for model in each.models], found)[:LEFT]
         names = [model.names for model in models]

@@ -16,6 +16,10 @@ from bushcli.effect import effect_name, effects, in_rig
 # Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
 # the literature accepts of a model is far above it.
 AT_NOISE = 1.05
+# Of what effects have taken away of the sum of squares, the share that they may leave because real rubber and real rigs
+# follow no equation exactly: 10 % of an effect's curve, which is what the literature accepts of a model. No further
+# effect is called for so little.
+FORM = 0.01
 
 
 @dataclass(frozen=True)
@@ -98,3 +102,9 @@ def at_noise(found: Fitted) -> NoiseTest | None:
     """The test by which the misfit is noise; None where it is not."""
     test = noise_test(found.judged, len(found.x))
     return test if test.is_noise or found.size <= AT_NOISE else None
+
+
+def form_error(found: Selection) -> float:
+    """What the effects of the model at hand may leave because their form is not quite that of the real ones."""
+    explained = found.plain.chi_square - found.best.chi_square if found.best.model.effects else 0.0
+    return max(0.0, FORM * explained)

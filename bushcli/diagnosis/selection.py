@@ -24,7 +24,7 @@ from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
 from bushcli.diagnosis.rivals import STRONG, combine
 from bushcli.diagnosis.score import Candidate, Score, screen
-from bushcli.diagnosis.selected import Round, Selection, at_noise, key, structure
+from bushcli.diagnosis.selected import Round, Selection, at_noise, form_error, key, structure
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import Effect, effect_name, effects, spoken
@@ -43,10 +43,6 @@ NO_WORSE, CHANCE_RISE = 1.05, 6.0
 # Beside a misfit that passes for noise an effect is called for only by such a fall of BIC, and refitted only where its
 # score test leaves chance less than this, the misfit taken for noise as it is.
 OUTSTANDING, CHANCE = 12.0, 1e-4
-# Of what effects have taken away of the sum of squares, the share that they may leave because real rubber and real rigs
-# follow no equation exactly: 10 % of an effect's curve, which is what the literature accepts of a model. No further
-# effect is called for so little.
-FORM = 0.01
 
 
 class Search:
@@ -149,7 +145,7 @@ class Search:
         self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score], asked: float
     ) -> str:
         """Refit the most promising, and take the best; the reason why none was taken, if so."""
-        form = _form_error(found)
+        form = form_error(found)
         asked = max(asked, form)
         beginnings = singles(found.best, table, scores, 0.5 * form)
         poorer, richest = richer(found.best, scores)
@@ -300,12 +296,6 @@ class Search:
         stage = Stage(action, fitted.model.names, fitted.model.law, fitted.bic(), fitted.size, kept, text)  # type: ignore[arg-type]
         found.stages.append((name, stage))
         self.progress(action, " + ".join([fitted.model.law, *fitted.model.names]), text)
-
-
-def _form_error(found: Selection) -> float:
-    """What the effects of the model at hand may leave because their form is not quite that of the real ones."""
-    explained = found.plain.chi_square - found.best.chi_square if found.best.model.effects else 0.0
-    return max(0.0, FORM * explained)
 
 
 def _better(one: Fitted, other: Fitted | None) -> bool:

@@ -147,6 +147,10 @@ def test_an_effect_with_values_that_no_bushing_has_goes_first_also_at_the_noise(
     assert better
     assert set(found.best.model.names) == set(TRUE)
     assert "rises by 3, but its values are of real size" in found.stages[-1][1].text
+    # A hundredth of what effects have explained, here 9.08, is what their form may be wrong.
+    better, found, _ = floating(monkeypatch, 92.0, {"cure_shrinkage", "mullins", "friction"})
+    assert better
+    assert "rises by 8" in found.stages[-1][1].text
     assert floating(monkeypatch, 90.0, STAND_IN)[2] == []
 
 
@@ -243,6 +247,14 @@ def test_what_is_left_over_beside_nothing_comes_last_and_is_limited(monkeypatch,
     assert seen == [*beside, *alone]
     assert beside == [("friction", n) for n in ("free_play", "cure_shrinkage", "misalignment", "time_lag")]
     assert len(alone) == len(beside) + 1 <= alternatives.LEFT
+
+
+def test_one_effect_alone_is_not_tried_where_two_explain_most(monkeypatch, asked):
+    found, seen = left_over(monkeypatch, 700.0, [(), ("friction",)])
+    monkeypatch.setattr(alternatives, "EXPLAINED", 0.8)
+    assert not alternatives.leftover(search(), found, 6.0)
+    assert seen
+    assert all(len(one) == 2 for one in seen)
 
 
 def test_all_of_the_assembly_comes_after_what_promised_something(monkeypatch, asked):
