@@ -211,7 +211,13 @@ def _shear(model: Model, case: Case) -> float:
 def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | None:
     """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved."""
     model = replace(fitted.model, effects=(*_beside(fitted.model, trial), trial.active))
-    names = [f"{trial.active.name}.{name}" for name in trial.amplitudes]
+    # Beside others of its kind it may have another name there.
+    there = next(
+        one
+        for one in model.effects
+        if (one.effect.name, one.channels) == (trial.effect.name, trial.active.channels)
+    )
+    names = [f"{there.name}.{name}" for name in trial.amplitudes]
     coarse: kept.Coarse = "memory" if trial.effect.acts == "assembly" else "solid"
     channels = kept.channels(model.task(case), HALF, coarse)
     found: list[Array] = []

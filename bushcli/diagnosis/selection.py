@@ -134,9 +134,10 @@ class Search:
         """
         shape = sorted(trial.shape.items())
         what = (trial.effect.name, *trial.amplitudes, *shape, trial.size, trial.active.channels)
-        if found is not None:
-            self._first.setdefault(what, found)
-        return self._first.get(what)
+        if found is None:
+            return self._first.get(what)
+        self._first.setdefault(what, found)
+        return found
 
     def _catalogue(self, specimen: str) -> list[Effect]:
         return list(catalogue(self.names, effects(), specimen))

@@ -106,6 +106,22 @@ def test_a_worse_pair_is_kept_as_a_refit_only(asked):
     assert ("debonding", "mullins") in found.refits
 
 
+def test_what_cannot_be_solved_beside_a_model_is_screened_with_what_was_known_first():
+    crew = search()
+    trial = SimpleNamespace(
+        effect=SimpleNamespace(name="swaging"),
+        amplitudes=("reduction",),
+        shape={},
+        size=None,
+        active=SimpleNamespace(channels=None),
+    )
+    assert crew._known(trial, None) is None
+    first, second = (np.zeros(2),), (np.ones(2),)
+    assert crew._known(trial, first) is first
+    assert crew._known(trial, second) is second
+    assert crew._known(trial, None) is first
+
+
 def floating(monkeypatch, chi_square, real, known=()):
     """Take effects out of the pair at hand, and find the other one of the true pair beside what is left."""
     monkeypatch.setattr(alternatives, "_is_real", lambda one, found: one.name in real)
