@@ -76,8 +76,11 @@ class EffectParameter:
     share : float
         Of a parameter of a channel, a typical value over the largest displacement, force or their quotient that is
         recorded there, whichever has its unit.
+    samples : float
+        Of a parameter that is a time, a typical value over the time between samples; ``start`` where that is more.
     most : float
-        Of such a parameter the largest size that a diagnosis considers, over the same: beyond it is something else.
+        Of a parameter of a channel, the largest size that a diagnosis considers, over the same as ``share``: beyond
+        it is something else.
     of_mesh : bool
         Whether it is a dimension of the mesh: a model is built for its value, there is no derivative by it, and a fit
         holds it.
@@ -98,6 +101,7 @@ class EffectParameter:
     adds_to: str = ""
     of_channel: bool = False
     share: float = 0.0
+    samples: float = 0.0
     most: float = math.inf
     of_mesh: bool = False
 

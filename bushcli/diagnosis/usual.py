@@ -1,6 +1,7 @@
 """How large an effect's parameters usually are: what is offset or stopped in a rig goes by what the rig does.
 
-A stop of 100 N/mm is much beside a bushing pushed along its axis and nothing beside the same one pushed across.
+A stop of 100 N/mm is much beside a bushing pushed along its axis and nothing beside the same one pushed across; a lag
+of a second is much in a test of a minute that is sampled a hundred times a second, and nothing in one of an hour.
 """
 
 from __future__ import annotations
@@ -22,9 +23,13 @@ def usual_value(effect: Effect, parameter: EffectParameter, recordings: Sequence
     Parameters
     ----------
     recordings
-        Of a parameter of a channel, the largest value of those that the effect acts on.
+        Of a parameter of a channel, and of a time that goes by the samples, the largest value of those that the effect
+        acts on.
     """
     acting = [one for one in recordings if effect.acts_on(one.mode)]
+    if parameter.samples:
+        intervals = [float(np.median(np.diff(one.time))) for one in acting if one.time is not None]
+        return max(parameter.start, parameter.samples * max(intervals, default=0.0))
     if not parameter.share or not acting:
         return parameter.start
     return max(parameter.share * _largest(one, parameter.unit) for one in acting)

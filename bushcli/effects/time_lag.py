@@ -17,7 +17,10 @@ EFFECT = Effect(
     summary="Force is logged late against displacement: a false loop whose width goes with the rate.",
     acts="rig",
     parameters=(
-        EffectParameter("lag", "s", "of the force behind the displacement", 0.05, -100.0, 100.0, off=0.0),
+        # A logger that reads its channels in turn is late by as much as a sample.
+        EffectParameter(
+            "lag", "s", "of the force behind the displacement", 0.05, -100.0, 100.0, off=0.0, samples=1.0
+        ),
     ),
     needs="time, and two rates or a hold",
     rivals=("viscoelasticity",),

@@ -71,6 +71,23 @@ def test_a_stop_as_stiff_as_a_bushing_across_is_plausible_there_only():
     assert not plausibility(stop, [AXIAL], {"stiffness": 0.1 * stop.values["stiffness"]})[0]
 
 
+def test_a_lag_goes_by_the_time_between_samples():
+    effect = effects()["time_lag"]
+    (lag,) = effect.parameters
+
+    def sampled(interval):
+        q = np.linspace(0.0, 1.0, 9)
+        return Recording("axial", q, q, np.arange(9) * interval, name="axial")
+
+    assert usual_value(effect, lag, [sampled(0.01)]) == 0.05
+    assert usual_value(effect, lag, [sampled(0.01), sampled(2.0)]) == 2.0
+    untimed = Recording("axial", np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, 9), name="axial")
+    assert usual_value(effect, lag, [untimed]) == 0.05
+    slow = ActiveEffect(effect, {"lag": 6.0})
+    assert plausibility(slow, [sampled(0.5)])[0]
+    assert not plausibility(slow, [sampled(0.01)])[0]
+
+
 def test_a_remark_is_in_the_units_of_the_case_file():
     # 1 degree where a hundredth of the largest rotation is usual.
     turned = Recording("torsional", np.linspace(0.0, 0.02, 9), np.linspace(0.0, 90.0, 9), name="torsional")
