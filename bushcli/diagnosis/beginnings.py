@@ -23,6 +23,8 @@ REFITTED, BEGINNINGS = 4, 2
 # An effect is refitted if it promises this share of what the best one promises, and a second beginning, this share of
 # what its own best point promises.
 SHARE, SECOND = 0.1, 0.8
+# What promises this share of what the best does is its rival, and refitted however many there are.
+ALIKE = 0.9
 # A score test that promises less than this fall of chi square is not followed.
 PROMISING = 10.0
 # Pairs of effects that are refitted where none is taken alone.
@@ -63,12 +65,14 @@ def singles(
     least: float = 0.0,
     count: int | None = REFITTED,
 ) -> list[Beginning]:
-    """So many effects that promise most, if at least so much; all of them with None."""
+    """So many effects that promise most, if at least so much, and what promises as much as the best; all with None."""
     grids = {one.name: one for one in table}
     most = max((one.drop for one in scores if one.testable), default=0.0)
     promising = [one for one in scores if one.testable and one.drop > max(PROMISING, least, SHARE * most)]
     proposed = []
-    for score in promising[:count]:
+    for i, score in enumerate(promising):
+        if count is not None and i >= count and score.drop < ALIKE * most:
+            break
         one = grids[score.name]
         order = np.argsort(-score.drops)[:BEGINNINGS]
         points = [int(p) for p in order if p == order[0] or score.drops[p] > SECOND * score.drop]

@@ -20,6 +20,8 @@ def parallel(q: Signal, force: Signal, given: Given) -> Signal:
     return force + given["stiffness"] * over.where(engaged)
 
 
+_GAPS = tuple(round(0.05 * i, 2) for i in range(8, 20))
+
 EFFECT = Effect(
     name="bump_stop",
     summary="A one-sided stop engages after a gap: a knee in the curve.",
@@ -35,7 +37,8 @@ EFFECT = Effect(
             1.0,
             -1000.0,
             1000.0,
-            scan=(-0.9, -0.7, -0.5, 0.5, 0.7, 0.9),
+            # The law takes up all of a faint stop but what is near the knee: between points further apart it hides.
+            scan=(*(-g for g in reversed(_GAPS)), *_GAPS),
             scale="amplitude",
             of_channel=True,
             share=0.7,

@@ -11,6 +11,7 @@ from bushcli.diagnosis.linearised import cone_fit, linearised, weighed
 from bushcli.diagnosis.noise_model import Compared, NoiseModel
 from bushcli.diagnosis.rivals import STRONG, combine
 from bushcli.diagnosis.score import Candidate, largest_of_normals, score, screen
+from bushcli.effect import effects
 from bushcli.recording import Recording
 
 SIGMA = 3.0
@@ -346,3 +347,21 @@ def test_noise_alone_asks_for_no_effect(by_noise):
     """BIC: ln 300 for one parameter, more for shape parameters; 2 P(z > 2.4) is 1.7 %, for each of six effects."""
     channel, linear = fit(TIME, Q, noisy(law(Q), 1000))
     assert combine(linear, catalogue(channel))[0].bic > 0
+
+
+def test_no_stop_hides_between_the_gaps_that_are_scanned():
+    """Beside a law of four constants half of what any stop shows is seen at the nearest gap, at the least."""
+    turns = [0.0, 1.0, -0.4, 0.0]
+    q = np.concatenate(
+        [a * np.interp(np.linspace(0.0, 4.0, 81), [0, 1, 3, 4], turns) for a in (0.4, 0.7, 1.0)]
+    )
+    law, _ = np.linalg.qr(np.column_stack([q, q**3, q**5, q**7]))
+
+    def shown(gap):
+        knee = np.maximum(q - gap, 0.0)
+        own = knee - law @ (law.T @ knee)
+        return own / np.linalg.norm(own)
+
+    scanned = [shown(gap) for gap in effects()["bump_stop"].parameter("gap").scan if gap > 0]
+    for gap in np.linspace(0.4, 0.95, 56):
+        assert max(float(shown(gap) @ one) for one in scanned) ** 2 > 0.5

@@ -211,6 +211,23 @@ def test_what_acts_in_the_assembly_is_begun_beside_the_assembly_whatever_is_prom
     assert beginnings.unpromised(fitted(("friction",), 1.0), table, scores) == []
 
 
+def test_what_promises_as_much_as_the_best_is_refitted_however_many_there_are(monkeypatch):
+    monkeypatch.setattr(beginnings, "_with", lambda model, best, one, point, drop: one.name)
+    names = [f"effect {i}" for i in range(8)]
+    table = [SimpleNamespace(name=name, sizes=None) for name in names]
+
+    def begun(drops):
+        scores = [
+            SimpleNamespace(name=name, testable=True, drop=drop, drops=np.array([drop]))
+            for name, drop in zip(names, drops, strict=True)
+        ]
+        found = beginnings.singles(fitted((), 1.0), table, scores)
+        return [one.models[0] for one in found]
+
+    assert begun([100.0, 99.0, 98.0, 97.0, 96.0, 95.0, 50.0, 40.0]) == names[:6]
+    assert begun([100.0, 99.0, 98.0, 80.0, 79.0, 78.0, 50.0, 40.0]) == names[:REFITTED]
+
+
 def left_over(monkeypatch, chi_square, rounds, others=()):
     """Two effects at hand; every round promises something of the whole catalogue, one of it that little."""
     names = [
