@@ -7,9 +7,11 @@ error, and a kernel that was being compiled leaves a file for whose end every la
 from __future__ import annotations
 
 import signal
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from multiprocessing import parent_process
 from pathlib import Path
 from types import FrameType
 
@@ -33,6 +35,18 @@ def listen(clock: Callable[[], float] = time.monotonic) -> None:
 
     for one in (signal.SIGINT, signal.SIGTERM):
         signal.signal(one, interrupt)
+
+
+def end_with_parent(end: Callable[[], None]) -> None:
+    """Call `end` in a thread when the process that has started this one has ended, however that ended."""
+
+    def wait() -> None:
+        first = parent_process()
+        if first is not None:
+            first.join()
+        end()
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def is_interrupt(error: BaseException | None) -> bool:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 from pathlib import Path
+
+from bushcli.interrupt import end_with_parent
 
 
 def make_all(folder: Path, seeds: Sequence[int], workers: int) -> Iterator[str]:
@@ -24,14 +25,7 @@ def make_all(folder: Path, seeds: Sequence[int], workers: int) -> Iterator[str]:
 
 def follow() -> None:
     """Make this process end with the one that has started it, however that ends."""
-
-    def wait() -> None:
-        first = parent_process()
-        if first is not None:
-            first.join()
-        os._exit(1)
-
-    threading.Thread(target=wait, daemon=True).start()
+    end_with_parent(lambda: os._exit(1))
 
 
 def _make(seed: int, folder: Path) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.concealed.truth import Kind, Specimen
-from bushcli.effect import Effect, effects
+from bushcli.effect import effects
 from cases.stability import coupon_limits
 from forms.law import law
 
@@ -93,7 +93,7 @@ def _pair(rng: np.random.Generator) -> Concealed:
     while True:
         one, two = sorted(str(name) for name in rng.choice(names, 2, replace=False))
         rivals = two in effects()[one].rivals or one in effects()[two].rivals
-        lonely = of_channel(effects()[one]) or of_channel(effects()[two])
+        lonely = effects()[one].of_channel or effects()[two].of_channel
         many = [n for n in (one, two) if n in NEEDS and all(len(c) > 1 for c in NEEDS[n])]
         if rivals or (lonely and many):
             continue
@@ -106,17 +106,12 @@ def _channels(rng: np.random.Generator, names: tuple[str, ...]) -> tuple[str, ..
     """Channels that serve all the effects: the longest of those that each asks for."""
     asked = []
     for name in names or ("",):
-        lonely = bool(name) and of_channel(effects()[name])
+        lonely = bool(name) and effects()[name].of_channel
         menu = NEEDS.get(name, ALONE if lonely else FLAT if name in MEMORY else ANY)
         asked.append(menu[rng.integers(len(menu))])
-    if "misalignment" in names and any(n and of_channel(effects()[n]) for n in names):
+    if "misalignment" in names and any(n and effects()[n].of_channel for n in names):
         return ("radial",)
     return max(asked, key=len)
-
-
-def of_channel(effect: Effect) -> bool:
-    """Whether an effect belongs to the rig of one channel."""
-    return any(parameter.of_channel for parameter in effect.parameters)
 
 
 def specimen(rng: np.random.Generator, channels: tuple[str, ...]) -> Specimen:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from bushcli.casefile.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.casefile.schema import EffectTable
 from bushcli.casefile.unit import inside, outside, unit
-from bushcli.effect import ActiveEffect, Effect, EffectParameter, effects, unsuited
+from bushcli.effect import ActiveEffect, Effect, EffectParameter, effects, told_apart, unsuited
 from bushcli.errors import nearest
 from cases.mode import modes
 from geometry.shape import Shape
@@ -58,13 +58,12 @@ def build(
         for what, expected in () if shape is None else unsuited(effect, shape, others):
             at = (*keys, "name")
             findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
-        rig = names[0] if twins and names else ""
-        plain = ActiveEffect(effect, channels=names, rig=rig)
+        plain = ActiveEffect(effect, channels=names)
         on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
         values, wrong = _values(effect, table, keys, any(modes()[channel.mode].rotational for channel in on))
         findings += wrong
         active.append(replace(plain, values=values))
-    return active, findings
+    return list(told_apart(active)), findings
 
 
 def _is_of_another_rig(effect: Effect, channels: Sequence[str] | None, twins: Sequence[ActiveEffect]) -> bool:
@@ -97,7 +96,7 @@ def _channels(
         what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {there}"
         yield Finding((*keys, "name"), what, expected=", ".join(acts))
     turned = [channel for channel in on if modes()[channel.mode].rotational]
-    if turned and len(turned) < len(on) and any(p.of_channel for p in effect.parameters):
+    if turned and len(turned) < len(on) and effect.of_channel:
         straight = next(channel for channel in on if channel not in turned)
         what = (
             f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {turned[0].name} in degrees"

@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
-from multiprocessing import active_children, get_context, parent_process
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from types import FrameType
 from typing import Any, cast
@@ -22,7 +22,7 @@ from typing import Any, cast
 from bushcli import __version__
 from bushcli.diagnosis.canonical import canonical
 from bushcli.errors import InputError, Problem
-from bushcli.interrupt import abandon_compilation
+from bushcli.interrupt import abandon_compilation, end_with_parent
 
 Work = Callable[..., Any]
 
@@ -226,12 +226,4 @@ def _begin() -> None:
     # A process that has been told to end before it was ready ends here.
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOPPING)
     signal.signal(signal.SIGTERM, end)
-    threading.Thread(target=_follow, daemon=True).start()
-
-
-def _follow() -> None:
-    """End with the process that has started this one, however that ends."""
-    first = parent_process()
-    if first is not None:
-        first.join()
-    os.killpg(0, signal.SIGKILL)
+    end_with_parent(lambda: os.killpg(0, signal.SIGKILL))

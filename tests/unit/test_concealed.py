@@ -55,7 +55,7 @@ def test_channels_serve_the_effects(seed: int) -> None:
         assert any(effects()[name].acts_on(channel) for channel in plan.channels)
         if name in draw.NEEDS and plan.program == "rich":
             assert any(set(menu) <= set(plan.channels) for menu in draw.NEEDS[name])
-        if draw.of_channel(effects()[name]):
+        if effects()[name].of_channel:
             assert len(plan.channels) == 1
     assert plan.coupons >= ("batch_stiffness" in plan.names)
 
