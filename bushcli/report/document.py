@@ -23,11 +23,11 @@ from bushcli.report.cycles import (
     response_histories,
     unexplained_hysteresis,
 )
-from bushcli.report.quantity import parameter_unit, quantities
+from bushcli.report.door import parameter_unit
+from bushcli.report.quantity import quantities
 from bushcli.report.verdict import Verdict, judge
 from bushcli.report.versions import versions
 from cases.mode import modes
-from forms.law import law
 
 
 def direct_json(
@@ -223,7 +223,6 @@ def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
 
 def fit_part(fit: Fit) -> dict[str, Any]:
     """What every identified law has."""
-    chosen = law(fit.material.law)
     names = list(fit.parameters)
     return {
         "law": fit.material.law,
@@ -236,7 +235,7 @@ def fit_part(fit: Fit) -> dict[str, Any]:
                 "upper": estimate.upper,
                 "at_bound": estimate.at_bound,
                 "interval": _interval(estimate.interval),
-                "unit": parameter_unit(chosen, name),
+                "unit": parameter_unit(fit, name),
             }
             for name, estimate in fit.parameters.items()
         },

@@ -13,6 +13,7 @@ from bushcli.casefile import Case
 from bushcli.inverse import Fit
 from bushcli.report.cycles import fit_histories, history_json, unexplained_hysteresis
 from bushcli.report.document import cleaned, curves_by_mode, fit_part, head
+from bushcli.report.door import at_door
 from bushcli.report.identification_tables import (
     correlation_table,
     curve_table,
@@ -32,6 +33,7 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     fits
         Best first.
     """
+    fits = [at_door(fit) for fit in fits]
     best = fits[0]
     histories = fit_histories(best)
     problems = (*best.conditions, *unexplained_hysteresis(histories))
@@ -115,6 +117,7 @@ def inverse_text(fits: Sequence[Fit]) -> Group:
     fits
         Best first.
     """
+    fits = [at_door(fit) for fit in fits]
     best = fits[0]
     parts: list[object] = []
     if len(fits) > 1:

@@ -6,19 +6,18 @@ import math
 from collections.abc import Sequence
 
 from bushcli.inverse import Estimate, Fit
+from bushcli.report.door import parameter_unit
 from bushcli.report.identification_words import bulk_modulus, is_met, is_uncertain
-from bushcli.report.quantity import number, parameter_unit, percent
+from bushcli.report.quantity import number, percent
 from bushcli.report.ranking import information_criterion
 from bushcli.report.tables import Row, Table
-from forms.law import law
 
 
 def estimate_table(fit: Fit) -> Table:
     """Parameters with standard error, 95 % interval, bounds and what is doubtful about them."""
-    chosen = law(fit.material.law)
     rows: list[Row] = []
     for name, estimate in fit.parameters.items():
-        unit = parameter_unit(chosen, name)
+        unit = parameter_unit(fit, name)
         rows.append(
             (
                 name,

@@ -11,8 +11,8 @@ from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import POOR, UNDETERMINED
 from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
-from bushcli.report.quantity import listed, number, parameter_unit, percent, with_std
-from forms.law import law
+from bushcli.report.door import parameter_unit
+from bushcli.report.quantity import listed, number, percent, with_std
 
 # A curve is met to its noise when the misfit is at most this many times as large: the noise is an estimate too.
 MET = 1.3
@@ -87,7 +87,7 @@ def is_uncertain(estimate: Estimate) -> bool:
 def with_error(fit: Fit, name: str) -> str:
     """Value and standard error with the digits that the error leaves, and the unit: "0.1175 ± 0.0002 MPa"."""
     estimate = fit.parameters[name]
-    unit = parameter_unit(law(fit.material.law), name)
+    unit = parameter_unit(fit, name)
     tail = "" if unit == "1" else f" {unit}"
     return f"{with_std(estimate.value, estimate.std)}{tail}"
 

@@ -134,10 +134,12 @@ def write_inverse(
         As `write_direct`.
     """
     from bushcli.report.cycles import fit_histories
+    from bushcli.report.door import at_door
     from bushcli.report.figures.cycles import history_figures
     from bushcli.report.figures.identification import inverse_figures
     from bushcli.report.identification_html import inverse_html
 
+    fits = [at_door(fit) for fit in fits]
     best = fits[0]
     names = file_names([curve.name for curve in best.curves])
     files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.effect import effect
 from cases.mode import modes
-from forms.law import Law
 
 Array = NDArray[np.float64]
 
@@ -79,14 +77,6 @@ def quantities(mode: str) -> Quantities:
     if found.specimen == "coupon":
         return _COUPON
     return _ROTATION if found.rotational else _TRANSLATION
-
-
-def parameter_unit(law: Law, name: str) -> str:
-    """Unit of an identified parameter: the law's own, or the compliance, which is the bulk modulus's inverse."""
-    if name == "compliance":
-        return "1/MPa"
-    effect_name, _, parameter = name.rpartition(".")
-    return effect(effect_name).parameter(parameter).unit if effect_name else law.parameter(name).unit
 
 
 def number(value: float | None, digits: int = 3) -> str:

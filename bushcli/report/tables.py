@@ -13,9 +13,9 @@ from bushcli.inverse import Fit
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches
-from bushcli.report.quantity import number, parameter_unit, percent, quantities
+from bushcli.report.door import parameter_unit
+from bushcli.report.quantity import number, percent, quantities
 from cases.mode import modes
-from forms.law import law
 
 Row = tuple[str, ...]
 
@@ -199,13 +199,12 @@ def solution_table(response: Response) -> Table:
 
 def parameter_table(fit: Fit) -> Table:
     """The identified law's parameters."""
-    chosen = law(fit.material.law)
     rows = [
         (
             name,
             number(estimate.value, 4),
             number(estimate.std, 2),
-            "-" if parameter_unit(chosen, name) == "1" else parameter_unit(chosen, name),
+            "-" if parameter_unit(fit, name) == "1" else parameter_unit(fit, name),
             f"{number(estimate.lower)} to {number(estimate.upper)}"
             + (" (at bound)" if estimate.at_bound else ""),
         )

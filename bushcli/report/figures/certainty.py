@@ -11,9 +11,9 @@ from scipy.interpolate import PchipInterpolator
 
 from bushcli.inverse import Estimate, Fit, Profile
 from bushcli.inverse.refit import RISE_95
+from bushcli.report.door import parameter_unit
 from bushcli.report.figures.picture import BLUE, GREY, LIGHT, RED, legend, literal, new_figure, style
-from bushcli.report.quantity import number, parameter_unit
-from forms.law import law
+from bushcli.report.quantity import number
 
 _ACROSS = 3
 
@@ -98,7 +98,7 @@ def _panel(axes: Axes, fit: Fit, profile: Profile, estimate: Estimate) -> None:
             label="not solvable",
         )
     axes.axvline(estimate.value, color=BLUE, lw=0.8)
-    unit = parameter_unit(law(fit.material.law), profile.name)
+    unit = parameter_unit(fit, profile.name)
     top = max(1.6 * RISE_95, min(float(rise.max(initial=0.0)) * 1.1, 4 * RISE_95))
     axes.set(
         xlabel=literal(profile.name if unit == "1" else f"{profile.name} [{unit}]"),

@@ -14,6 +14,7 @@ from bushcli import report
 from bushcli.casefile import Material
 from bushcli.condition import Condition
 from bushcli.curve import Curve
+from bushcli.effect import ActiveEffect, effect
 from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile
 from bushcli.recording import Recording
 from bushcli.report.figures.identification import inverse_figures
@@ -150,6 +151,39 @@ def test_json_of_several_laws_ranks_them(case):
     assert [model["law"] for model in document["models"]] == ["yeoh", "neo_hookean"]
     assert document["models"][1]["misfit"] == {"axial": 2.0, "radial": 3.0}
     assert document["models"][1]["number_of_parameters"] == 1
+
+
+def test_values_of_a_rig_that_turns_are_shown_in_degrees(case):
+    # A stop of a million N mm/rad at 0.1 rad, in the case file's units: 1e6/57.29578 N mm/degree at 5.729578 degrees.
+    stop = ActiveEffect(effect("bump_stop"), {"stiffness": 1e6, "gap": 0.1}, ("torsional",))
+    names = ("C10", "bump_stop.stiffness", "bump_stop.gap")
+    found = identified(names=names, curves=(curve("axial"), curve("torsional", reach=0.2)), effects=(stop,))
+    inside = {"C10": 0.25, "bump_stop.stiffness": 1e6, "bump_stop.gap": 0.1}
+    values = (Estimate(inside[n], 0.01 * inside[n], 0.0, 100.0, False) for n in names)
+    found = replace(
+        found,
+        parameters=dict(zip(names, values, strict=True)),
+        evaluations=(Evaluation(1, inside, 1.0, True),),
+        end_points=(EndPoint(inside, inside, 1.0, "done"),),
+        profiles=(Profile("bump_stop.gap", np.array([0.1, 0.2]), np.array([0.0, 5.0])),),
+    )
+    document = report.inverse_json(case(), [found], {})
+    shown_values = document["parameters"]
+    assert shown_values["bump_stop.stiffness"]["value"] == pytest.approx(1e6 / 57.29578)
+    assert shown_values["bump_stop.stiffness"]["std"] == pytest.approx(1e4 / 57.29578)
+    assert shown_values["bump_stop.stiffness"]["unit"] == "N mm/degree"
+    assert shown_values["bump_stop.gap"]["value"] == pytest.approx(5.729578)
+    assert shown_values["bump_stop.gap"]["unit"] == "degrees"
+    assert shown_values["C10"] == shown_values["C10"] | {"value": 0.25, "unit": "MPa"}
+    assert document["evaluations"][0]["parameters"]["bump_stop.gap"] == pytest.approx(5.729578)
+    assert document["end_points"][0]["start"]["bump_stop.gap"] == pytest.approx(5.729578)
+    assert document["profiles"][0]["values"] == pytest.approx([5.729578, 2 * 5.729578])
+    assert "5.730" in shown([found])
+    assert "degrees" in shown([found])
+    # The same stop on the channel that does not turn.
+    straight = replace(found, effects=(replace(stop, channels=("axial",)),))
+    gap = report.inverse_json(case(), [straight], {})["parameters"]["bump_stop.gap"]
+    assert (gap["value"], gap["unit"]) == (0.1, "mm")
 
 
 def test_compliance_is_shown_with_unit_and_bulk_modulus(case):
