@@ -12,7 +12,8 @@ from statistics import median
 
 import numpy as np
 
-from bushcli.effect import ActiveEffect, Effect, effects
+from bushcli.active import ActiveEffect
+from bushcli.effect import Effect, effects
 from bushcli.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bushcli.effect import ActiveEffect
+from bushcli.active import ActiveEffect
 from cases.feature import Installed
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from bushcli.active import acting, require_time, require_values
 from bushcli.casefile import Case, LoadCase, Material, load_case_names
 from bushcli.condition import Condition
 from bushcli.curve import Curve
-from bushcli.effect import acting, require_time, require_values
 from bushcli.errors import InputError, Problem
 from bushcli.recording import Recording, displacement_noise, matching, read_program, read_recording
 from bushcli.rig import NoEquilibrium

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
-from bushcli.effect import ActiveEffect, Given, RigChange, Signal
+from bushcli.active import ActiveEffect
+from bushcli.effect import Given, RigChange, Signal
 
 Array = NDArray[np.float64]
 Response = Callable[[Array], tuple[Array, Array, Array]]

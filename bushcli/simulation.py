@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from bushcli import rig
+from bushcli.active import ActiveEffect
 from bushcli.assembly import installed
-from bushcli.effect import ActiveEffect, Signal
+from bushcli.effect import Signal
 from bushcli.schedule import prescribed, schedule
 from cases.march import History, march
 from cases.mode import Mode

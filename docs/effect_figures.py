@@ -9,7 +9,8 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from bushcli.effect import ActiveEffect, effects
+from bushcli.active import ActiveEffect
+from bushcli.effect import effects
 from bushcli.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber

@@ -21,8 +21,9 @@ from benchmarks.concealed.simulate import Channel, force
 from benchmarks.concealed.sizes import SIZES, Situation, sized
 from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import FAINT, LARGEST, Specimen, Truth, write_truth
+from bushcli.active import ActiveEffect, acting
 from bushcli.curve import Curve
-from bushcli.effect import ActiveEffect, acting, effect, effects
+from bushcli.effect import effect, effects
 from bushcli.recording import write_curve_csv
 from bushcli.rig import NoEquilibrium
 from bushcli.segment import segment

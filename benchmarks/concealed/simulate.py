@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.concealed.truth import Specimen
-from bushcli.effect import ActiveEffect, acting
+from bushcli.active import ActiveEffect, acting
 from bushcli.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.effect import ActiveEffect, effect
+from bushcli.active import ActiveEffect
+from bushcli.effect import effect
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from bushcli.active import ActiveEffect
 from bushcli.casefile import checks, effects
 from bushcli.casefile.case import Case, LoadCase, Material, MeshOptions, load_case_names
 from bushcli.casefile.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
@@ -22,7 +23,6 @@ from bushcli.casefile.schema import (
     RecordingTable,
     Table,
 )
-from bushcli.effect import ActiveEffect
 from bushcli.errors import nearest
 from bushcli.source import UNITS, Quantity, Source, dimension
 from cases.mode import modes

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bushcli.active import ActiveEffect
 from bushcli.casefile.unit import outside
-from bushcli.effect import ActiveEffect
 from bushcli.source import Source
 from cases.mode import modes
 from forms.law import laws

@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from bushcli.active import ActiveEffect, told_apart
 from bushcli.casefile.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.casefile.schema import EffectTable
 from bushcli.casefile.unit import inside, outside, unit
-from bushcli.effect import ActiveEffect, Effect, EffectParameter, effects, told_apart, unsuited
+from bushcli.effect import Effect, EffectParameter, effects, unsuited
 from bushcli.errors import nearest
 from cases.mode import modes
 from geometry.shape import Shape

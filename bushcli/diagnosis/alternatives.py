@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from bushcli.active import ActiveEffect
 from bushcli.diagnosis.beginnings import REFITTED, pairs, singles, unpromised
 from bushcli.diagnosis.model import Fitted, Hope, Model, chi_square
 from bushcli.diagnosis.plausible import plausibility
 from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.selected import Round, Selection, at_noise, form_error, key
-from bushcli.effect import ActiveEffect
 
 if TYPE_CHECKING:
     from bushcli.diagnosis.selection import Search

@@ -10,12 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bushcli.active import ActiveEffect, told_apart
 from bushcli.diagnosis import any_law
 from bushcli.diagnosis.model import Fitted, Hope, Model
 from bushcli.diagnosis.rivals import Combination
 from bushcli.diagnosis.score import Candidate, Score
 from bushcli.diagnosis.usual import usual_value
-from bushcli.effect import ActiveEffect, effect_name, effects, told_apart
+from bushcli.effect import effect_name, effects
 from forms.law import laws
 
 # Effects that are refitted in each round, and points of an effect's grid from which its refit begins.

@@ -14,22 +14,14 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.active import ActiveEffect
 from bushcli.casefile import Case
 from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.score import Candidate
 from bushcli.diagnosis.usual import in_words, usual_size, usual_value
-from bushcli.effect import (
-    ActiveEffect,
-    Effect,
-    EffectParameter,
-    effect_name,
-    effects,
-    in_rig,
-    rig_of,
-    unsuited,
-)
+from bushcli.effect import Effect, EffectParameter, effect_name, effects, in_rig, rig_of, unsuited
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 from cases.march import NotConverged

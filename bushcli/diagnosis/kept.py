@@ -16,8 +16,8 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from bushcli.active import ActiveEffect
 from bushcli.diagnosis.canonical import canonical
-from bushcli.effect import ActiveEffect
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.task import COARSE, Task
 from cases.feature import Installed

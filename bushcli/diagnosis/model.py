@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.active import ActiveEffect, told_apart
 from bushcli.casefile import Case
 from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.linearised import Linearised
 from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
 from bushcli.diagnosis.start import begin
 from bushcli.diagnosis.usual import admitted
-from bushcli.effect import ActiveEffect, told_apart
 from bushcli.inverse.begin import first_point
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.local import inside

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from bushcli.active import ActiveEffect
 from bushcli.diagnosis.usual import in_words, usual_value
-from bushcli.effect import ActiveEffect
 from bushcli.recording import Recording
 
 # An amplitude beyond this many times an ordinary one is remarkable, and so is a parameter at its bound.

@@ -10,6 +10,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from bushcli.active import ActiveEffect, acting
 from bushcli.casefile import Case
 from bushcli.diagnosis import kept
 from bushcli.diagnosis.candidates import rigs
@@ -22,7 +23,7 @@ from bushcli.diagnosis.selected import Selection
 from bushcli.diagnosis.usual import usual_value
 from bushcli.diagnosis.workers import Workers
 from bushcli.direct import rubber_of
-from bushcli.effect import ActiveEffect, Effect, acting, effect_name, effects, spoken
+from bushcli.effect import Effect, effect_name, effects, spoken
 from bushcli.simulation import Simulation
 from cases.march import NotConverged
 from cases.mode import modes

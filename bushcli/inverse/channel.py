@@ -15,9 +15,9 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from bushcli.active import acting, require_time
 from bushcli.casefile import Case
 from bushcli.curve import Curve
-from bushcli.effect import acting, require_time
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,

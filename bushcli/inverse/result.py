@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.active import ActiveEffect
 from bushcli.casefile import Material
 from bushcli.condition import Condition
 from bushcli.curve import Curve
-from bushcli.effect import ActiveEffect
 from bushcli.recording import Recording
 
 Array = NDArray[np.float64]

@@ -10,8 +10,9 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from bushcli.active import ActiveEffect
 from bushcli.casefile import Case, Material, MeshOptions, resolved
-from bushcli.effect import ActiveEffect, effect_name
+from bushcli.effect import effect_name
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
 from bushcli.inverse.channel import Channel, bushing_channels, coupon_channels

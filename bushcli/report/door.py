@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from bushcli.active import acting
 from bushcli.casefile.unit import outside, unit
-from bushcli.effect import EffectParameter, acting
+from bushcli.effect import EffectParameter
 from bushcli.inverse import Estimate, Fit
 from cases.mode import modes
 from forms.law import law

@@ -14,15 +14,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bushcli.effect import (
-    ActiveEffect,
-    Effect,
-    UnknownName,
-    effect,
-    effects,
-    require_time,
-    require_values,
-)
+from bushcli.active import ActiveEffect, require_time, require_values
+from bushcli.effect import Effect, UnknownName, effect, effects
 from bushcli.errors import InputError
 from bushcli.rig import Travel, elastic_response
 from cases.mode import modes

@@ -12,8 +12,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from bushcli.active import ActiveEffect
 from bushcli.assembly import installed
-from bushcli.effect import ActiveEffect, Effect, effects
+from bushcli.effect import Effect, effects
 from cases.march import march
 from cases.mode import modes
 from cases.model import Model

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bushcli.active import ActiveEffect, acting
 from bushcli.casefile import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
-from bushcli.effect import ActiveEffect, acting, effect
+from bushcli.effect import effect
 from bushcli.report.diagnosis_json import diagnosis_json
 from bushcli.simulation import Simulation
 from cases.mode import modes

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bushcli.active import ActiveEffect
 from bushcli.casefile import load_case
 from bushcli.direct import predict
-from bushcli.effect import ActiveEffect, effects
+from bushcli.effect import effects
 from bushcli.inverse import Task, identify
 from bushcli.misfit import misfits
 from bushcli.simulation import Simulation

@@ -6,12 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bushcli.active import ActiveEffect
 from bushcli.casefile import Material
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.naming import derived, named, quantities
 from bushcli.diagnosis.noise_model import Compared, NoiseModel
 from bushcli.diagnosis.selected import Selection
-from bushcli.effect import ActiveEffect, effects
+from bushcli.effect import effects
 from bushcli.recording import Recording
 
 SIGMA = 2.0

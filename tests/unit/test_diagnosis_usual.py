@@ -8,10 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bushcli.active import ActiveEffect
 from bushcli.diagnosis.model import Model, _within
 from bushcli.diagnosis.plausible import plausibility
 from bushcli.diagnosis.usual import admitted, usual_size, usual_value
-from bushcli.effect import ActiveEffect, effects
+from bushcli.effect import effects
 from bushcli.recording import Recording
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.effect import ActiveEffect, Signal, effect
+from bushcli.active import ActiveEffect
+from bushcli.effect import Signal, effect
 from bushcli.rig import NoEquilibrium, Travel, bushing_path, elastic_response, parallel, reading, spring
 
 SWEEP = np.linspace(-5.0, 5.0, 2001)

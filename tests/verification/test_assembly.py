@@ -9,8 +9,9 @@ import pytest
 from dolfinx import mesh as dolfinx_mesh
 from scipy.optimize import brentq
 
+from bushcli.active import ActiveEffect
 from bushcli.assembly import installed
-from bushcli.effect import ActiveEffect, effect
+from bushcli.effect import effect
 from bushcli.effects.sleeve_compliance import RIGID
 from cases.contact import pushed_back
 from cases.feature import Feature, Installed

@@ -11,10 +11,11 @@ import pytest
 from rich.console import Console
 
 from bushcli import report
+from bushcli.active import ActiveEffect
 from bushcli.casefile import Material
 from bushcli.condition import Condition
 from bushcli.curve import Curve
-from bushcli.effect import ActiveEffect, effect
+from bushcli.effect import effect
 from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile
 from bushcli.recording import Recording
 from bushcli.report.figures.identification import inverse_figures
