@@ -108,3 +108,15 @@ def form_error(found: Selection) -> float:
     """What the effects of the model at hand may leave because their form is not quite that of the real ones."""
     explained = found.plain.chi_square - found.best.chi_square if found.best.model.effects else 0.0
     return max(0.0, FORM * explained)
+
+
+def least_promise(found: Selection) -> float:
+    """The least fall of chi square that has to be promised of an effect for it to be refitted.
+
+    Half of what the form of the effects may err; nothing where more than that is left above the noise. There the law
+    may have taken up most of a further effect, of which derivatives beside such a law promise little: an Ogden law that
+    stiffens like a stop hides it.
+    """
+    form = form_error(found)
+    left = found.best.chi_square * (1.0 - 1.0 / found.best.size**2)
+    return 0.5 * form if left < form else 0.0

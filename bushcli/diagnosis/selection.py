@@ -24,7 +24,7 @@ from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
 from bushcli.diagnosis.rivals import STRONG, combine
 from bushcli.diagnosis.score import Candidate, Score, screen
-from bushcli.diagnosis.selected import Round, Selection, at_noise, form_error, key, structure
+from bushcli.diagnosis.selected import Round, Selection, at_noise, form_error, key, least_promise, structure
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import Effect, effect_name, effects, spoken
@@ -146,13 +146,13 @@ class Search:
         self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score], asked: float
     ) -> str:
         """Refit the most promising, and take the best; the reason why none was taken, if so."""
-        form = form_error(found)
-        asked = max(asked, form)
-        beginnings = singles(found.best, table, scores, 0.5 * form)
+        asked = max(asked, form_error(found))
+        least = least_promise(found)
+        beginnings = singles(found.best, table, scores, least)
         poorer, richest = richer(found.best, scores)
         if not beginnings and not poorer and not richest:
             text = "nothing in the catalogue promises more"
-            return text + (" than the form of the effects may err" if form else "")
+            return text + (" than the form of the effects may err" if least else "")
         tried: dict[tuple[str, ...], Fitted] = {}
         first = [model for one in beginnings[:1] for model in one.models]
         self.refit(found, tried, [*first, *poorer])

@@ -10,7 +10,7 @@ import pytest
 from bushcli.diagnosis import alternatives, beginnings
 from bushcli.diagnosis.beginnings import REFITTED
 from bushcli.diagnosis.candidates import unfit
-from bushcli.diagnosis.selected import Round, Selection
+from bushcli.diagnosis.selected import Round, Selection, least_promise
 from bushcli.diagnosis.selection import Search, _difference
 from bushcli.effect import effects as all_effects
 from geometry.shapes.mount import Mount
@@ -226,6 +226,18 @@ def test_what_promises_as_much_as_the_best_is_refitted_however_many_there_are(mo
 
     assert begun([100.0, 99.0, 98.0, 97.0, 96.0, 95.0, 50.0, 40.0]) == names[:6]
     assert begun([100.0, 99.0, 98.0, 80.0, 79.0, 78.0, 50.0, 40.0]) == names[:REFITTED]
+
+
+def test_where_more_is_left_than_the_form_of_effects_may_err_every_promise_is_followed():
+    # Effects have taken away 9000: a hundredth of it may be their form. 100 samples: 180 leave 80 above the noise, 200
+    # leave 100.
+    found = state(180.0, [])
+    found.plain = fitted((), 9180.0)
+    assert least_promise(found) == pytest.approx(0.5 * 90.0)
+    found.best = fitted(STAND_IN, 200.0)
+    assert least_promise(found) == 0.0
+    found.best = found.plain
+    assert least_promise(found) == 0.0
 
 
 def left_over(monkeypatch, chi_square, rounds, others=()):
