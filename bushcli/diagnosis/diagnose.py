@@ -149,8 +149,8 @@ def diagnose(
             *doubts_of_the_model(found, remaining, before, after),
             *doubts_of_the_data(case, channels),
         ),
-        forward_solves=sum(one.solves for one in found.refits.values()),
-        failed_solves=sum(one.failed for one in found.refits.values()),
+        forward_solves=search.forward_solves,
+        failed_solves=search.failed_solves,
         seconds=time.perf_counter() - begin,
     )
 

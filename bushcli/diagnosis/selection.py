@@ -55,10 +55,16 @@ class Search:
     names
         Effects to be thought of; None = all.
     progress
+
+    Attributes
+    ----------
+    forward_solves, failed_solves : int
+        Of all refits: simulations of a channel, and evaluations that failed.
     """
 
     def __init__(self, case: Case, workers: Workers, names: Sequence[str] | None, progress: Progress) -> None:
         self.case, self.workers, self.names, self.progress = case, workers, names, progress
+        self.forward_solves = self.failed_solves = 0
         self._first: dict[tuple[object, ...], tuple[Array, ...]] = {}
 
     # -- the rounds ----------------------------------------------------------------------------------------------
@@ -76,6 +82,7 @@ class Search:
         found = Selection(plain, plain)
         found.held = tuple(held_out(channel.recording) for channel in plain.channels)
         found.refits[()] = plain
+        self.forward_solves, self.failed_solves = plain.solves, plain.failed
         self._stage(found, "fit", plain, f"{plain.model.law} alone")
         reason = ""
         for _ in range(MOST):
@@ -244,7 +251,10 @@ class Search:
                 "cannot be solved" if answer is None else f"misfit {answer.size:.3g} of the noise",
             )
 
-        return self.workers.run(_refit, questions, told)
+        answers = self.workers.run(_refit, questions, told)
+        self.forward_solves += sum(one.solves for one in answers if one is not None)
+        self.failed_solves += sum(one.failed for one in answers if one is not None)
+        return answers
 
     def _reduced(self, found: Selection, again: bool = True) -> None:
         """Leave out, one at a time, every effect that the model does not need.

@@ -228,6 +228,16 @@ def test_what_promises_as_much_as_the_best_is_refitted_however_many_there_are(mo
     assert begun([100.0, 99.0, 98.0, 80.0, 79.0, 78.0, 50.0, 40.0]) == names[:REFITTED]
 
 
+def test_every_refit_is_counted_also_those_that_are_not_kept():
+    answers = [SimpleNamespace(solves=7, failed=2), None, SimpleNamespace(solves=5, failed=0)]
+    looking = search()
+    looking.workers = SimpleNamespace(run=lambda work, questions, told: answers)
+    models = [fitted((name,), 1.0).model for name in TRUE] * 2
+    looking._fitted(models[:3], "yeoh")
+    looking._fitted(models[:3], "yeoh")
+    assert (looking.forward_solves, looking.failed_solves) == (24, 4)
+
+
 def test_where_more_is_left_than_the_form_of_effects_may_err_every_promise_is_followed():
     # Effects have taken away 9000: a hundredth of it may be their form. 100 samples: 180 leave 80 above the noise, 200
     # leave 100.
