@@ -92,19 +92,18 @@ WORDS = {
 
 def document(items: Sequence[Item], waiting: Sequence[Truth] = ()) -> str:
     """The whole page; of recordings that have been diagnosed, and of others that wait for it."""
-    seeds = sorted([item.truth.seed for item in items] + [truth.seed for truth in waiting])
-    count = seeds[-1] - seeds[0] + 1
+    sets = _sets([item.truth.seed for item in items] + [truth.seed for truth in waiting])
     command = "\n".join(
         f"setup/enter python -m benchmarks.concealed {rest}"
         for rest in (
-            f"make --count {count} --seed {seeds[0]} DIR",
+            *(f"make --count {len(seeds)} --seed {seeds[0]} DIR" for seeds in sets),
             "run DIR",
             f"score DIR -o {PAGE} --about {ABOUT}",
         )
     )
     parts = [
         RULES.format(command=command, faint=FAINT, clear=CLEAR, large=LARGE),
-        _scores(items, seeds, waiting),
+        _scores(items, sets, waiting),
         _by(items, "By effect", "effect", _effect_of),
         _by(items, "By size", "strength", lambda t: [t.size] if t.size and t.kind != "outside" else []),
         _by(items, "By program", "program", lambda t: [f"{t.program}, {', '.join(t.specimen.amplitude)}"]),
@@ -130,15 +129,34 @@ def shown(count: Count) -> str:
     return f"{count.good} of {count.all}: {100 * count.share:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
 
 
-def _scores(items: Sequence[Item], seeds: Sequence[int], waiting: Sequence[Truth]) -> str:
+def _sets(seeds: Sequence[int]) -> list[range]:
+    """Seeds without gaps, each made by one command."""
+    sets: list[range] = []
+    for seed in sorted(seeds):
+        if sets and sets[-1].stop == seed:
+            sets[-1] = range(sets[-1].start, seed + 1)
+        else:
+            sets.append(range(seed, seed + 1))
+    return sets
+
+
+def _scores(items: Sequence[Item], sets: Sequence[range], waiting: Sequence[Truth]) -> str:
+    """All targets; each set of seeds also by itself."""
+
     def goal(target: Target) -> str:
         if target.least is not None:
             return f"at least {100 * target.least:.0f} %"
         return "" if target.most is None else f"at most {100 * target.most:.0f} %"
 
     reached = {True: "yes", False: "**no**", None: ""}
-    rows = [[t.text, shown(t.count), goal(t), reached[t.reached]] for t in targets(items)]
-    title = f"## Scores\n\n{len(items)} recordings, seeds {seeds[0]} to {seeds[-1]}.\n"
+    names = [f"{seeds[0]} to {seeds[-1]}" for seeds in sets]
+    each = [targets([item for item in items if item.truth.seed in seeds]) for seeds in sets]
+    rows = [
+        [t.text, shown(t.count), goal(t), reached[t.reached]]
+        + [f"{of[i].count.good} of {of[i].count.all}" for of in each if len(each) > 1]
+        for i, t in enumerate(targets(items))
+    ]
+    title = f"## Scores\n\n{len(items)} recordings, seeds {' and '.join(names)}.\n"
     if waiting:
         # Without this the scores would pass for those of all seeds.
         solid = sum("radial" in truth.specimen.amplitude for truth in waiting)
@@ -147,7 +165,7 @@ def _scores(items: Sequence[Item], seeds: Sequence[int], waiting: Sequence[Truth
             "channel, which takes longest.**\n"
         )
     title += "\n"
-    return title + table(["score", "", "target", "reached"], rows)
+    return title + table(["score", "", "target", "reached", *(names if len(names) > 1 else ())], rows)
 
 
 def _effect_of(truth: Truth) -> list[str]:

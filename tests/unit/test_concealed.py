@@ -296,6 +296,18 @@ def test_page_shows_scores_and_misses() -> None:
     assert "| 0000005 | nothing | no result | no result |" in text
 
 
+def test_page_tells_sets_of_seeds_apart() -> None:
+    items = [
+        item(replace(truth(**VISCO), seed=seed), result(said))
+        for seed, said in ((3, "viscoelasticity"), (4, "friction"), (11, "viscoelasticity"))
+    ]
+    text = report.document(items, [replace(truth(**VISCO), seed=12)])
+    assert "make --count 2 --seed 3 DIR" in text
+    assert "make --count 2 --seed 11 DIR" in text
+    assert "3 recordings, seeds 3 to 4 and 11 to 12." in text
+    assert "2 of 3: 67 % (21 to 94) | at least 95 % | **no** | 1 of 2 | 1 of 1 |" in text
+
+
 def test_truth_is_read_back(tmp_path: Path) -> None:
     secret = replace(truth(**VISCO), look_alikes=("friction",), given_up=("too faint",))
     write_truth(secret, tmp_path / "truth.json")
