@@ -34,6 +34,11 @@ class ActiveEffect:
         """The effect's name; with the rig, "offset@radial", where the effect is there once more."""
         return in_rig(self.effect, self.rig)
 
+    @property
+    def identity(self) -> str:
+        """The effect's name with its rig, "offset@radial", whatever else is there: to compare models by."""
+        return identity(self.effect, self.channels)
+
     def full_name(self, parameter: EffectParameter) -> str:
         """Return a parameter's name among those of the law and of all effects: "viscoelasticity.g1"."""
         return f"{self.name}.{parameter.name}"
@@ -61,6 +66,11 @@ class ActiveEffect:
         """Return the same with its amplitudes off; shape parameters stay, or get their start values."""
         off = {p.name: p.off for p in self.parameters if p.off is not None}
         return replace(self, values=dict(self.started().values) | off)
+
+
+def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
+    """Return the name of an effect on some channels: with the first of them where it belongs to their rig."""
+    return in_rig(effect, channels[0]) if effect.of_channel and channels else effect.name
 
 
 def told_apart(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.curve import Curve
-from bushcli.recording import displacement_noise, force_noise
+from bushcli.recording import departure, displacement_noise, force_noise
 from bushcli.segment import Branch, segment
 
 Array = NDArray[np.float64]
@@ -130,24 +130,27 @@ def cycles_along(
         As long as the path has cycles; None where the force is not known throughout a cycle.
     """
     found = segment(path.displacement, path.time) if found is None else found
-    parts = [list(part) for _, part in groupby(found, lambda branch: branch.cycle)]
+    parts = [list(part) for _, part in groupby(enumerate(found), lambda item: item[1].cycle)]
     slack = _CLOSED_NOISE * displacement_noise(path)
     return tuple(
-        _cycle(part, path, force, noise, slack)
-        if np.isfinite(force[max(part[0].start - 1, 0) : part[-1].stop]).all()
+        _cycle([branch for _, branch in part], departure(found, part[0][0]), path, force, noise, slack)
+        if np.isfinite(force[departure(found, part[0][0]) : part[-1][1].stop]).all()
         else None
         for part in parts
     )
 
 
-def _cycle(part: Sequence[Branch], path: Curve, force: Array, noise: Noise, slack: float) -> Cycle:
-    begin, end = max(part[0].start - 1, 0), part[-1].stop
+def _cycle(
+    part: Sequence[Branch], begin: int, path: Curve, force: Array, noise: Noise, slack: float
+) -> Cycle:
+    """One cycle, which sets out from the sample `begin`: the one before it, unless others between are left out."""
+    end = part[-1].stop
     q = path.displacement[begin:end]
     closed, q_loop, force_loop = _loop(
         path.displacement, force, begin, end, max(slack, _CLOSED_SHARE * np.ptp(q))
     )
     energy = _net_work(q_loop, force_loop, closed, noise)
-    work = sum(_work(path.displacement, force, branch) for branch in part if branch.kind == "loading")
+    work = sum(_work(path.displacement, force, branch, begin) for branch in part if branch.kind == "loading")
     loss = Uncertain(energy.value / work, energy.std / work) if work > 0 else Uncertain(np.nan, np.nan)
     counted = _without_holds(part, begin)
     peak = float(force[begin:end][np.argmax(np.abs(force[begin:end]))])
@@ -155,7 +158,7 @@ def _cycle(part: Sequence[Branch], path: Curve, force: Array, noise: Noise, slac
         number=part[0].cycle,
         lowest=float(q.min()),
         highest=float(q.max()),
-        rate=_rate(part, path),
+        rate=_rate(part, begin, path),
         closed=closed,
         energy=energy,
         loss=loss,
@@ -217,15 +220,15 @@ def _weights(x: Array, closed: bool) -> Array:
     return np.asarray(0.5 * (padded[2:] - padded[:-2]))
 
 
-def _work(q: Array, force: Array, branch: Branch) -> float:
-    cut = slice(max(branch.start - 1, 0), branch.stop)
+def _work(q: Array, force: Array, branch: Branch, begin: int) -> float:
+    cut = slice(max(branch.start - 1, begin), branch.stop)
     return float(np.trapezoid(force[cut], q[cut]))
 
 
-def _rate(part: Sequence[Branch], path: Curve) -> float | None:
+def _rate(part: Sequence[Branch], begin: int, path: Curve) -> float | None:
     if path.time is None:
         return None
-    moving = [(max(b.start - 1, 0), b.stop - 1) for b in part if b.kind != "hold"]
+    moving = [(max(b.start - 1, begin), b.stop - 1) for b in part if b.kind != "hold"]
     way = sum(abs(path.displacement[last] - path.displacement[first]) for first, last in moving)
     seconds = sum(path.time[last] - path.time[first] for first, last in moving)
     return float(way / seconds) if seconds > 0 else None

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from bushcli.casefile.finding import Keys, dotted, shown
+from bushcli.effect import effect_name, rig_of
 from bushcli.errors import CaseError, Problem
 
-_SEGMENT = re.compile(r"([A-Za-z0-9_-]+)((?:\[\d+\])*)\Z")
+_SEGMENT = re.compile(r"([A-Za-z0-9_-]+(?:@[^\[\]@]+)?)((?:\[\d+\])*)\Z")
 
 
 @dataclass(frozen=True)
@@ -61,16 +62,22 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
         keys = _keys(name.strip())
         if not equals or not keys:
             raise CaseError(Problem(f"--set {text}", "is not KEY=VALUE", expected="e.g. geometry.length=38"))
-        keys, added = _by_name(data, keys)
+        keys, added = _by_name(data, keys, text)
         created = _put(data, keys, _value(value.strip()), f"--set {text}")
         done.append(Override(text, keys, added or created))
     return data, done
 
 
-def _by_name(data: dict[str, Any], keys: Keys) -> tuple[Keys, Keys]:
+def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
     """Return the place of an effect that is addressed by its name, and what was added to make one.
 
-    ``effects.mullins.r`` is ``effects[0].parameters.r`` where the first effect is mullins.
+    ``effects.mullins.r`` is ``effects[0].parameters.r`` where the first effect is mullins, and
+    ``effects.offset@radial.force`` is that of the offset that has the channel radial.
+
+    Raises
+    ------
+    CaseError
+        When several effects have the name, or none has the channel.
     """
     entries = data.get("effects", [])
     if keys[0] != "effects" or len(keys) < 2 or not isinstance(entries, list):
@@ -80,11 +87,18 @@ def _by_name(data: dict[str, Any], keys: Keys) -> tuple[Keys, Keys]:
         return keys, ()
     if not rest or rest[0] not in ("name", "parameters", "channels"):
         rest = ("parameters", *rest)
-    for index, entry in enumerate(entries):
-        if isinstance(entry, dict) and entry.get("name") == name:
-            return ("effects", index, *rest), ()
+    name, rig = effect_name(name), rig_of(name)
+    named = [i for i, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == name]
+    channels = {i: found if isinstance(found := entries[i].get("channels"), list) else [] for i in named}
+    there = [i for i in named if not rig or not channels[i] or rig in channels[i]]
+    if len(there) == 1:
+        return ("effects", there[0], *rest), ()
+    if named:
+        known = ", ".join(f"effects.{name}@{few[0]}" for few in channels.values() if few)
+        what = f"several effects are called {name}" if there else f"no {name} has the channel {rig}"
+        raise CaseError(Problem(f"--set {text}", what, expected=known))
     added: Keys = ("effects", len(entries)) if "effects" in data else ("effects",)
-    data["effects"] = [*entries, {"name": name}]
+    data["effects"] = [*entries, {"name": name, **({"channels": [rig]} if rig else {})}]
     return ("effects", len(entries), *rest), added
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 
+from bushcli.active import ActiveEffect
 from bushcli.effect import EffectParameter
+from cases.mode import modes
 
 # Unit in a translational mode -> unit of the case file in a rotational one, and its factor to N, mm, rad.
 _ROTATIONAL = {
@@ -28,6 +31,19 @@ def outside(parameter: EffectParameter, value: float, rotational: bool) -> float
     """Return an internal value as the case file has it; angles to twelve digits, which bring 30 degrees back."""
     factor = _factor(parameter, rotational)
     return value if factor == 1.0 else float(f"{value / factor:.12g}")
+
+
+def turning(
+    active: Sequence[ActiveEffect], channels: Iterable[tuple[str, str]]
+) -> dict[str, EffectParameter]:
+    """Return the parameters that are in degrees at the door, by full name, given the channels' names and modes."""
+    rotational = [(name, mode) for name, mode in channels if modes()[mode].rotational]
+    return {
+        one.full_name(p): p
+        for one in active
+        for p in one.parameters
+        if p.of_channel and any(one.acts_on(name, mode) for name, mode in rotational)
+    }
 
 
 def _factor(parameter: EffectParameter, rotational: bool) -> float:

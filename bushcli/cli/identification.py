@@ -53,7 +53,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     if case.coupons and law in laws():
         run.say(f"fitting {law} to {len(case.coupons)} coupon test{'s' if len(case.coupons) != 1 else ''}")
     # A coupon is solved in milliseconds: its evaluations are told only to who asks.
-    progress = search_progress(run) if run.verbose else None
+    progress = search_progress(run, {}) if run.verbose else None
     with run.timed("fit"):
         return fit_coupons(case, model, weighting=weighting, progress=progress)  # type: ignore[arg-type]
 
@@ -151,7 +151,9 @@ def inverse(
         run.say(f"identifying {law} from {len(case.recordings) - len(held_out)} recordings")
         journal = run.output / f"history-{law}.jsonl" if run.output else None
         with run.timed(law):
-            fits.append(identify(task, journal=journal, resume=resume, progress=search_progress(run)))
+            fits.append(
+                identify(task, journal=journal, resume=resume, progress=search_progress(run, task.turned))
+            )
         if any(condition.name == "interrupted" for condition in fits[-1].conditions):
             break
     fits.sort(key=report.rank)

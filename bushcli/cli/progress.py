@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from bushcli.cli.run import Run, on_terminal, speaks
 
 if TYPE_CHECKING:
+    from bushcli.effect import EffectParameter
     from bushcli.inverse import Evaluation
 
 
@@ -55,17 +57,24 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
         yield advance
 
 
-def search_progress(run: Run) -> Callable[[Evaluation], None] | None:
+def search_progress(run: Run, turned: Mapping[str, EffectParameter]) -> Callable[[Evaluation], None] | None:
     """Progress of an identification, a line per evaluation: misfit, iteration, step, trust radius, parameters.
 
     Step and radius are in units of the parameters' scales; they are left out where there is no trust region (the
     scaling of the start, profiles, robust losses). Of the fast fits to coupons lines are shown only on request (-v).
+
+    Parameters
+    ----------
+    turned
+        Parameters that are shown in degrees, by full name.
     """
     if run.quiet or not speaks():
         return None
 
+    from bushcli.inverse.door import values_at_door
+
     def line(found: Evaluation) -> None:
-        run.say(progress_line(found))
+        run.say(progress_line(replace(found, parameters=values_at_door(found.parameters, turned))))
 
     return line
 

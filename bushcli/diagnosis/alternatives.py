@@ -45,11 +45,14 @@ def exchanged(search: Search, found: Selection, asked: float) -> bool:
     table = found.rounds[0].table
     left = chi_square(found.best.channels, found.plain.used)
     whole = float(found.plain.linear.rest @ found.plain.linear.rest)
-    known = {frozenset(one.model.names) for one in found.refits.values()}
+    known = {frozenset(one.model.identities) for one in found.refits.values()}
+    grids = {one.name: one for one in table}
     promised = [
         one
         for one in found.combined
-        if whole - one.drop < left and frozenset(one.names) not in known and search.is_possible(one.names)
+        if whole - one.drop < left
+        and frozenset(grids[n].identity(p) for n, p in zip(one.names, one.points, strict=True)) not in known
+        and search.is_possible(one.names)
     ]
     tried: dict[tuple[str, ...], Fitted] = {}
     search.refit(found, tried, pairs(found.plain, table, promised, found.best.model.effects))
@@ -64,7 +67,7 @@ def floated(search: Search, found: Selection, asked: float) -> bool:
     no real bushing has goes first. This is the floating search of Pudil, Novovicova and Kittler (1994), Pattern
     Recognit. Lett. 15:1119-1125, doi:10.1016/0167-8655(94)90127-9.
     """
-    real = {one.name: _is_real(one, found) for one in found.best.model.effects}
+    real = _are_real(found.best)
     if len(real) != 2 or (at_noise(found.best) is not None and all(real.values())):
         return False
     for name in sorted(real, key=lambda name: real[name]):
@@ -80,10 +83,14 @@ def floated(search: Search, found: Selection, asked: float) -> bool:
             if search.take(found, tried, asked):
                 return True
             if not real[name]:
-                # What a real bushing can have need not be better than what it cannot, and where effects leave more
-                # than noise because their form is not quite the real one's, may be worse by that.
+                # What a real bushing can have need not be better than what it cannot, and may be worse by what the form
+                # of effects may err; but what is no noise does not take the place of what is.
                 real_ones = {
-                    k: f for k, f in tried.items() if all(_is_real(one, found) for one in f.model.effects)
+                    k: f
+                    for k, f in tried.items()
+                    if all(_are_real(f).values())
+                    and (at_noise(f) is not None or at_noise(found.best) is None)
+                    and f.bic() > found.best.bic() - asked
                 }
                 if search.take(found, real_ones, -max(STRONG, form_error(found))):
                     return True
@@ -95,8 +102,16 @@ def _unknown(models: Sequence[Model], found: Selection) -> list[Model]:
     return [model for model in models if key(model, found.plain.model) not in found.refits]
 
 
-def _is_real(one: ActiveEffect, found: Selection) -> bool:
-    return plausibility(one, [channel.recording for channel in found.plain.channels])[0]
+def _are_real(fitted: Fitted) -> dict[str, bool]:
+    """Whether each effect of a model has values that real bushings have, by its name there."""
+    recordings = [channel.recording for channel in fitted.channels]
+    std = fitted.standard_errors()
+    return {
+        one.name: plausibility(
+            one, recordings, {p.name: std.get(one.full_name(p), 0.0) for p in one.parameters}
+        )[0]
+        for one in fitted.model.effects
+    }
 
 
 def _round(search: Search, found: Selection, base: Fitted) -> Round:
@@ -126,9 +141,9 @@ def leftover(search: Search, found: Selection, asked: float) -> bool:
             continue
         begun = singles(one.base, one.table, one.scores, count=None)[REFITTED:]
         models = _unknown([model for each in begun for model in each.models], found)[:LEFT]
-        names = [model.names for model in models]
+        names = [model.identities for model in models]
         others = _unknown(unpromised(one.base, one.table, one.scores), found)
-        models += [model for model in others if model.names not in names]
+        models += [model for model in others if model.identities not in names]
         tried: dict[tuple[str, ...], Fitted] = {}
         for i in range(0, len(models), AT_ONCE):
             search.refit(found, tried, models[i : i + AT_ONCE])
@@ -146,18 +161,17 @@ def rivalled(search: Search, found: Selection) -> None:
     """
     best = found.best
     swapped: dict[frozenset[str], tuple[float, Model]] = {}
-    for name in best.model.names if len(best.model.effects) > 1 else ():
-        others = frozenset(best.model.names) - {name}
+    known = {frozenset(one.model.identities) for one in found.refits.values()}
+    for name in best.model.identities if len(best.model.effects) > 1 else ():
+        others = frozenset(best.model.identities) - {name}
         for fitted in found.refits.values():
             near = _nearly(found, fitted, name)
-            if near is None or others | {near.name} in {
-                frozenset(one.model.names) for one in found.refits.values()
-            }:
+            if near is None or others | {near.identity} in known:
                 continue
-            kept = tuple(one for one in best.model.effects if one.name != name)
+            kept = tuple(one for one in best.model.effects if one.identity != name)
             hoped = Hope(WORSE * float(best.linear.misfit @ best.linear.misfit), best.used)
             model = replace(best.model, effects=(*kept, near), hoped=hoped)
-            swapped.setdefault(others | {near.name}, (fitted.chi_square, model))
+            swapped.setdefault(others | {near.identity}, (fitted.chi_square, model))
     tried: dict[tuple[str, ...], Fitted] = {}
     search.refit(
         found, tried, [model for _, model in sorted(swapped.values(), key=lambda pair: pair[0])][:RIVALS]
@@ -166,21 +180,21 @@ def rivalled(search: Search, found: Selection) -> None:
 
 
 def _nearly(found: Selection, fitted: Fitted, name: str) -> ActiveEffect | None:
-    """The one effect that a fit had in place of another one, if it explained nearly as much there."""
+    """The one effect that a fit had in place of another one (its identity), if it explained nearly as much there."""
     model, best = fitted.model, found.best.model
-    new = [one for one in model.effects if one.name not in best.names]
-    if len(new) != 1 or name in model.names or (model.law, model.fixed) != (best.law, best.fixed):
+    new = [one for one in model.effects if one.identity not in best.identities]
+    if len(new) != 1 or name in model.identities or (model.law, model.fixed) != (best.law, best.fixed):
         return None
-    kept = [one for one in model.names if one != new[0].name]
+    kept = [one for one in model.identities if one != new[0].identity]
     same = [
         one.chi_square
         for one in found.refits.values()
-        if sorted(one.model.names) == sorted([*kept, name]) and one.model.law == model.law
+        if sorted(one.model.identities) == sorted([*kept, name]) and one.model.law == model.law
     ]
     without = [
         one.chi_square
         for one in found.refits.values()
-        if sorted(one.model.names) == sorted(kept) and one.model.law == model.law
+        if sorted(one.model.identities) == sorted(kept) and one.model.law == model.law
     ]
     if not same or not without:
         return None

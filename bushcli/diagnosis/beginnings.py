@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -19,8 +20,10 @@ from bushcli.diagnosis.usual import usual_value
 from bushcli.effect import effect_name, effects
 from forms.law import laws
 
-# Effects that are refitted in each round, and points of an effect's grid from which its refit begins.
-REFITTED, BEGINNINGS = 4, 2
+# Effects that are refitted in each round.
+REFITTED = 4
+# Values of a shape parameter within this factor of each other are one beginning.
+TWINS = 1.3
 # An effect is refitted if it promises this share of what the best one promises, and a second beginning, this share of
 # what its own best point promises.
 SHARE, SECOND = 0.1, 0.8
@@ -75,13 +78,30 @@ def singles(
         if count is not None and i >= count and score.drop < ALIKE * most:
             break
         one = grids[score.name]
-        order = np.argsort(-score.drops)[:BEGINNINGS]
-        points = [int(p) for p in order if p == order[0] or score.drops[p] > SECOND * score.drop]
+        points = _apart(one, score)
         models = [_with(best.model, best, one, point, float(score.drops[point])) for point in points]
         # What had to be tried at finite sizes may fit at two of them, each a minimum of its own.
         at_once = len(models) if one.sizes is not None and one.sizes[points[0]] is not None else 1
         proposed.append(Beginning(score.drop, models[:at_once], models[at_once:]))
     return proposed
+
+
+def _apart(one: Candidate, score: Score) -> list[int]:
+    """The point of an effect's grid that promises most, and a second one, if it promises nearly as much elsewhere."""
+    first, *others = (int(p) for p in np.argsort(-score.drops, kind="stable"))
+
+    def is_twin(point: int) -> bool:
+        if one.channels_at(point) != one.channels_at(first):
+            return False
+        if one.sizes is not None and one.sizes[point] != one.sizes[first]:
+            return False
+        near = (
+            one.points[first][name] / value if value else 0.0 for name, value in one.points[point].items()
+        )
+        return all(1.0 / TWINS < ratio < TWINS for ratio in near)
+
+    good = (p for p in others if score.drops[p] > SECOND * score.drop and not is_twin(p))
+    return [first, *islice(good, 1)]
 
 
 def unpromised(best: Fitted, table: Sequence[Candidate], scores: Sequence[Score]) -> list[Model]:
@@ -121,7 +141,7 @@ def pairs(
         Effects as other refits have left them: better start values than first order has.
     """
     grids = {one.name: one for one in table}
-    ended = {one.name: one for one in begun}
+    ended = {one.identity: one for one in begun}
     models: list[Model] = []
     for pair in together:
         if len(pair.names) != 2 or set(best.model.names) & set(pair.names):
@@ -129,9 +149,10 @@ def pairs(
         model = best.model
         for name, point in zip(pair.names, pair.points, strict=True):
             model = _with(model, best, grids[name], point, pair.drop)
-            if name in ended:
-                others = tuple(one for one in model.effects if one.name != name)
-                model = replace(model, effects=(*others, ended[name]))
+            as_ended = ended.get(grids[name].identity(point))
+            if as_ended is not None:
+                others = tuple(one for one in model.effects if one.identity != as_ended.identity)
+                model = replace(model, effects=(*others, as_ended))
         models.append(model)
         if len(models) == PAIRS:
             break

@@ -33,6 +33,7 @@ from bushcli.diagnosis.rivals import STRONG
 from bushcli.diagnosis.selected import Selection, at_noise
 from bushcli.diagnosis.selection import Progress, Search
 from bushcli.diagnosis.workers import Workers
+from bushcli.effect import effect_name
 from bushcli.effect import effects as catalogue
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.interrupt import is_interrupt
@@ -240,14 +241,20 @@ def _verdict(found: Selection) -> Verdict:
 def _rivals(found: Selection) -> dict[tuple[str, ...], Fitted | None]:
     """Sets of effects that explain the recordings as well as the chosen one, which comes first, with their fits."""
     best = found.best.model
-    chosen = tuple(best.names)
+    own = {one.identity: one.name for one in best.effects}
+    chosen = tuple(own.values())
+    taken = set(map(effect_name, chosen))
     near: dict[tuple[str, ...], Fitted | None] = {chosen: found.best}
     limit = found.compared.bic() + STRONG
     others = sorted(found.refits.items(), key=lambda item: item[1].bic())
     for name, refit in others:
-        names = tuple(refit.model.names)
+        there = {one.identity: one.name for one in refit.model.effects}
+        # In another rig than the chosen one it is told with its rig.
+        names = tuple(
+            own.get(same, same if effect_name(same) in taken else told) for same, told in there.items()
+        )
         # One that has the same effects and more is none; nor is one that differs in its law only.
-        more = set(chosen) <= set(names) if chosen else not names
+        more = set(own) <= set(there) if chosen else not names
         if name and refit.bic() <= limit and not more:
             same = (refit.model.law, refit.model.fixed) == (best.law, best.fixed)
             near.setdefault(names if same and names else name, refit)
@@ -275,7 +282,8 @@ def _beyond(
         missing = "next test and map of the bushing"
         if len(rivals) > 1 and found.best.model.effects:
             told("next", "test", "what would separate the rivals")
-            proposal = propose(case, found, rivals, crew, told)
+            fitted = {names: one for names, one in rivals.items() if one is not None}
+            proposal = propose(case, found, fitted, crew, told)
         missing = "map of the bushing"
         return proposal, _maps(case, found, told) if maps else (), ()
     except NotConverged as error:

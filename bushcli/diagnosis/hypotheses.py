@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from bushcli.active import identity
 from bushcli.diagnosis.result import Hypothesis
-from bushcli.diagnosis.selected import Selection, hypothesis, key
-from bushcli.effect import spoken
+from bushcli.diagnosis.selected import Selection, key
+from bushcli.effect import effect_name, effects, spoken
 
 
 def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
@@ -14,8 +15,11 @@ def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
     scores = found.rounds[0].scores if found.rounds else ()
     rows = []
     plain = found.plain.bic()
+    alone = set()
     for score in scores:
-        refit = found.refits.get((hypothesis(score.name, score.channels),))
+        name = identity(effects()[effect_name(score.name)], score.channels)
+        alone.add(name)
+        refit = found.refits.get((name,))
         rows.append(
             Hypothesis(
                 name=score.name,
@@ -28,16 +32,17 @@ def hypotheses(found: Selection) -> tuple[Hypothesis, ...]:
                 refitted=refit is not None,
                 bic=float("nan") if refit is None else refit.bic() - plain,
                 misfit=float("nan") if refit is None else refit.size,
-                chosen=score.name in found.best.model.names,
+                chosen=name in found.best.model.identities,
                 channels=score.channels,
             )
         )
-    for name, refit in found.refits.items():
-        if name and (len(name) > 1 or name[0].startswith("law")):
-            chosen = key(found.best.model, found.plain.model) == name
+    for names, refit in found.refits.items():
+        # An effect may promise most in one rig, and do most in another.
+        if names and (len(names) > 1 or names[0] not in alone):
+            chosen = key(found.best.model, found.plain.model) == names
             rows.append(
                 Hypothesis(
-                    " + ".join(map(spoken, name)),
+                    " + ".join(map(spoken, names)),
                     True,
                     "",
                     float("nan"),

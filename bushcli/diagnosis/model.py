@@ -98,6 +98,11 @@ class Model:
         """Names of the effects."""
         return tuple(one.name for one in self.effects)
 
+    @property
+    def identities(self) -> tuple[str, ...]:
+        """Names of the effects that do not depend on what else the model has: to compare models by."""
+        return tuple(one.identity for one in self.effects)
+
     def without(self, name: str) -> Model:
         """The model that lacks an effect."""
         return replace(self, effects=tuple(one for one in self.effects if one.name != name))
@@ -193,6 +198,11 @@ class Fitted:
             np.any(np.abs(vectors[:, ~known]) > PART, axis=1), np.inf, np.diag(found)
         )
         return found
+
+    def standard_errors(self) -> dict[str, float]:
+        """Of each identified parameter, by full name; infinite where the recordings leave it open."""
+        spread = np.sqrt(np.maximum(np.diag(self.covariance()), 0.0))
+        return dict(zip(self.names, map(float, spread), strict=True))
 
 
 class Weighed(Problem):

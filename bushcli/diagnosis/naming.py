@@ -11,6 +11,7 @@ from bushcli.diagnosis.model import Fitted
 from bushcli.diagnosis.plausible import CONFIDENCE, plausibility
 from bushcli.diagnosis.result import Named, Quantity
 from bushcli.diagnosis.selected import Selection, key
+from bushcli.diagnosis.usual import admitted
 from bushcli.effect import EffectParameter
 from forms.law import law
 
@@ -24,7 +25,7 @@ def quantities(fitted: Fitted, material: Material) -> dict[str, Quantity]:
     material
         The case's: an effect may add to what it has.
     """
-    spread = np.sqrt(np.maximum(np.diag(fitted.covariance()), 0.0))
+    recordings = [channel.recording for channel in fitted.channels]
     units = {p.name: (p.unit, p.meaning) for p in law(fitted.model.law).parameters}
     ranges, channels = {}, {}
     of_effects: dict[str, EffectParameter] = {}
@@ -33,9 +34,11 @@ def quantities(fitted: Fitted, material: Material) -> dict[str, Quantity]:
             channels[one.full_name(p)] = one.channels
             units[one.full_name(p)] = (p.unit, p.meaning)
             of_effects[one.full_name(p)] = p
-            ranges[one.full_name(p)] = (p.lower, p.upper)
+            ranges[one.full_name(p)] = admitted(one.effect, p, recordings)
     found = {}
-    for name, value, std in zip(fitted.names, map(float, fitted.x), map(float, spread), strict=True):
+    errors = fitted.standard_errors()
+    for name, value in zip(fitted.names, map(float, fitted.x), strict=True):
+        std = errors[name]
         unit, meaning = units[name]
         low, high = ranges.get(name, (-np.inf, np.inf))
         found[name] = Quantity(

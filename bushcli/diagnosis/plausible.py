@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from bushcli.active import ActiveEffect
-from bushcli.diagnosis.usual import in_words, usual_value
+from bushcli.diagnosis.usual import admitted, in_words, usual_value
 from bushcli.recording import Recording
 
 # An amplitude beyond this many times an ordinary one is remarkable, and so is a parameter at its bound.
@@ -42,8 +43,9 @@ def plausibility(
             remark = f"{much}, but so uncertain that it may be usual"
     for parameter in active.parameters:
         value = active.values[parameter.name]
+        lower, upper = admitted(active.effect, parameter, recordings)
         near = AT_BOUND * max(abs(value), abs(parameter.start))
-        low = parameter.off is None and bool(parameter.scan) and value <= parameter.lower + near
-        if low or value >= parameter.upper - near:
+        both = math.isfinite(parameter.most) or (parameter.off is None and bool(parameter.scan))
+        if (both and value <= lower + near) or value >= upper - near:
             return False, f"{in_words(parameter, value, recordings)} lies at its bound"
     return True, remark or "its parameters are of a size that real bushings have"

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.active import ActiveEffect, acting
+from bushcli.active import acting
 from bushcli.casefile import Case
 from bushcli.diagnosis import kept
-from bushcli.diagnosis.candidates import rigs
 from bushcli.diagnosis.discriminate import Prediction, Separation, next_test, separate
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.result import NextTest
 from bushcli.diagnosis.rivals import TOLD_APART
 from bushcli.diagnosis.selected import Selection
-from bushcli.diagnosis.usual import usual_value
 from bushcli.diagnosis.workers import Workers
 from bushcli.direct import rubber_of
-from bushcli.effect import Effect, effect_name, effects, spoken
+from bushcli.effect import spoken
 from bushcli.simulation import Simulation
 from cases.march import NotConverged
 from cases.mode import modes
@@ -48,7 +45,7 @@ SAMPLES = 9
 def propose(
     case: Case,
     found: Selection,
-    rivals: Mapping[tuple[str, ...], Fitted | None],
+    rivals: Mapping[tuple[str, ...], Fitted],
     crew: Workers,
     told: Progress,
 ) -> NextTest | None:
@@ -57,9 +54,9 @@ def propose(
     Parameters
     ----------
     rivals
-        Sets of effects with their fits, None for one that was not fitted; the chosen one first.
+        Sets of effects with their fits; the chosen one first.
     """
-    models = _models(found, dict(list(rivals.items())[:MOST_RIVALS]))
+    models = {_name(names): (fitted.model, fitted) for names, fitted in list(rivals.items())[:MOST_RIVALS]}
     if len(models) < 2:
         return None
     special = {
@@ -100,34 +97,11 @@ def _test(best: Separation, models: Sequence[str] | Mapping[str, object]) -> Nex
     )
 
 
-def _models(
-    found: Selection, rivals: Mapping[tuple[str, ...], Fitted | None]
-) -> dict[str, tuple[Model, Fitted]]:
-    """Each rival with values: as refitted, or at a typical size where there is nothing to fit it to."""
-    made: dict[str, tuple[Model, Fitted]] = {}
-    for names, refit in rivals.items():
-        if refit is None:
-            added = tuple(_usual(effects()[effect_name(name)], found) for name in names)
-            made[_name(names)] = (replace(found.best.model, effects=added), found.best)
-        else:
-            made[_name(names)] = (refit.model, refit)
-    return made
-
-
 def _is_special_case(one: Model, other: Model) -> bool:
     """Whether the second model becomes the first where some of its effects vanish: it can imitate it always."""
     same = (one.law, one.fixed) == (other.law, other.fixed)
     having = [{e.channels for e in other.effects if e.name == mine.name} for mine in one.effects]
     return same and all(mine.channels in there for mine, there in zip(one.effects, having, strict=True))
-
-
-def _usual(effect: Effect, found: Selection) -> ActiveEffect:
-    """The effect at a typical size, on the channels of one rig."""
-    acting_ = [channel for channel in found.plain.channels if effect.acts_on(channel.recording.mode)]
-    channels = rigs(effect, acting_)[0]
-    there = [c.recording for c in acting_ if channels is None or c.recording.name in channels]
-    values = {p.name: usual_value(effect, p, there) for p in effect.parameters if not p.optional}
-    return ActiveEffect(effect, values, channels)
 
 
 def _menu(case: Case, found: Selection, recorded: bool) -> list[Proposal]:

@@ -34,7 +34,9 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.special import owens_t
 from scipy.stats import chi2, f, norm
 
+from bushcli.active import identity
 from bushcli.diagnosis.linearised import OWN, Linearised, cone_fit
+from bushcli.effect import effect_name, effects
 
 Array = NDArray[np.float64]
 
@@ -89,6 +91,10 @@ class Candidate:
     def channels_at(self, point: int) -> tuple[str, ...] | None:
         """Names of the channels that have the effect at a point of the grid; None where all have it."""
         return None if self.channels is None else self.channels[point]
+
+    def identity(self, point: int) -> str:
+        """Name of the effect at a point of the grid that does not depend on what else there is."""
+        return identity(effects()[effect_name(self.name)], self.channels_at(point))
 
     @property
     def unknowns(self) -> int:

@@ -11,7 +11,6 @@ from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
 from bushcli.diagnosis.rivals import Combination
 from bushcli.diagnosis.score import Candidate, Score
-from bushcli.effect import effect_name, effects, in_rig
 
 # Misfit over noise up to which a model counts as having reached the noise, whatever the order of the samples says: what
 # the literature accepts of a model is far above it.
@@ -81,16 +80,10 @@ class Selection:
 
 def key(model: Model, plain: Model) -> tuple[str, ...]:
     """Name of a model: its effects, each with its rig if it has one, and its law where that is not the plain one."""
-    names = tuple(sorted(hypothesis(one.effect.name, one.channels) for one in model.effects))
+    names = tuple(sorted(model.identities))
     if model.law != plain.law:
         return (f"law: {model.law}", *names)
     return (*names, "law: refitted") if plain.fixed and not model.fixed else names
-
-
-def hypothesis(name: str, channels: tuple[str, ...] | None) -> str:
-    """Name of an effect on some channels: with the first of them where it belongs to their rig."""
-    known = effects()[effect_name(name)]
-    return in_rig(known, channels[0]) if known.of_channel and channels else known.name
 
 
 def structure(model: Model, plain: Model) -> tuple[str, ...]:

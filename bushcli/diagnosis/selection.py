@@ -244,10 +244,9 @@ class Search:
         questions = [(self.case, model, model.law != law) for model in models]
 
         def told(i: int, answer: Fitted | None) -> None:
-            label = " + ".join([models[i].law, *models[i].names])
             self.progress(
                 "refit",
-                label,
+                _label(models[i]),
                 "cannot be solved" if answer is None else f"misfit {answer.size:.3g} of the noise",
             )
 
@@ -285,7 +284,7 @@ class Search:
             if not better:
                 return
             left = min(better, key=lambda one: one.bic())
-            gone = set(model.names) - set(left.model.names)
+            gone = set(model.identities) - set(left.model.identities)
             found.best = left
             self._stage(found, "drop", left, f"{', '.join(map(spoken, sorted(gone)))} is not needed any more")
 
@@ -304,9 +303,17 @@ class Search:
     def _stage(self, found: Selection, action: str, fitted: Fitted, text: str) -> None:
         name = structure(fitted.model, found.plain.model)
         kept = found.predictions.get(name, float("nan"))
-        stage = Stage(action, fitted.model.names, fitted.model.law, fitted.bic(), fitted.size, kept, text)  # type: ignore[arg-type]
+        stage = Stage(
+            action,  # type: ignore[arg-type]
+            fitted.model.identities,
+            fitted.model.law,
+            fitted.bic(),
+            fitted.size,
+            kept,
+            text,
+        )
         found.stages.append((name, stage))
-        self.progress(action, " + ".join([fitted.model.law, *fitted.model.names]), text)
+        self.progress(action, _label(fitted.model), text)
 
 
 def _better(one: Fitted, other: Fitted | None) -> bool:
@@ -317,9 +324,13 @@ def _stands_out(score: Score) -> bool:
     return score.testable and max(score.p, score.p_misfit) < CHANCE and score.drop > OUTSTANDING
 
 
+def _label(model: Model) -> str:
+    return " + ".join([model.law, *map(spoken, model.identities)])
+
+
 def _difference(one: Fitted, other: Fitted) -> str:
-    added = [name for name in one.model.names if name not in other.model.names]
-    gone = [name for name in other.model.names if name not in one.model.names]
+    new, old = one.model.identities, other.model.identities
+    added, gone = [name for name in new if name not in old], [name for name in old if name not in new]
     if added:
         instead = f" in place of {' and '.join(map(spoken, gone))}" if gone else ""
         return " and ".join(map(spoken, added)) + instead

@@ -18,6 +18,7 @@ from bushcli.inverse.begin import first_point
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves
 from bushcli.inverse.dogleg import minimise_by_dogleg
+from bushcli.inverse.door import values_at_door
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import Problem, Progress
@@ -49,7 +50,8 @@ def fit_coupons(
     Parameters
     ----------
     case
-        Its coupons are read; its material gives the law, the bulk modulus and, where present, the start values.
+        Its coupons are read; its material gives the law, the bulk modulus and, where present, the start values. Its
+        effects are the bushing's: they count on load cases and recordings.
     model
         Law to use instead of the case's.
     weighting
@@ -63,7 +65,7 @@ def fit_coupons(
     InputError
         The case has no coupons, one cannot be read, or the start cannot be solved.
     """
-    task = Task(case, model or case.material.law, "coupons", weighting=weighting)
+    task = Task(replace(case, effects=()), model or case.material.law, "coupons", weighting=weighting)
     return identify(task, progress=progress)
 
 
@@ -131,13 +133,18 @@ def identify(
     best = minima[_best(minima)]
     fit = _result(task, problem, held_out, best, minima, start, lower, upper, interrupted, begin)
     if instead is not None:
-        told = start_replaced(dict(zip(task.names, map(float, instead), strict=True)))
+        told = start_replaced(_at_door(task, instead))
         fit = replace(fit, conditions=(*fit.conditions, told))
     return fit
 
 
+def _at_door(task: Task, x: Array) -> dict[str, float]:
+    """Values of the parameters as the case file has them."""
+    return values_at_door(dict(zip(task.names, map(float, x), strict=True)), task.turned)
+
+
 def _unsolvable(task: Task, begun: Array) -> Finding:
-    tried = ", ".join(f"{name} = {value:g}" for name, value in zip(task.names, begun, strict=True))
+    tried = ", ".join(f"{name} = {value:g}" for name, value in _at_door(task, begun).items())
     return Finding(
         task.case.path.name,
         f"{task.model} cannot be solved on these curves from {tried}, nor from the law's own start values",

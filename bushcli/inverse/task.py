@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from bushcli.active import ActiveEffect
 from bushcli.casefile import Case, Material, MeshOptions, resolved
-from bushcli.effect import effect_name
+from bushcli.casefile.unit import turning
+from bushcli.effect import EffectParameter, effect_name
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
 from bushcli.inverse.channel import Channel, bushing_channels, coupon_channels
@@ -110,6 +111,11 @@ class Task:
     def effect_values(self) -> dict[str, float]:
         """Start values of the effects' parameters by full name."""
         return {one.full_name(p): one.values[p.name] for one in self.effects for p in one.parameters}
+
+    @property
+    def turned(self) -> dict[str, EffectParameter]:
+        """Parameters of its effects that are in degrees in the case file."""
+        return turning(self.effects, [(source.label, source.mode) for source in self.case.recordings])
 
     def is_fixed(self, name: str) -> bool:
         """Whether a parameter keeps its start value: by its name or its effect's, or because it shapes the mesh."""

@@ -9,7 +9,7 @@ from bushcli.casefile import Material
 from bushcli.diagnosis.locate import Location, Mismatch
 from bushcli.diagnosis.result import Diagnosis, Hypothesis, Named, NextTest, Quantity
 from bushcli.diagnosis.words import sentence
-from bushcli.effect import effect_name
+from bushcli.effect import effect_name, spoken
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_words import amplitudes, derived, headline, shown
 from bushcli.report.document import cleaned, head
@@ -31,7 +31,7 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "material": _material(found.material),
         "parameters": {name: _quantity(found, name, quantity) for name, quantity in found.parameters.items()},
         "effects": [_effect(found, effect) for effect in found.effects],
-        "rivals": [list(dict.fromkeys(map(effect_name, names))) for names in found.rivals],
+        "rivals": _rivals(found),
         "mismatch": _mismatches(found, found.location),
         "remaining": _mismatches(found, found.remaining),
         "excess": {"before": found.location.excess, "after": found.remaining.excess},
@@ -41,7 +41,7 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "path": [
             {
                 "action": stage.action,
-                "effects": list(stage.effects),
+                "effects": list(map(spoken, stage.effects)),
                 "law": stage.law,
                 "bic": stage.bic,
                 "misfit": stage.misfit,
@@ -66,6 +66,15 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "seconds": found.seconds,
     }
     return cleaned(document)
+
+
+def _rivals(found: Diagnosis) -> list[list[str]]:
+    """Sets of effects by their own names; with the rig where that alone tells a set from the chosen one."""
+    sets: list[list[str]] = []
+    for names in found.rivals:
+        own = list(dict.fromkeys(map(effect_name, names)))
+        sets.append(own if own not in sets[:1] else list(map(spoken, names)))
+    return sets
 
 
 def _material(material: Material) -> dict[str, Any]:

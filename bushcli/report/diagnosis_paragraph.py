@@ -86,11 +86,16 @@ def _effects(diagnosis: Diagnosis) -> str:
 
 
 def _value(name: str, quantity: Quantity, door: ShownQuantity) -> str:
-    """A parameter by the name that the field has for it, where it has one."""
+    """A parameter by the name that the field has for it, where it has one; with the total where it adds to something.
+
+    The errors are to first order, of r = 1/x as of 1/(x + y) with a given y: their squares times that of x.
+    """
+    told, first = [], 0.0
     for other, (value, unit) in derived(quantity).items():
-        std = abs(value) * quantity.std / abs(quantity.value)
-        return f"{other} = {value:.4g} ± {std:.2g}{tail(unit)}"
-    return f"{name} = {door.value:.3g} ± {door.std:.2g}{tail(door.unit)}"
+        first = first or value
+        std = value**2 / abs(first) * quantity.std / abs(quantity.value)
+        told.append(f"{other} = {value:.4g} ± {std:.2g}{tail(unit)}")
+    return ", ".join(told) or f"{name} = {door.value:.3g} ± {door.std:.2g}{tail(door.unit)}"
 
 
 def _gain(diagnosis: Diagnosis) -> str:

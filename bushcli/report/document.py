@@ -13,6 +13,7 @@ from bushcli.casefile import Case, resolved
 from bushcli.condition import Condition
 from bushcli.direct import Response, Simulated
 from bushcli.inverse import Fit, FittedCurve
+from bushcli.inverse.door import parameter_unit
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches, force_noise
@@ -23,7 +24,6 @@ from bushcli.report.cycles import (
     response_histories,
     unexplained_hysteresis,
 )
-from bushcli.report.door import parameter_unit
 from bushcli.report.quantity import quantities
 from bushcli.report.verdict import Verdict, judge
 from bushcli.report.versions import versions

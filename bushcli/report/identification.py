@@ -11,9 +11,9 @@ from rich.text import Text
 
 from bushcli.casefile import Case
 from bushcli.inverse import Fit
+from bushcli.inverse.door import at_door
 from bushcli.report.cycles import fit_histories, history_json, unexplained_hysteresis
 from bushcli.report.document import cleaned, curves_by_mode, fit_part, head
-from bushcli.report.door import at_door
 from bushcli.report.identification_tables import (
     correlation_table,
     curve_table,

@@ -10,8 +10,8 @@ import numpy as np
 from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import POOR, UNDETERMINED
 from bushcli.inverse.channel import NOISE_FLOOR
+from bushcli.inverse.door import parameter_unit
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
-from bushcli.report.door import parameter_unit
 from bushcli.report.quantity import listed, number, percent, with_std
 
 # A curve is met to its noise when the misfit is at most this many times as large: the noise is an estimate too.

@@ -133,8 +133,8 @@ def write_inverse(
     InputError
         As `write_direct`.
     """
+    from bushcli.inverse.door import at_door
     from bushcli.report.cycles import fit_histories
-    from bushcli.report.door import at_door
     from bushcli.report.figures.cycles import history_figures
     from bushcli.report.figures.identification import inverse_figures
     from bushcli.report.identification_html import inverse_html

@@ -10,10 +10,10 @@ import numpy as np
 from bushcli.casefile import Case, Material
 from bushcli.direct import Response
 from bushcli.inverse import Fit
+from bushcli.inverse.door import parameter_unit
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches
-from bushcli.report.door import parameter_unit
 from bushcli.report.quantity import number, percent, quantities
 from cases.mode import modes
 

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bushcli.active import ActiveEffect
 from bushcli.casefile import load_case
+from bushcli.effect import effect
 from bushcli.inverse import Task, fit_coupons
 from forms.law import laws
 
@@ -41,6 +43,15 @@ def test_three_term_ogden_is_as_good_as_the_published_set(treloar, weighting):
     # Both describe the tests: Ogden's figures lie within a few percent of the largest stress.
     if weighting == "absolute":
         assert np.sqrt(published) < 0.05
+
+
+@pytest.mark.parametrize("name", ["permanent_set", "rig_compliance", "viscoelasticity"])
+def test_effects_are_the_bushings_and_not_the_coupons(treloar, name):
+    # The coupons have no time, which viscoelasticity needs, and are not pulled by the bushing's rig.
+    having = replace(treloar, effects=(ActiveEffect(effect(name)).started(),))
+    with_it, without = fit_coupons(having, "neo_hookean"), fit_coupons(treloar, "neo_hookean")
+    assert with_it.parameters == without.parameters
+    assert with_it.conditions == without.conditions
 
 
 @pytest.mark.parametrize("name", sorted(laws()))

@@ -649,6 +649,32 @@ def test_effects_are_set_by_name_or_by_number(folder):
     ]
 
 
+TWO_RIGS = (
+    "effects=[{name='offset', channels=['torsional'], parameters={force=2}}, "
+    "{name='offset', channels=['axial'], parameters={force=5}}]"
+)
+
+
+def test_an_effect_in_several_rigs_is_set_by_its_channel(folder):
+    def forces(*set_):
+        found = load(folder, CASE, TWO_RIGS, *set_).effects
+        return {one.channels[0]: one.values["force"] for one in found if "force" in one.values}
+
+    assert forces("effects.offset@axial.force=7") == {"torsional": 2.0, "axial": 7.0}
+    assert forces("effects.offset@torsional.force=7") == {"torsional": 7.0, "axial": 5.0}
+    more = "effects.free_play@axial.half_width=0.1"
+    *_, added = load(folder, CASE, TWO_RIGS, more).effects
+    assert (added.name, added.channels) == ("free_play", ("axial",))
+    assert problems(folder, CASE, TWO_RIGS, "effects.offset.force=7") == [
+        "--set effects.offset.force=7: several effects are called offset "
+        "(effects.offset@torsional, effects.offset@axial)"
+    ]
+    assert problems(folder, CASE, TWO_RIGS, "effects.offset@radial.force=7") == [
+        "--set effects.offset@radial.force=7: no offset has the channel radial "
+        "(effects.offset@torsional, effects.offset@axial)"
+    ]
+
+
 def test_channels_are_those_that_a_prediction_names(folder):
     case = load(folder)
     assert case.channels == (("axial-1", "axial"), ("torsional", "torsional"), ("axial", "axial"))

@@ -1,5 +1,6 @@
 """Energy, stiffness and relaxation of curves whose answer is known on paper, and of recordings with a known truth."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from bushcli.curve import Curve
 from bushcli.cycles import Noise, cycles, cycles_along, noise_of
 from bushcli.holds import holds, holds_along
 from bushcli.recording import read_recording
+from bushcli.segment import segment
 from bushcli.source import Source
 
 
@@ -83,6 +85,19 @@ def test_cycles_of_growing_amplitude_each_have_their_own():
     # 0.25 N mm less each.
     assert [cycle.energy.value for cycle in found] == pytest.approx([10.0 - 0.25, 20.0 - 0.5, 40.0 - 0.5])
     assert [cycle.rate for cycle in found] == pytest.approx([0.1, 0.1, 0.1])
+
+
+def test_a_cycle_after_others_that_are_left_out_sets_out_from_its_own_first_sample():
+    # At 0.1 mm/s throughout; between the second cycle and the sixth there are 160 s that the file has and nobody reads.
+    time, q = ramps(0, 4, 0, 4, 0)
+    late = np.where(np.arange(len(q)) > len(q) // 2, time + 160.0, time)
+    path = Curve("axial", q, 100.0 * q, late)
+    found = [replace(b, cycle={1: 2, 2: 6}[b.cycle]) for b in segment(q, late)]
+    assert [b.kind for b in found] == ["loading", "unloading"] * 2
+    first, second = cycles_along(path, path.force, found=found)
+    assert (first.number, second.number) == (2, 6)
+    assert first.rate == pytest.approx(0.1)
+    assert second.rate == pytest.approx(0.1)
 
 
 def test_an_open_cycle_says_so_and_has_the_net_work():

@@ -7,10 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bushcli.active import ActiveEffect
 from bushcli.diagnosis import alternatives, beginnings
 from bushcli.diagnosis.beginnings import REFITTED
 from bushcli.diagnosis.candidates import unfit
-from bushcli.diagnosis.selected import Round, Selection, least_promise
+from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.selected import Round, Selection, key, least_promise
 from bushcli.diagnosis.selection import Search, _difference
 from bushcli.effect import effects as all_effects
 from geometry.shapes.mount import Mount
@@ -22,8 +24,11 @@ STAND_IN, TRUE = ("compressibility", "mullins"), ("cure_shrinkage", "mullins")
 def fitted(effects, chi_square, law="yeoh"):
     model = SimpleNamespace(
         names=tuple(effects),
+        identities=tuple(effects),
         effects=tuple(
-            SimpleNamespace(name=name, effect=all_effects()[name], parameters=(), channels=None)
+            SimpleNamespace(
+                name=name, identity=name, effect=all_effects()[name], parameters=(), channels=None
+            )
             for name in effects
         ),
         law=law,
@@ -43,7 +48,7 @@ def fitted(effects, chi_square, law="yeoh"):
 
 
 def combination(names, drop):
-    return SimpleNamespace(names=names, drop=drop)
+    return SimpleNamespace(names=names, points=(0,) * len(names), drop=drop)
 
 
 @pytest.fixture
@@ -74,7 +79,9 @@ def search():
 def state(at_hand, combined):
     plain, best = fitted((), 1000.0), fitted(STAND_IN, at_hand)
     found = Selection(plain, best, combined=tuple(combined))
-    found.rounds.append(Round(plain, [], ()))
+    names = {name for one in combined for name in one.names}
+    table = [SimpleNamespace(name=name, identity=lambda point, name=name: name) for name in names]
+    found.rounds.append(Round(plain, table, ()))
     found.refits = {(): plain, STAND_IN: best}
     return found
 
@@ -124,7 +131,9 @@ def test_what_cannot_be_solved_beside_a_model_is_screened_with_what_was_known_fi
 
 def floating(monkeypatch, chi_square, real, known=()):
     """Take effects out of the pair at hand, and find the other one of the true pair beside what is left."""
-    monkeypatch.setattr(alternatives, "_is_real", lambda one, found: one.name in real)
+    monkeypatch.setattr(
+        alternatives, "_are_real", lambda one: {name: name in real for name in one.model.names}
+    )
     beside = []
 
     def screened(self, base):
@@ -170,6 +179,19 @@ def test_an_effect_with_values_that_no_bushing_has_goes_first_also_at_the_noise(
     assert floating(monkeypatch, 90.0, STAND_IN)[2] == []
 
 
+def test_real_values_above_the_noise_do_not_take_the_place_of_what_is_at_the_noise(monkeypatch, asked):
+    # Effects have explained a million: a hundredth of it would let 900 pass beside 90.
+    real = {"friction", "mullins"}
+    monkeypatch.setattr("bushcli.diagnosis.alternatives.form_error", lambda found: 1e4)
+    better, found, _ = floating(monkeypatch, 90.0, real)
+    assert ("mullins", "friction") in asked
+    assert not better
+    assert set(found.best.model.names) == set(STAND_IN)
+    better, found, _ = floating(monkeypatch, 104.0, real)
+    assert better
+    assert set(found.best.model.names) == {"friction", "mullins"}
+
+
 def test_all_of_the_assembly_is_tried_beside_what_no_bushing_has(monkeypatch, asked):
     # In place of compressibility the true partner of mullins is found, though nothing is promised of it.
     monkeypatch.setattr(
@@ -180,7 +202,9 @@ def test_all_of_the_assembly_is_tried_beside_what_no_bushing_has(monkeypatch, as
     singles = lambda base, table, scores: []  # noqa: E731
 
     def floated(real):
-        monkeypatch.setattr(alternatives, "_is_real", lambda one, found: one.name in real)
+        monkeypatch.setattr(
+            alternatives, "_are_real", lambda one: {name: name in real for name in one.model.names}
+        )
         monkeypatch.setattr(Search, "screened", lambda self, base: ([], ()))
         monkeypatch.setattr(alternatives, "singles", singles)
         found = state(700.0, [])
@@ -378,6 +402,26 @@ def test_what_changes_from_one_model_to_another_is_told():
     assert (
         _difference(fitted(TRUE, 1.0), fitted(STAND_IN, 1.0)) == "cure_shrinkage in place of compressibility"
     )
+
+
+def in_rigs(*channels):
+    offset = all_effects()["offset"]
+    return Model("yeoh", {"C10": 0.3}, effects=tuple(ActiveEffect(offset, {}, (one,)) for one in channels))
+
+
+def test_effects_of_several_rigs_are_compared_by_their_rigs():
+    # Each is called "offset" in its own model, and only one of the two where both are.
+    axial, radial, both = in_rigs("axial"), in_rigs("radial"), in_rigs("axial", "radial")
+    assert axial.names == radial.names
+    assert both.names == ("offset", "offset@radial")
+
+    def difference(one, other):
+        return _difference(SimpleNamespace(model=one), SimpleNamespace(model=other))
+
+    assert difference(axial, radial) == "offset (axial) in place of offset (radial)"
+    assert difference(both, radial) == "offset (axial)"
+    assert difference(both, axial) == "offset (radial)"
+    assert key(radial, in_rigs()) == ("offset@radial",)
 
 
 def rivalled(monkeypatch, asked, third):

@@ -13,7 +13,7 @@ from rich.console import Console
 
 from bushcli import report
 from bushcli.condition import Condition
-from bushcli.diagnosis.result import Hypothesis
+from bushcli.diagnosis.result import Hypothesis, Named, Quantity
 from bushcli.diagnosis.words import sentences
 from bushcli.recording import Recording
 from bushcli.report.diagnosis_field import map_vtu
@@ -128,6 +128,32 @@ def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_can
     assert "With it the misfit falls: axial from " in text
     assert "These recordings cannot tell it from: friction with viscoelasticity." in text
     assert text.endswith(f"Next test: {diagnoses.NEXT.text}")
+
+
+def test_the_paragraph_has_what_is_added_and_the_total(case, diagnoses):
+    # 1/2000 beside the case's 1/1500 per MPa: 857 MPa, whose error is 857**2 times that of the compliance.
+    added = Quantity(
+        5e-4,
+        1e-5,
+        "1/MPa",
+        "",
+        0.0,
+        1.0,
+        {"bulk_modulus": (2000.0, "MPa"), "total_bulk_modulus": (857.143, "MPa")},
+    )
+    soft = Named("compressibility", "The rubber is compressible", {"compliance": added}, 30.0, True, "", None)
+    text = paragraph(
+        diagnoses.diagnosis(case(), effects=(soft,), parameters={"compressibility.compliance": added})
+    )
+    assert "bulk_modulus = 2000 ± 40 MPa, total_bulk_modulus = 857.1 ± 7.3 MPa" in text
+
+
+def test_rivals_in_another_rig_are_told_by_it(case, diagnoses):
+    found = report.diagnosis_json(
+        diagnoses.diagnosis(case(), rivals=(("offset",), ("offset@radial",), ("offset@radial", "friction"))),
+        {},
+    )
+    assert found["rivals"] == [["offset"], ["offset (radial)"], ["offset", "friction"]]
 
 
 def test_the_paragraph_has_angles_in_degrees(case, diagnoses):

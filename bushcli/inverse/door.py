@@ -1,0 +1,74 @@
+"""An identified law in the units of the case file: angles in degrees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from bushcli.casefile.unit import outside, turning, unit
+from bushcli.effect import EffectParameter
+from bushcli.inverse.result import Estimate, Fit
+from forms.law import law
+
+
+def parameter_unit(fit: Fit, name: str) -> str:
+    """Return the unit in which a parameter of the law or of an effect is shown; "1" where there is none."""
+    if name == "compliance":
+        return "1/MPa"
+    of_effects = {one.full_name(p): p for one in fit.effects for p in one.parameters}
+    if name in of_effects:
+        return unit(of_effects[name], name in _turned(fit))
+    return law(fit.material.law).parameter(name).unit
+
+
+def values_at_door(inside: Mapping[str, float], turned: Mapping[str, EffectParameter]) -> dict[str, float]:
+    """Return values by full name as the case file has them; `turned` are those in degrees (`turning`)."""
+    return {name: _value(value, turned.get(name)) for name, value in inside.items()}
+
+
+def at_door(fit: Fit) -> Fit:
+    """Return the same with the values of its effects as the case file has them.
+
+    What the law, the curves and the material say stays, as do `Fit.effects`, which the model is built of.
+    """
+    turned = _turned(fit)
+    if not turned:
+        return fit
+    return replace(
+        fit,
+        parameters={name: _estimate(of, turned.get(name)) for name, of in fit.parameters.items()},
+        profiles=tuple(
+            replace(p, values=np.array([_value(float(v), turned.get(p.name)) for v in p.values]))
+            for p in fit.profiles
+        ),
+        evaluations=tuple(
+            replace(e, parameters=values_at_door(e.parameters, turned)) for e in fit.evaluations
+        ),
+        end_points=tuple(
+            replace(e, start=values_at_door(e.start, turned), parameters=values_at_door(e.parameters, turned))
+            for e in fit.end_points
+        ),
+    )
+
+
+def _turned(fit: Fit) -> dict[str, EffectParameter]:
+    return turning(fit.effects, [(curve.name, curve.recording.mode) for curve in fit.curves])
+
+
+def _value(inside: float, turned: EffectParameter | None) -> float:
+    return inside if turned is None or not math.isfinite(inside) else outside(turned, inside, rotational=True)
+
+
+def _estimate(of: Estimate, turned: EffectParameter | None) -> Estimate:
+    ends = of.interval and (_value(of.interval[0], turned), _value(of.interval[1], turned))
+    return replace(
+        of,
+        value=_value(of.value, turned),
+        std=_value(of.std, turned),
+        lower=_value(of.lower, turned),
+        upper=_value(of.upper, turned),
+        interval=ends,
+    )
