@@ -9,6 +9,7 @@ from bushcli.condition import Condition
 from bushcli.diagnosis.locate import Location
 from bushcli.diagnosis.result import DiagnosedChannel
 from bushcli.diagnosis.selected import Selection, at_noise
+from bushcli.effect import spoken
 
 # Noise of so many percent of the force range hides what is usually asked for: the literature takes 10 % of misfit for a
 # good agreement of simulation and rig.
@@ -19,7 +20,7 @@ def doubts_of_the_data(case: Case, channels: tuple[DiagnosedChannel, ...]) -> li
     """What is doubtful about the case and its recordings, whatever the answer."""
     made = []
     if case.effects:
-        names = ", ".join(one.name for one in case.effects)
+        names = ", ".join(spoken(one.name) for one in case.effects)
         made.append(
             Condition(
                 "effects_of_the_case",

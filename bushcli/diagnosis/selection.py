@@ -190,7 +190,7 @@ class Search:
                 self.refit(found, two, pairs(found.best, table, together, begun))
             if self.take(found, two, asked) or alternatives.reconsidered(self, found, asked):
                 return ""
-        if len(found.best.model.effects) == MOST:
+        if len(set(map(effect_name, found.best.model.names))) == MOST:
             return "effects enough for one model"
         return "no effect of the catalogue improves the fit enough to be believed"
 

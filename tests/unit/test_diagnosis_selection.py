@@ -11,6 +11,8 @@ from bushcli.active import ActiveEffect
 from bushcli.diagnosis import alternatives, beginnings
 from bushcli.diagnosis.beginnings import REFITTED
 from bushcli.diagnosis.candidates import unfit
+from bushcli.diagnosis.diagnose import _rivals
+from bushcli.diagnosis.hypotheses import hypotheses
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.selected import Round, Selection, key, least_promise
 from bushcli.diagnosis.selection import Search, _difference
@@ -449,3 +451,35 @@ def test_what_explained_nearly_as_much_alone_is_refitted_beside_what_came_later(
 def test_the_nearest_come_first_and_none_twice(monkeypatch, asked):
     rivalled(monkeypatch, asked, third=650.0)
     assert asked == [("misalignment", "rig_compliance"), ("misalignment", "compressibility")]
+
+
+def score(name, drop, channels):
+    shown = {"name": name, "testable": True, "reason": "", "drop": drop, "z": 3.0, "p": 0.0}
+    return SimpleNamespace(**shown, amplitude={"force": 1.0}, shape={}, channels=channels)
+
+
+def test_an_effect_that_does_most_in_another_rig_than_it_promised_has_a_row_of_its_own():
+    def fit(bic, *channels):
+        return SimpleNamespace(model=in_rigs(*channels), bic=lambda: bic, size=1.0)
+
+    best = fit(200.0, "radial")
+    found = Selection(fit(1000.0), best)
+    found.rounds = [Round(found.plain, [], (score("offset", 900.0, ("axial",)),))]
+    found.refits = {(): found.plain, ("offset@axial",): fit(800.0, "axial"), ("offset@radial",): best}
+    told = [(one.name, one.bic, one.chosen) for one in hypotheses(found)]
+    assert told == [("offset (radial)", -800.0, True), ("offset", -200.0, False)]
+
+
+def test_a_rival_in_another_rig_is_one():
+    def fit(bic, *channels):
+        return SimpleNamespace(model=in_rigs(*channels), bic=lambda: bic, size=1.0)
+
+    best = fit(200.0, "axial")
+    found = Selection(fit(1000.0), best)
+    found.refits = {
+        (): found.plain,
+        ("offset@axial",): best,
+        ("offset@radial",): fit(201.0, "radial"),
+        ("offset@axial", "offset@radial"): fit(199.0, "axial", "radial"),
+    }
+    assert list(_rivals(found)) == [("offset",), ("offset@radial",)]
