@@ -40,7 +40,7 @@ STEPS, SOLID_STEPS, CONTACT_STEPS = 8, 6, 16
 # How far the force may be from that with twice the steps, as a share of its range, before the steps are made finer.
 ACCURATE = 2e-3
 FINEST = 4.0
-# The last curve of each body that remembers nothing, and what it was asked with.
+# The last curve or march of each body, and what it was asked with.
 _last: WeakKeyDictionary[Model, tuple[object, History]] = WeakKeyDictionary()
 
 
@@ -191,8 +191,7 @@ class Simulation:
         self, targets: Array, inner: tuple[str, ...], keep_states: bool, progress: Steps | None
     ) -> History:
         """The body's curve; the last one again where only what the rig makes of it has changed."""
-        values = tuple(float(constant.value) for constant in self.model.constants.values())
-        asked = (values, targets.tobytes(), inner)
+        asked = (self._values(), targets.tobytes(), inner)
         known = _last.get(self.model)
         if known is not None and known[0] == asked and not keep_states and progress is None:
             return known[1]
@@ -222,25 +221,50 @@ class Simulation:
         if float(compliance.value) != 0.0 or np.any(compliance.slope):
             rates = dict(zip(names, map(float, compliance.slope), strict=True))
             series = Series(float(compliance.value), rates, _carried(active, names))
-        history = march(
+        path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
+        # What stands beside the bushing, or is logged late, does not change the march.
+        inner = names if series else tuple(n for n in names if n in self.model.constants or n in path_rates)
+        program = Program(driven.value, steps.time if steps.timed else None)
+        history = self._march(program, inner, path_rates, series, keep_states, progress)
+        q = Signal(history.displacement, _spread(history.path_sensitivity, inner, names, len(history.force)))
+        force = Signal(history.force, _spread(history.sensitivity, inner, names, len(history.force)))
+        total = rig.parallel(active, q, force, names)
+        logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
+        return Answer(logged.value, logged.slope, history)
+
+    def _march(
+        self,
+        program: Program,
+        inner: tuple[str, ...],
+        path_rates: Mapping[str, Array],
+        series: Series | None,
+        keep_states: bool,
+        progress: Steps | None,
+    ) -> History:
+        """The body's answer to a path; the last one again where only what the rig makes of it has changed."""
+        rates = {name: rate.tobytes() for name, rate in path_rates.items()}
+        times = None if program.time is None else program.time.tobytes()
+        asked = (self._values(), program.displacement.tobytes(), times, inner, rates)
+        can_be_kept = not keep_states and progress is None and series is None
+        known = _last.get(self.model)
+        if known is not None and known[0] == asked and can_be_kept:
+            return known[1]
+        found = march(
             self.model,
-            Program(driven.value, steps.time if steps.timed else None),
+            program,
             keep_states=keep_states,
-            sensitivity=names,
-            path_rates={
-                name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])
-            },
+            sensitivity=inner,
+            path_rates=path_rates,
             series=series,
             progress=progress,
             patience=self.patience,
         )
-        none = np.zeros((len(history.force), 0))
-        moved, slope = history.path_sensitivity, history.sensitivity
-        q = Signal(history.displacement, none if moved is None else moved)
-        force = Signal(history.force, none if slope is None else slope)
-        total = rig.parallel(active, q, force, names)
-        logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
-        return Answer(logged.value, logged.slope, history)
+        if can_be_kept:
+            _last[self.model] = (asked, found)
+        return found
+
+    def _values(self) -> tuple[float, ...]:
+        return tuple(float(constant.value) for constant in self.model.constants.values())
 
     # -- accuracy ------------------------------------------------------------------------------------------------
 
@@ -272,6 +296,14 @@ class Simulation:
                 self.step_error = error
                 return error
             coarse = fine
+
+
+def _spread(found: Array | None, inner: Sequence[str], names: Sequence[str], count: int) -> Array:
+    """Derivatives by some of the parameters as columns of all, zero elsewhere."""
+    columns = np.zeros((count, len(names)))
+    if found is not None:
+        columns[:, [names.index(name) for name in inner]] = found
+    return columns
 
 
 def _curve(history: History, odd: bool, inner: tuple[str, ...], names: tuple[str, ...]) -> rig.Response:

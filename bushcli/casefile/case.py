@@ -110,7 +110,8 @@ class Case:
     recordings, coupons : tuple of Source
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
     effects : tuple of ActiveEffect
-        What is added to the plain model, each effect once, or once in each rig; parameters that are not given have no value.
+        What is added to the plain model, each effect once, or once in each rig; parameters that are not given have no
+        value.
     """
 
     title: str
