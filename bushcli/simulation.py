@@ -223,7 +223,7 @@ class Simulation:
             series = Series(float(compliance.value), rates, _carried(active, names))
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
         # What stands beside the bushing, or is logged late, does not change the march.
-        inner = names if series else tuple(n for n in names if n in self.model.constants or n in path_rates)
+        inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
         program = Program(driven.value, steps.time if steps.timed else None)
         history = self._march(program, inner, path_rates, series, keep_states, progress)
         q = Signal(history.displacement, _spread(history.path_sensitivity, inner, names, len(history.force)))

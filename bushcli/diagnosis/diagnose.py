@@ -251,7 +251,7 @@ def _rivals(found: Selection) -> dict[tuple[str, ...], Fitted | None]:
         there = {one.identity: one.name for one in refit.model.effects}
         # In another rig than the chosen one it is told with its rig.
         names = tuple(
-            own.get(same, same if effect_name(same) in taken else told) for same, told in there.items()
+            own.get(one, one if effect_name(one) in taken else short) for one, short in there.items()
         )
         # One that has the same effects and more is none; nor is one that differs in its law only.
         more = set(own) <= set(there) if chosen else not names
