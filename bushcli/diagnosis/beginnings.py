@@ -39,8 +39,9 @@ HOPED = 0.5
 MOST, RETREATS = 100.0, (3.0, 0.3)
 # An amplitude that was tried at a finite size begins within this factor of it.
 TRIED = 2.0
-# Laws that are tried in place of a poorer one: name and, where it has optional terms, their number.
-RICHER = (("yeoh", None), ("ogden", 2))
+# Laws that are tried in place of a poorer one: name and, where it has optional terms, their number. All terms for
+# coupons alone, which are solved in no time and show all that a law can do.
+RICHER, RICHER_FOR_COUPONS = (("yeoh", None), ("ogden", 2)), (("yeoh", None), ("ogden", 2), ("ogden", 3))
 
 
 @dataclass(frozen=True)
@@ -159,11 +160,16 @@ def pairs(
     return models
 
 
-def richer(best: Fitted, scores: Sequence[Score]) -> tuple[list[Model], list[Model]]:
+def richer(best: Fitted, scores: Sequence[Score], coupon: bool) -> tuple[list[Model], list[Model]]:
     """Models with a richer law, where any law can do something about the misfit; or with a law set free.
 
-    The last of them apart: it takes longest, and is for what nothing else explains. Beside effects it takes longer
-    still, and is tried only where any law promises more than any effect.
+    Ogden's apart: it takes longest, and is for what nothing else explains. Beside effects it takes longer still, and is
+    tried only where any law promises more than any effect.
+
+    Parameters
+    ----------
+    coupon
+        Whether the specimen is one.
     """
     model = best.model
     if model.fixed:
@@ -176,7 +182,7 @@ def richer(best: Fitted, scores: Sequence[Score]) -> tuple[list[Model], list[Mod
         return [], []
     poorer: list[Model] = []
     richest: list[Model] = []
-    for name, terms in RICHER:
+    for name, terms in RICHER_FOR_COUPONS if coupon else RICHER:
         if name != model.law and len(laws()[name].parameters) >= len(model.start):
             start = {
                 p.name: p.start

@@ -156,7 +156,7 @@ class Search:
         asked = max(asked, form_error(found))
         least = least_promise(found)
         beginnings = singles(found.best, table, scores, least)
-        poorer, richest = richer(found.best, scores)
+        poorer, richest = richer(found.best, scores, self.case.geometry.specimen == "coupon")
         if not beginnings and not poorer and not richest:
             text = "nothing in the catalogue promises more"
             return text + (" than the form of the effects may err" if least else "")
