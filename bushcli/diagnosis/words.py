@@ -62,19 +62,22 @@ def _branch(mismatch: Mismatch) -> str:
 
 def _displacement(mismatch: Mismatch) -> str:
     unit, _ = _units(mismatch)
+    coupon = modes()[mismatch.mode].specimen == "coupon"
     scale = 180 / math.pi if _rotational(mismatch) else 1.0
     low, high = f"{scale * mismatch.displacement_from:.3g}", f"{scale * mismatch.displacement_to:.3g}"
+    # Without a unit a number does not say what it is of.
+    of, of_both, kind = ("a strain of ", "strains of ", "strain") if coupon else ("", "", "displacement")
     if "displacement" in mismatch.whole:
         at = ""
     elif mismatch.displacement_from == 0.0:
-        at = f"below {high}{unit}"
+        at = f"below {of}{high}{unit}"
     elif "largest" in mismatch.whole:
-        at = f"above {low}{unit}"
+        at = f"above {of}{low}{unit}"
     else:
-        at = f"between {low} and {high}{unit}"
+        at = f"between {of_both}{low} and {high}{unit}"
     if "side" in mismatch.whole:
         return at
-    return f"{at} at {mismatch.side} displacement".strip()
+    return f"{at} at {mismatch.side} {kind}".strip()
 
 
 def _cycles(mismatch: Mismatch) -> str:

@@ -76,6 +76,17 @@ def test_the_sentence_of_the_issue():
     )
 
 
+def test_a_coupon_has_strain():
+    """A number without a unit does not say what it is of."""
+    time, q = ONE_SIDED
+    place = which(time, q, "unloading") & (q < 4)
+    (one,) = found(time, q, np.where(place, law(q) / 1.21, law(q))).mismatch
+    below = replace(one, mode="uniaxial", displacement_to=0.5)
+    assert "on unloading below a strain of 0.5:" in sentence(below)
+    between = replace(below, displacement_from=0.25, side="negative", whole=one.whole - {"side"})
+    assert "between strains of 0.25 and 0.5 at negative strain:" in sentence(between)
+
+
 def test_a_factor_is_everywhere():
     """The whole recording, both sides: no branch, cycle, side or band is named."""
     time, q = BOTH_SIDES
