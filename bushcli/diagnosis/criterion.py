@@ -78,6 +78,13 @@ def bic_change(drop: float, parameters: int, samples: float) -> float:
     return parameters * float(np.log(max(samples, 2.0))) - drop
 
 
+def least_chi_square(channels: Sequence[Compared], parameters: int) -> float:
+    """The least sum of squares that noise leaves, allowing for how well it is known: with probability `LEVEL` less."""
+    freedom = max(effective_samples(channels) - parameters, 1.0)
+    known = min(channel.noise.freedom for channel in channels)
+    return freedom * float(f.ppf(LEVEL, freedom, min(known, 1e9)))
+
+
 def noise_test(channels: Sequence[Compared], parameters: int) -> NoiseTest:
     """Test whether the misfit that is left can be noise: by its size, and by the order of its samples.
 

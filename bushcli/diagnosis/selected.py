@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from bushcli.diagnosis.criterion import NoiseTest, noise_test
+from bushcli.diagnosis.criterion import NoiseTest, least_chi_square, noise_test
 from bushcli.diagnosis.held_out import HeldOut
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.noise_model import Compared
@@ -113,3 +113,8 @@ def least_promise(found: Selection) -> float:
     form = form_error(found)
     left = found.best.chi_square * (1.0 - 1.0 / found.best.size**2)
     return 0.5 * form if left < form else 0.0
+
+
+def most_gain(found: Fitted) -> float:
+    """The most that chi square can fall from here: as far as noise goes, were it as small as it may be."""
+    return found.chi_square - least_chi_square(found.channels, len(found.x))

@@ -24,7 +24,7 @@ from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
 from bushcli.diagnosis.rivals import STRONG, combine
 from bushcli.diagnosis.score import Candidate, Score, screen
-from bushcli.diagnosis.selected import Round, Selection, at_noise, form_error, key, least_promise, structure
+from bushcli.diagnosis.selected import Round, Selection, at_noise, form_error, key, least_promise, most_gain, structure
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import Effect, effect_name, effects, spoken
@@ -154,6 +154,8 @@ class Search:
     ) -> str:
         """Refit the most promising, and take the best; the reason why none was taken, if so."""
         asked = max(asked, form_error(found))
+        if most_gain(found.best) < asked:
+            return "what is left is no more than the form of the effects may err"
         least = least_promise(found)
         beginnings = singles(found.best, table, scores, least)
         poorer, richest = richer(found.best, scores, self.case.geometry.specimen == "coupon")

@@ -1,12 +1,19 @@
 """When an effect pays, what is held out, and when nothing is left: on a cubic spring with known additions."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
-from bushcli.diagnosis.criterion import bic_change, chi_square, effective_samples, noise_test
+from bushcli.diagnosis.criterion import (
+    bic_change,
+    chi_square,
+    effective_samples,
+    least_chi_square,
+    noise_test,
+)
 from bushcli.diagnosis.held_out import held_out
 from bushcli.diagnosis.noise_model import Compared, NoiseModel
 from bushcli.recording import Recording
@@ -180,3 +187,23 @@ def test_a_handful_of_points_is_all_needed():
     found = held_out(ramps(0, 2))
     assert not found.samples.any()
     assert found.text == "nothing"
+
+
+def test_noise_leaves_less_than_its_least_once_in_a_hundred():
+    """Also where the noise is known from few degrees of freedom; 200 recordings each."""
+    for freedom in (np.inf, 60.0):
+        below = 0
+        for seed in range(SEEDS):
+            rng = np.random.default_rng(seed)
+            # What is taken for its standard deviation, estimated from so many degrees of freedom.
+            known = SIGMA * (1.0 if np.isinf(freedom) else np.sqrt(rng.chisquare(freedom) / freedom))
+            one, parameters = fitted(law(Q) + SIGMA * rng.normal(size=len(Q)), [Q, Q**3])
+            one = channel(one.recording.force, one.simulated, NoiseModel(known, 0.0, freedom))
+            below += chi_square([one]) < least_chi_square([one], parameters)
+        assert below <= MOST_FALSE
+    white = channel(law(Q), law(Q))
+    assert 0.7 * 300 < least_chi_square([white], 2) < 298
+    # As the worst known noise may be, so may be the sum.
+    assert least_chi_square([replace(white, noise=NoiseModel(SIGMA, 0.0, 60.0))], 2) < least_chi_square(
+        [white], 2
+    )

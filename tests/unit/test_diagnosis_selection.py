@@ -276,6 +276,21 @@ def test_where_more_is_left_than_the_form_of_effects_may_err_every_promise_is_fo
     assert least_promise(found) == 0.0
 
 
+def test_where_less_is_left_than_an_effect_has_to_earn_none_is_refitted(monkeypatch):
+    """Effects have taken away 90,000, so that a further one has to earn 900."""
+    monkeypatch.setattr("bushcli.diagnosis.selected.least_chi_square", lambda channels, parameters: 80.0)
+    monkeypatch.setattr("bushcli.diagnosis.selection.singles", lambda *_: pytest.fail("nothing is begun"))
+    found = state(970.0, [])
+    found.plain = fitted((), 90970.0)
+    found.best.x = ()
+    reason = search()._extended(found, [], [], 6.0)
+    assert "no more than the form of the effects may err" in reason
+    # 1000 leave 920 above what noise may be at least.
+    found.best.chi_square, found.plain.chi_square = 1000.0, 91000.0
+    with pytest.raises(pytest.fail.Exception):
+        search()._extended(found, [], [], 6.0)
+
+
 def left_over(monkeypatch, chi_square, rounds, others=()):
     """Two effects at hand; every round promises something of the whole catalogue, one of it that little."""
     names = [
