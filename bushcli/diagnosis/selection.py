@@ -24,7 +24,16 @@ from bushcli.diagnosis.noise_model import Compared
 from bushcli.diagnosis.result import Stage
 from bushcli.diagnosis.rivals import STRONG, combine
 from bushcli.diagnosis.score import Candidate, Score, screen
-from bushcli.diagnosis.selected import Round, Selection, at_noise, form_error, key, least_promise, most_gain, structure
+from bushcli.diagnosis.selected import (
+    Round,
+    Selection,
+    at_noise,
+    form_error,
+    key,
+    least_promise,
+    most_gain,
+    structure,
+)
 from bushcli.diagnosis.weighing import whitened
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import Effect, effect_name, effects, spoken
