@@ -50,7 +50,7 @@ class Selection:
     rounds : list of Round
         The first beside the plain law.
     refits : dict
-        Names of effects (and "law: ...") -> fit, of each name the one that comes nearest.
+        Names of effects (and "law: ...") -> fit, of each name the one with the least BIC.
     combined : tuple of Combination
         Effects and pairs of them to first order beside the plain law.
     rough : Fitted, optional

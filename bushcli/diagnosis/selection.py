@@ -328,7 +328,8 @@ class Search:
 
 
 def _better(one: Fitted, other: Fitted | None) -> bool:
-    return other is None or one.chi_square < other.chi_square
+    # Of one name they may differ in their number of parameters: terms of a law, branches of an effect.
+    return other is None or one.bic() < other.bic()
 
 
 def _stands_out(score: Score) -> bool:
