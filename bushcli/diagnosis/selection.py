@@ -162,8 +162,10 @@ class Search:
         self, found: Selection, table: Sequence[Candidate], scores: Sequence[Score], asked: float
     ) -> str:
         """Refit the most promising, and take the best; the reason why none was taken, if so."""
-        asked = max(asked, form_error(found))
-        if most_gain(found.best) < asked:
+        form = form_error(found)
+        asked = max(asked, form)
+        # Beside a misfit that passes for noise, which may be overestimated, no such bound is known.
+        if at_noise(found.best) is None and most_gain(found.best) < form:
             return "what is left is no more than the form of the effects may err"
         least = least_promise(found)
         beginnings = singles(found.best, table, scores, least)

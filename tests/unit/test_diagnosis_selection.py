@@ -280,6 +280,7 @@ def test_where_less_is_left_than_an_effect_has_to_earn_none_is_refitted(monkeypa
     """Effects have taken away 90,000, so that a further one has to earn 900."""
     monkeypatch.setattr("bushcli.diagnosis.selected.least_chi_square", lambda channels, parameters: 80.0)
     monkeypatch.setattr("bushcli.diagnosis.selection.singles", lambda *_: pytest.fail("nothing is begun"))
+    monkeypatch.setattr("bushcli.diagnosis.selection.at_noise", lambda one: None)
     found = state(970.0, [])
     found.plain = fitted((), 90970.0)
     found.best.x = ()
@@ -289,6 +290,11 @@ def test_where_less_is_left_than_an_effect_has_to_earn_none_is_refitted(monkeypa
     found.best.chi_square, found.plain.chi_square = 1000.0, 91000.0
     with pytest.raises(pytest.fail.Exception):
         search()._extended(found, [], [], 6.0)
+    # Noise that is overestimated passes for noise, however much of it an effect could explain.
+    monkeypatch.setattr("bushcli.diagnosis.selection.at_noise", lambda one: one)
+    found.best.chi_square = 70.0
+    with pytest.raises(pytest.fail.Exception):
+        search()._extended(found, [], [], 12.0)
 
 
 def left_over(monkeypatch, chi_square, rounds, others=()):
