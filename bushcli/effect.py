@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.prior import Prior
 from cases.mode import modes
 from forms.law import UnknownName
 from geometry.ring import Ring
@@ -83,6 +84,8 @@ class EffectParameter:
     of_mesh : bool
         Whether it is a dimension of the mesh: a model is built for its value, there is no derivative by it, and a fit
         holds it.
+    prior : Prior
+        What is known of it before any recording.
     """
 
     name: str
@@ -103,6 +106,7 @@ class EffectParameter:
     samples: float = 0.0
     most: float = math.inf
     of_mesh: bool = False
+    prior: Prior | None = None
 
     def admits(self, value: float) -> bool:
         """Whether ``value`` is a finite number within the bounds."""

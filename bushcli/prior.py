@@ -1,0 +1,172 @@
+"""What is known of a parameter before any recording: one prior per parameter of an effect, with its source.
+
+A prior may be relative to the test at hand: a gap goes by the travel, a relaxation time by the duration of the recording. `Scales` holds what priors are relative to.
+
+References
+----------
+Gelman (2006), Prior distributions for variance parameters, Bayesian Anal. 1:515-534, doi:10.1214/06-BA117A
+(half-normal and half-t priors of amplitudes).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from scipy.special import erf, erfinv
+
+Shape = Literal["half_normal", "normal", "log_normal", "log_uniform"]
+Of = Literal["", "duration", "interval", "travel", "force", "stiffness", "compliance", "thickness", "shear"]
+Scales = Mapping[str, float]
+"""What priors are relative to, by name: duration and interval between samples (s), largest travel (mm or rad), largest
+force (N or N mm), their quotient (stiffness) and its reciprocal, thickness of the rubber (mm), shear modulus (MPa)."""
+
+# A log-uniform prior has half-normal tails beyond its ends: standard deviation in the logarithm.
+TAIL = 0.5
+# Standard normal quantile of 97.5 %.
+QUANTILE = 1.959964
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Prior density of one parameter.
+
+    Attributes
+    ----------
+    shape : {"half_normal", "normal", "log_normal", "log_uniform"}
+        A half-normal is of amplitudes that cannot be negative, a normal of those of either sign, both about `center`.
+        A log-normal or log-uniform parameter is positive; where `signed`, its absolute value has this prior, and both
+        signs are equally probable.
+    low : float
+        Standard deviation of a (half-)normal; median of a log-normal; lower end of a log-uniform.
+    high : float
+        Standard deviation of the natural logarithm of a log-normal; upper end of a log-uniform.
+    of : str
+        What `low` (and `high` of a log-uniform) is relative to; nothing where empty.
+    source : str
+        Where the numbers come from.
+    center : float
+        Of a (half-)normal.
+    signed : bool
+    """
+
+    shape: Shape
+    low: float
+    high: float = 0.0
+    of: Of = ""
+    source: str = ""
+    center: float = 0.0
+    signed: bool = False
+
+    def __post_init__(self) -> None:
+        needs_high = self.shape in ("log_normal", "log_uniform")
+        if self.low <= 0.0 or (needs_high and self.high <= 0.0):
+            raise ValueError(f"prior {self}: scales must be positive")
+        if self.shape == "log_uniform" and self.high <= self.low:
+            raise ValueError(f"prior {self}: the upper end is not above the lower one")
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether the prior is one of the logarithm."""
+        return self.shape in ("log_normal", "log_uniform")
+
+    def unit(self, scales: Scales) -> float:
+        """What the prior's numbers are multiplied with."""
+        return float(scales[self.of]) if self.of else 1.0
+
+    def log_density(self, value: float, scales: Scales) -> float:
+        """Natural logarithm of the density at `value`, per unit of the parameter; -inf where it has none."""
+        unit = self.unit(scales)
+        x = value / unit
+        if not self.is_logarithmic:
+            z = (x - self.center) / self.low
+            if self.shape == "half_normal" and z < 0.0:
+                return -math.inf
+            double = math.log(2.0) if self.shape == "half_normal" else 0.0
+            return double - 0.5 * z * z - math.log(self.low * unit) - 0.5 * math.log(2.0 * math.pi)
+        if x == 0.0 or (x < 0.0 and not self.signed):
+            return -math.inf
+        size = abs(x)
+        per_value = -math.log(size * unit) - (math.log(2.0) if self.signed else 0.0)
+        if self.shape == "log_normal":
+            z = math.log(size / self.low) / self.high
+            return per_value - 0.5 * z * z - math.log(self.high) - 0.5 * math.log(2.0 * math.pi)
+        flat = math.log(self.high / self.low)
+        beyond = max(0.0, math.log(self.low / size), math.log(size / self.high))
+        return per_value - 0.5 * (beyond / TAIL) ** 2 - math.log(flat + TAIL * math.sqrt(2.0 * math.pi))
+
+    def slope(self, value: float, scales: Scales) -> float:
+        """Derivative of `log_density` by the value; of the logarithm's own density for a logarithmic prior.
+
+        A logarithmic prior is differentiated without the Jacobian 1/value: the maximum a posteriori is that in the
+        logarithm of the parameter, which does not run towards zero.
+        """
+        unit = self.unit(scales)
+        x = value / unit
+        if not self.is_logarithmic:
+            return -(x - self.center) / self.low**2 / unit
+        if x == 0.0:
+            return 0.0
+        return self._log_slope(abs(x)) / value
+
+    def curvature(self, value: float, scales: Scales) -> float:
+        """Precision of the prior at `value`, 1 / variance per unit of the parameter squared; at least 0."""
+        unit = self.unit(scales)
+        if not self.is_logarithmic:
+            return 1.0 / (self.low * unit) ** 2
+        if value == 0.0:
+            return 0.0
+        size = abs(value) / unit
+        if self.shape == "log_normal":
+            return 1.0 / (self.high * value) ** 2
+        inside = self.low <= size <= self.high
+        # A uniform density over a width w has the variance w^2 / 12.
+        spread = math.log(self.high / self.low) / math.sqrt(12.0) if inside else TAIL
+        return 1.0 / (spread * value) ** 2
+
+    def _log_slope(self, size: float) -> float:
+        """Derivative of the logarithm's density by the logarithm."""
+        if self.shape == "log_normal":
+            return -math.log(size / self.low) / self.high**2
+        if size < self.low:
+            return math.log(self.low / size) / TAIL**2
+        if size > self.high:
+            return -math.log(size / self.high) / TAIL**2
+        return 0.0
+
+    def median(self, scales: Scales) -> float:
+        """Median, of the absolute value where the prior is signed or normal about zero."""
+        unit = self.unit(scales)
+        if self.shape == "log_normal":
+            return self.low * unit
+        if self.shape == "log_uniform":
+            return math.sqrt(self.low * self.high) * unit
+        size = self.low * math.sqrt(2.0) * float(erfinv(0.5)) * unit
+        return self.center * unit + size if self.shape == "half_normal" or self.center == 0.0 else self.center * unit
+
+    def range(self, scales: Scales) -> tuple[float, float]:
+        """Interval of 95 %, of the absolute value where the prior is signed."""
+        unit = self.unit(scales)
+        if self.shape == "log_normal":
+            factor = math.exp(QUANTILE * self.high)
+            return self.low / factor * unit, self.low * factor * unit
+        if self.shape == "log_uniform":
+            return self.low * unit, self.high * unit
+        wide = QUANTILE * self.low * unit
+        below = 0.0 if self.shape == "half_normal" else -wide
+        return self.center * unit + below, self.center * unit + wide
+
+    def tail(self, value: float, scales: Scales) -> float:
+        """Probability of a value at least as far out as this one: small where few bushings have it."""
+        unit = self.unit(scales)
+        x = value / unit
+        if not self.is_logarithmic:
+            return 1.0 - float(erf(abs(x - self.center) / self.low / math.sqrt(2.0)))
+        if x == 0.0:
+            return 0.0
+        if self.shape == "log_normal":
+            return 1.0 - float(erf(abs(math.log(abs(x) / self.low)) / self.high / math.sqrt(2.0)))
+        beyond = max(0.0, math.log(self.low / abs(x)), math.log(abs(x) / self.high))
+        return 1.0 if beyond == 0.0 else 1.0 - float(erf(beyond / TAIL / math.sqrt(2.0)))
