@@ -1,4 +1,4 @@
-"""What a diagnosis returns: where the simulation misses the recordings, what was left out, and how that was found."""
+"""What a diagnosis returns: where the simulation misses the recordings, what was left out, and how probable that is."""
 
 from __future__ import annotations
 
@@ -12,29 +12,36 @@ from numpy.typing import NDArray
 from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
 from bushcli.diagnosis.locate import Location
-from bushcli.effect import effect_name
+from bushcli.faults import DataFault
 from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
-Verdict = Literal["explained", "missing_physics", "law_too_poor", "unexplained"]
+Verdict = Literal["explained", "missing_physics", "law_too_poor", "unexplained", "faulty_data"]
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """An identified parameter of the final model.
+    """An identified parameter of the most probable model.
 
     Attributes
     ----------
     value, std : float
-        Best value and standard error, in `unit` (N, mm, MPa, s, rad, 1).
+        Most probable value and standard deviation of the posterior, in `unit` (N, mm, MPa, s, rad, 1).
     unit, meaning : str
     lower, upper : float
-        95 % interval.
+        95 % interval of the posterior.
     derived : mapping
         The same under the name by which the field knows it, such as {"r": (3.2, "1")}; empty where there is none.
     channels : tuple of str, optional
         Names of those that have its effect; None = all that it acts on.
+    prior : tuple of float, optional
+        95 % interval of the prior, of the absolute value where both signs are possible; None of a law's parameter.
+    prior_tail : float
+        Probability of a value at least as far out by the prior: small where few bushings have it.
+    prior_source : str
+    word : str
+        Of a choice: its value in words ("outer_top").
     """
 
     value: float
@@ -45,31 +52,41 @@ class Quantity:
     upper: float
     derived: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     channels: tuple[str, ...] | None = None
+    prior: tuple[float, float] | None = None
+    prior_tail: float = 1.0
+    prior_source: str = ""
+    word: str = ""
 
 
 @dataclass(frozen=True)
 class Named:
-    """An effect that the diagnosis has found.
+    """An effect of the most probable model.
 
     Attributes
     ----------
-    name, summary : str
-        Its name among the model's: with the rig where another one has the same effect, "offset@radial".
+    name, title, summary : str
+        Its name among the model's: with the rig where another one has the same effect, "offset@radial"; its name for
+        people; what it means in a sentence.
     parameters : mapping
         By the effect's own names.
+    probability : float
+        Of the effect: sum over all models that have it.
     evidence : float
-        By how much BIC is worse without it (2 ln of the Bayes factor, roughly); above 6 is strong, above 10 decisive.
-        NaN where the model without it cannot be solved.
+        Twice the natural logarithm of the Bayes factor of the model against the same without it; NaN where that was
+        not fitted.
     plausible : bool
+        Whether its values lie where the priors have 99.9 % of their probability.
     remark : str
-        Why it is or is not plausible, or what else to know.
+        Which value does not, or what else to know.
     channels : tuple of str, optional
         Names of those that have it, as the rig of one mode; None = all that it acts on.
     """
 
     name: str
+    title: str
     summary: str
     parameters: Mapping[str, Quantity]
+    probability: float
     evidence: float
     plausible: bool
     remark: str = ""
@@ -77,80 +94,174 @@ class Named:
 
     @property
     def label(self) -> str:
-        """Its name, with the channels that have it where not all of them have: "offset (axial)"."""
-        name = effect_name(self.name)
-        return name if self.channels is None else f"{name} ({', '.join(self.channels)})"
+        """Its name for people, with the channels that have it where not all of them have: "Offset (axial)"."""
+        return self.title if self.channels is None else f"{self.title} ({', '.join(self.channels)})"
 
 
 @dataclass(frozen=True)
-class Hypothesis:
-    """A row of the table of all that was thought of.
+class RankedModel:
+    """A model that was compared.
+
+    Attributes
+    ----------
+    law : str
+    effects : tuple of str
+        Their names with the rig where they belong to one ("offset@radial"); "unknown" last where the model has the
+        unknown effect.
+    probability : float
+    log_evidence : float
+        Natural logarithm, less that of the plain law alone.
+    misfit : float
+        Root mean square misfit over the noise.
+    form_error : float
+        Error of the model's formulas that its likelihood took as most probable, as a share of the plain law's misfit.
+    """
+
+    law: str
+    effects: tuple[str, ...]
+    probability: float
+    log_evidence: float
+    misfit: float
+    form_error: float
+
+
+@dataclass(frozen=True)
+class Group:
+    """Effects of which one is probable, though the recordings do not say which.
 
     Attributes
     ----------
     name : str
-        An effect, or "law: yeoh".
-    testable : bool
-    reason : str
-        Why it cannot be tested with these recordings; empty when it can.
-    drop : float
-        Fall of chi square that the score test expects of it, beside the plain law.
-    z, p : float
-        Of the score test; NaN where there was none.
-    amplitude : mapping
-        First-order estimate, parameter -> value.
-    refitted : bool
-        Whether it was fitted together with the law.
-    bic : float
-        Change of BIC that the refit brought, against the plain law; NaN where it was not refitted.
-    misfit : float
-        Root mean square misfit over the noise after the refit, NaN likewise.
-    chosen : bool
-    channels : tuple of str, optional
-        Names of those that have it in the score test; None = all that it acts on.
+        What they have in common: "dissipation"; empty where there is no word for it.
+    effects : tuple of str
+    probability : float
+        That at least one of them is there.
+    text : str
+        For people: "dissipation: internal friction or viscoelasticity, which one rate cannot tell".
     """
 
     name: str
-    testable: bool
-    reason: str
-    drop: float
-    z: float
-    p: float
-    amplitude: Mapping[str, float]
-    refitted: bool = False
-    bic: float = float("nan")
-    misfit: float = float("nan")
-    chosen: bool = False
-    channels: tuple[str, ...] | None = None
+    effects: tuple[str, ...]
+    probability: float
+    text: str
 
 
 @dataclass(frozen=True)
-class Stage:
-    """A step of the selection.
+class Trial:
+    """A model that the search fitted, in its order.
 
     Attributes
     ----------
-    action : {"fit", "add", "drop", "refuse", "stop"}
-    effects : tuple of str
-        In the model after it.
     law : str
-    bic : float
-        Of the model; the less the better.
+    effects : tuple of str
+    predicted, log_evidence : float
+        Natural logarithm of the evidence, predicted to first order and after the fit, less that of the plain law;
+        NaN where there is none.
     misfit : float
-        Root mean square misfit over the noise.
-    held_out : float
-        The same on samples that the model was not fitted to; NaN where none were held out.
+        Root mean square misfit over the noise; NaN where the model could not be solved.
     text : str
-        What was done and why.
+        What came of it, where there is something to say: "cannot be solved from any start".
     """
 
-    action: Literal["fit", "add", "drop", "refuse", "stop"]
-    effects: tuple[str, ...]
     law: str
-    bic: float
+    effects: tuple[str, ...]
+    predicted: float
+    log_evidence: float
     misfit: float
-    held_out: float
-    text: str
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Searched:
+    """How far the search went.
+
+    Attributes
+    ----------
+    complete : bool
+        Whether all that could hold more than 1 % of the posterior was fitted.
+    left : float
+        Share of the posterior that models in the queue may hold, by their predictions.
+    ended : {"nothing left", "budget", "interrupted"}
+    trials : tuple of Trial
+    lost : tuple of str
+        Models that could not be solved from any start, in words.
+    untestable : mapping of str to str
+        Effects that these recordings cannot show, and why.
+    """
+
+    complete: bool
+    left: float
+    ended: Literal["nothing left", "budget", "interrupted"]
+    trials: tuple[Trial, ...]
+    lost: tuple[str, ...]
+    untestable: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class FormError:
+    """How wrong the formulas of the most probable model are taken to be.
+
+    Attributes
+    ----------
+    share : float
+        Over the plain law's misfit.
+    percent : mapping of str to float
+        Its root mean square by channel, percent of the recorded force range.
+    covers : float
+        Share of the squared misfit above the noise, left by the most probable model, that is within it; at most 1.
+    """
+
+    share: float
+    percent: Mapping[str, float]
+    covers: float
+
+
+@dataclass(frozen=True)
+class MissingProfile:
+    """What no effect of the model explains, along one quantity.
+
+    Attributes
+    ----------
+    channel : str
+    along : {"displacement", "time", "cycle", "rate"}
+    branch : str
+        "loading", "unloading", "hold", or empty for all.
+    x : shape (n,)
+        mm or rad, s, number of the cycle, mm/s or rad/s.
+    mean, std : shape (n,)
+        Posterior of recorded less simulated force, percent of the recorded force range.
+    """
+
+    channel: str
+    along: Literal["displacement", "time", "cycle", "rate"]
+    branch: str
+    x: Array
+    mean: Array
+    std: Array
+
+
+@dataclass(frozen=True)
+class Missing:
+    """What the unknown effect looks like.
+
+    Attributes
+    ----------
+    probability : float
+        That something is missing that is not in the catalogue.
+    share : float
+        Of the plain law's squared misfit above the noise, what the most probable model leaves.
+    force : mapping of str to array
+        By channel, the posterior mean (n,) of recorded less simulated force at the samples, in the recording's unit.
+    profiles : tuple of MissingProfile
+    text : tuple of str
+        Sentences, the most telling first: "the force falls with time, whatever the displacement".
+    """
+
+    probability: float
+    share: float
+    force: Mapping[str, Array]
+    profiles: tuple[MissingProfile, ...]
+    text: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -162,17 +273,15 @@ class DiagnosedChannel:
     name, mode : str
     recording : Recording
     before, after : shape (n,)
-        Simulated force at the samples with the plain law and with the final model.
+        Simulated force at the samples with the plain law and with the most probable model.
     before_percent, after_percent, noise_percent : float
-        Root mean square misfit, and noise, percent of the recorded force range.
-    held_out : shape (n,) of bool
-        Samples kept from the fits behind the next two.
-    held_out_text : str
-        "cycle 4".
-    held_out_before, held_out_after : float
-        Root mean square misfit on them, percent of the force range; NaN where nothing was held out.
+        Root mean square misfit, and noise, percent of the recorded force range; samples that are data faults left out.
+    held_out : bool
+        Whether the channel took part in nothing: not in the fits, the screening or the evidence.
     path : shape (n,)
         Displacement without the sensor's noise, mm or rad.
+    faulty : shape (n,) of bool
+        Samples that are data faults and were left out.
     """
 
     name: str
@@ -183,16 +292,14 @@ class DiagnosedChannel:
     before_percent: float
     after_percent: float
     noise_percent: float
-    held_out: NDArray[np.bool_]
-    held_out_text: str
-    held_out_before: float
-    held_out_after: float
+    held_out: bool
     path: Array
+    faulty: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class NextTest:
-    """The cheapest recording that would separate the rivals.
+    """The recording that would tell most about the rivals, per minute of testing.
 
     Attributes
     ----------
@@ -204,10 +311,12 @@ class NextTest:
     holds : tuple of float
         At each point, s.
     minutes : float
+    information : float
+        Expected gain of information about which model is right, bit.
+    possible : float
+        Most that there is to gain: the entropy of the rivals' probabilities, bit.
     separates : tuple of (str, str)
         Pairs of rivals that it would tell apart, each a name or names joined by " + "; none where no recording does.
-    distance : float
-        Smallest difference of two rivals in standard errors; above 4.65 one recording decides.
     text : str
     """
 
@@ -217,8 +326,9 @@ class NextTest:
     rates: tuple[float, ...]
     holds: tuple[float, ...]
     minutes: float
+    information: float
+    possible: float
     separates: tuple[tuple[str, str], ...]
-    distance: float
     text: str
 
 
@@ -265,36 +375,43 @@ class Diagnosis:
     Attributes
     ----------
     verdict
-        "explained": the plain law reaches the noise; "missing_physics": effects are named; "law_too_poor": another law,
-        without any effect, reaches it or at least halves the misfit; "unexplained": nothing in the catalogue helps
-        enough.
+        Of the most probable model: "explained", the plain law alone; "missing_physics", effects are named;
+        "law_too_poor", another law without any effect; "unexplained", with the unknown effect. "faulty_data": a fault
+        of the data must be mended first, and nothing was fitted beyond the plain law.
     asked
-        Effects that were to be thought of, where not all were.
+        Effects that were considered, where not all were.
     law_from : {"recordings", "coupons"}
         Where the plain model's law comes from; that of coupons is fixed.
     law_fixed
-        Whether the final model has kept it.
+        Whether the most probable model has kept it.
     plain, material : Material
-        Law of the plain and of the final model.
+        Law of the plain and of the most probable model.
     parameters
-        All identified parameters of the final model, the law's among them.
+        All identified parameters of the most probable model, the law's among them.
     effects
-        What was left out, strongest evidence first.
-    hypotheses
-        All that was thought of, best first, those that cannot be tested last.
-    path
-        The selection, step by step.
+        Those of the most probable model, the most probable first.
+    probability : mapping
+        Of every effect of the catalogue that was considered, by name, and of "unknown" and "nothing".
+    models
+        All with a probability of at least 0.1 %, best first.
+    rivals
+        Names of effects of the smallest set of models that holds 95 % of the posterior, without the first; one entry
+        per set of effects, the most probable first. Empty where the first model holds 95 % alone.
+    groups
+    form_error
+    missing
+        What the unknown effect looks like; None where the misfit is noise.
+    searched
     location
         Where in the record the plain model misses.
     remaining
-        Where the final model still misses.
-    rivals
-        Sets of effects (names joined in a tuple; empty tuple = no effect) that these recordings cannot tell apart; the
-        chosen one first.
+        Where the most probable model still misses.
     next_test
         None where nothing has to be separated.
     maps
         Of the plain model's misfit, in the bushing.
+    faults : tuple of DataFault
+        What is wrong with the data.
     """
 
     case: Case
@@ -306,14 +423,19 @@ class Diagnosis:
     material: Material
     parameters: Mapping[str, Quantity]
     effects: tuple[Named, ...]
-    hypotheses: tuple[Hypothesis, ...]
-    path: tuple[Stage, ...]
+    probability: Mapping[str, float]
+    models: tuple[RankedModel, ...]
+    rivals: tuple[tuple[str, ...], ...]
+    groups: tuple[Group, ...]
+    form_error: FormError
+    missing: Missing | None
+    searched: Searched
     channels: tuple[DiagnosedChannel, ...]
     location: Location
     remaining: Location
-    rivals: tuple[tuple[str, ...], ...]
     next_test: NextTest | None
     maps: tuple[LocalMap, ...]
+    faults: tuple[DataFault, ...]
     conditions: tuple[Condition, ...]
     forward_solves: int
     failed_solves: int
