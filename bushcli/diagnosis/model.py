@@ -16,7 +16,7 @@ from bushcli.active import ActiveEffect, told_apart
 from bushcli.casefile import Case
 from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.linearised import Linearised
-from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
+from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel, noise_model
 from bushcli.diagnosis.start import begin
 from bushcli.diagnosis.usual import admitted
 from bushcli.inverse.begin import first_point

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bushcli.casefile import Material
-from bushcli.diagnosis.locate import Location, Mismatch
+from bushcli.diagnosis.where.record import Location, Mismatch
 from bushcli.diagnosis.result import Diagnosis, Hypothesis, Named, NextTest, Quantity
 from bushcli.diagnosis.words import sentence
 from bushcli.effect import effect_name, spoken

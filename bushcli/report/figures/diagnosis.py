@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.bins import KINDS, Bin
+from bushcli.diagnosis.where.bins import KINDS, Bin
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
 from bushcli.report.figures.diagnosis_curves import changed, diagnosed_figure, diagnosed_title
 from bushcli.report.figures.diagnosis_map import map_figure, map_title

@@ -18,7 +18,7 @@ from bushcli.active import ActiveEffect
 from bushcli.casefile import Case
 from bushcli.diagnosis import kept, weighing
 from bushcli.diagnosis.model import Fitted, Model
-from bushcli.diagnosis.noise_model import Compared
+from bushcli.diagnosis.likelihood.noise import Compared
 from bushcli.diagnosis.score import Candidate
 from bushcli.diagnosis.usual import in_words, usual_size, usual_value
 from bushcli.effect import Effect, EffectParameter, effect_name, effects, in_rig, rig_of, unsuited
@@ -305,7 +305,7 @@ def candidate(
     return Candidate(
         name=grid.name,
         amplitudes=amplitudes,
-        columns=tuple(weighing.columns(fitted.channels, fitted.used, c) for _, c in usable),
+        columns=tuple(calibration.columns(fitted.channels, fitted.used, c) for _, c in usable),
         points=tuple(t.shape for t, _ in usable),
         signs=tuple(1 if p.off == p.lower else 0 for p in parameters),
         typical=tuple(_typical(effect, parameters, fitted, t) for t, _ in usable),
