@@ -154,6 +154,24 @@ class Prior:
             return -math.log(size / self.high) / TAIL**2
         return 0.0
 
+    def log_row(self, size: float, unit: float) -> tuple[float, float]:
+        """A residual whose half square is the negative log density of the logarithm, and its derivative by the value.
+
+        Parameters
+        ----------
+        size : float
+            Absolute value over the prior's unit, more than 0.
+        unit : float
+            Derivative of `size` by the value.
+        """
+        if self.shape == "log_normal":
+            return math.log(size / self.low) / self.high, unit / size / self.high
+        if size < self.low:
+            return math.log(size / self.low) / TAIL, unit / size / TAIL
+        if size > self.high:
+            return math.log(size / self.high) / TAIL, unit / size / TAIL
+        return 0.0, 0.0
+
     def median(self, scales: Scales) -> float:
         """Median, of the absolute value where the prior is signed or normal about zero."""
         unit = self.unit(scales)

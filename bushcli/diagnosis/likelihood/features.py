@@ -15,8 +15,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.likelihood.calibration import smooth_force
-from bushcli.diagnosis.likelihood.noise import NoiseModel
+from bushcli.diagnosis.likelihood.noise import NoiseModel, smoothed
 from bushcli.recording import Recording, branches
 
 Array = NDArray[np.float64]
@@ -85,7 +84,7 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     unit = noise.sigma * np.sqrt(noise.correlation_time)
     weights = np.where(used, 1.0 / unit, 0.0)
     basis = _basis(recording, used)
-    force = basis.T @ (smooth_force(recording) * weights)
+    force = basis.T @ (smoothed(recording) * weights)
     size = float(np.linalg.norm(force))
     taken = 1.0 - 1.0 / float(np.sqrt(1.0 + (factor * size) ** 2))
     centred = (recording.force - float(np.mean(recording.force[used]))) * weights
