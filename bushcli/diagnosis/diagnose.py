@@ -1,4 +1,8 @@
-"""Locate the mismatch, say what physics was left out, model it, and show the fit improve."""
+"""Locate the mismatch, say what physics was left out, model it, and say how probable that is.
+
+The calculation from top to bottom: data faults; the plain law as `bushcli inverse` fits it; the likelihood (noise,
+calibration, error of form); the search over models; the posterior; what it says. docs/diagnosis.md has the formulas.
+"""
 
 from __future__ import annotations
 
@@ -14,45 +18,34 @@ from numpy.typing import NDArray
 
 from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
-from bushcli.diagnosis import kept
-from bushcli.diagnosis.before_after import before_and_after
-from bushcli.diagnosis.doubts import doubts_of_the_data, doubts_of_the_model
-from bushcli.diagnosis.hypotheses import hypotheses
+from bushcli.diagnosis import answer, kept
+from bushcli.diagnosis.fit import Measured, all_features, exact, fit, fit_plain
+from bushcli.diagnosis.likelihood.calibration import calibrated, factor_of
+from bushcli.diagnosis.likelihood.form import Likelihood
+from bushcli.diagnosis.likelihood.noise import Compared, noise_model
+from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.next_test import next_test
+from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities
+from bushcli.diagnosis.queue import Progress, Search
+from bushcli.diagnosis.result import Diagnosis, LocalMap, NextTest, Verdict
+from bushcli.diagnosis.state import Problem, State
+from bushcli.diagnosis.store import Store
+from bushcli.diagnosis.where.missing import missing
 from bushcli.diagnosis.where.record import locate
-from bushcli.diagnosis.model import Fitted, Model, fit
-from bushcli.diagnosis.naming import named, quantities
-from bushcli.diagnosis.proposing import propose
-from bushcli.diagnosis.result import (
-    Diagnosis,
-    LocalMap,
-    NextTest,
-    Stage,
-    Verdict,
-)
-from bushcli.diagnosis.rivals import STRONG
-from bushcli.diagnosis.selected import Selection, at_noise
-from bushcli.diagnosis.selection import Progress, Search
 from bushcli.diagnosis.workers import Workers
-from bushcli.effect import effect_name
+from bushcli.effect import Effect
 from bushcli.effect import effects as catalogue
-from bushcli.errors import InputError, Problem, nearest
+from bushcli.errors import InputError, nearest
+from bushcli.errors import Problem as Finding
+from bushcli.faults import DataFault, find_faults
 from bushcli.interrupt import is_interrupt
 from bushcli.inverse.identify import fit_coupons
-from bushcli.recording import read_recording
+from bushcli.recording import Recording, read_recording
 from cases.march import NotConverged
 from forms.law import law, laws
 
 Array = NDArray[np.float64]
-
-# An effect that, at a typical size, would change the recordings by less than this many standard errors cannot be
-# excluded by them.
-SEEN = 3.0
-# Effects that leave more than this share of the squared misfit beyond the noise do not explain it: they are the
-# nearest that the catalogue has.
-UNEXPLAINED = 0.1
-# Evidence against an effect that is not worth more than a bare mention (Kass and Raftery 1995,
-# doi:10.1080/01621459.1995.10476572), as a difference of BIC.
-BARE = 2.0
+Mask = NDArray[np.bool_]
 
 
 def diagnose(
@@ -60,6 +53,9 @@ def diagnose(
     *,
     model: str | None = None,
     effects: Sequence[str] | None = None,
+    hold_out: Sequence[str] = (),
+    uniform: bool = False,
+    budget: float | None = None,
     workers: int = 1,
     executor: Executor | None = None,
     journal: Path | None = None,
@@ -77,13 +73,19 @@ def diagnose(
     model
         Law to begin with; the case's where None.
     effects
-        Names of those to be thought of; all where None.
+        Names of those to be considered; all where None.
+    hold_out
+        Channels that take part in nothing and are predicted in the end.
+    uniform
+        Give all effects the same prior odds.
+    budget
+        Seconds after which the search ends with what it knows; without end where None.
     workers
-        Processes side by side; the answer does not depend on it.
+        Processes side by side; the answer does not depend on their number.
     executor
         Of processes that are there already, such as the other ranks of `mpirun`, in place of `workers`.
     journal
-        Folder in which every run is kept, so that a stopped diagnosis can go on.
+        Folder in which every fit is kept, so that a stopped diagnosis can go on.
     resume
         Go on with what the folder holds.
     maps
@@ -94,8 +96,7 @@ def diagnose(
     Returns
     -------
     Diagnosis
-        Also when it is interrupted after the model has been selected, with a condition that says so. Before that an
-        interruption (KeyboardInterrupt) leaves what is in the journal.
+        Also when it is interrupted during the search, with a condition that says so.
 
     Raises
     ------
@@ -105,219 +106,308 @@ def diagnose(
     """
     begin = time.perf_counter()
     told = progress or (lambda *_: None)
-    _check(case, model, effects)
+    whole = _checked(case, model, effects, hold_out)
+    faults = find_faults(case, whole)
     chosen, source, first = _plain(case, model)
-    bare = replace(case, effects=())
-    crew = Workers(workers, journal, resume, executor)
-    _tell_what_is_kept(crew, resume, told)
+    bare, recordings = _without(case, whole, hold_out)
+    store = None if journal is None else Store(journal, resume)
+    _tell_what_is_kept(store, resume, told)
+    crew = Workers(workers, store, executor)
     with crew.open():
         told("fit", chosen.law, "the plain law")
-        plain = crew.run(_first, [(bare, chosen)])[0]
+        plain = crew.run(fit_plain, [(bare, chosen)])[0]
         if plain is None:
             tried = ", ".join(f"{k} = {v:g}" for k, v in chosen.start.items())
             raise InputError(
-                Problem(case.path.name, f"{chosen.law} cannot be solved on these recordings from {tried}")
+                Finding(
+                    case.path.name,
+                    f"{chosen.law} cannot be solved on these recordings from {tried}, nor from its own start values",
+                )
             )
-        search = Search(bare, crew, effects, told)
-        found = search.run(plain)
-        before, after = (search.prediction(found, one) for one in (plain, found.best))
-        channels = before_and_after(found)
-        rivals = _rivals(found)
-        proposal, made, trouble = _beyond(bare, found, rivals, crew, maps, told)
-    location = locate(plain.judged)
-    remaining = locate(found.best.judged)
-    verdict = _verdict(found)
+        problem, state = _posed(bare, plain, recordings, _used(recordings, faults), crew)
+        deadline = float("inf") if budget is None else begin + budget
+        fatal = [fault for fault in faults if fault.fatal]
+        considered = [] if fatal else _considered(bare, effects)
+        search = Search(problem, crew, state, considered, uniform, deadline, told)
+        interrupted = _run(search, crew)
+        models = posterior(search)
+        best = _exact(models[0], crew, problem, interrupted)
+        models = (best, *models[1:])
+        extras = _Extras()
+        if not interrupted and not fatal:
+            extras.make(problem, plain, models, crew, maps, told)
+    before = problem.compared(plain.simulated)
+    after = problem.compared(best.state.fitted.simulated)
+    probability = probabilities(models, [one.name for one in considered])
+    channels = _channels(case, bare, whole, problem, plain, best, hold_out)
+    says: Verdict = "faulty_data" if fatal else answer.verdict(best, chosen)
+    judged = [_judged(bare, plain, compared) for compared in (before, after)]
+    left = _left(best, search.plain)
     return Diagnosis(
         case=case,
-        verdict=verdict,
+        verdict=says,
         asked=None if effects is None else tuple(effects),
         law_from=source,
-        law_fixed=found.best.model.fixed,
-        plain=_material(first, plain),
-        material=_material(first, found.best),
-        parameters=quantities(found.best, case.material),
-        effects=named(found, case.material),
-        hypotheses=hypotheses(found),
-        path=tuple(_foretold(found, name, stage) for name, stage in found.stages),
+        law_fixed=best.state.model.fixed,
+        plain=_material(first, plain.model),
+        material=_material(first, best.state.model),
+        parameters=answer.quantities(best.state, case.material),
+        effects=() if fatal else answer.named(best, search, probability, case.material),
+        probability=probability,
+        models=answer.ranked(models, search),
+        rivals=tuple(credible_sets(models)[1:]),
+        groups=groups(models, probability),
+        form_error=answer.form_error(best, search.plain, after),
+        missing=missing(after, problem.likelihood.features, probability["unknown"], left)
+        if says != "explained"
+        else None,
+        searched=answer.searched(search),
         channels=channels,
-        location=location,
-        remaining=remaining,
-        rivals=tuple(rivals),
-        next_test=proposal,
-        maps=made,
-        conditions=(
-            *trouble,
-            *doubts_of_the_model(found, remaining, before, after),
-            *doubts_of_the_data(case, channels),
-        ),
-        forward_solves=search.forward_solves,
-        failed_solves=search.failed_solves,
+        location=locate(judged[0]),
+        remaining=locate(judged[1]),
+        next_test=extras.test,
+        maps=extras.maps,
+        faults=faults,
+        conditions=(*interrupted, *extras.conditions, *answer.doubts(case, channels, best, search)),
+        forward_solves=search.solves + plain.solves,
+        failed_solves=search.failed + plain.failed,
         seconds=time.perf_counter() - begin,
     )
 
 
-# -- the plain model ----------------------------------------------------------------------------------------------
+# -- the question --------------------------------------------------------------------------------------------------
 
 
-def _check(case: Case, model: str | None, only: Sequence[str] | None) -> None:
+def _checked(
+    case: Case, model: str | None, only: Sequence[str] | None, hold_out: Sequence[str]
+) -> tuple[Recording, ...]:
+    """The recordings of the case, after all names have been checked."""
     if not case.recordings:
         wanted = "[[recordings]] with mode and file"
-        raise InputError(Problem(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
-    for source in case.recordings:
-        read_recording(source)
+        raise InputError(Finding(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
+    recordings = tuple(read_recording(source) for source in case.recordings)
     if model is not None and model not in laws():
         raise InputError(
-            Problem("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
+            Finding("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
         )
-    wrong = [name for name in only or () if name not in catalogue()]
-    if wrong:
-        known = ", ".join(catalogue())
-        raise InputError(
-            *(
-                Problem(
-                    "--effects",
-                    f'"{name}" is not an effect',
-                    nearest(name, catalogue()),
-                    known if name == wrong[-1] else "",
+    names = [one.name for one in recordings]
+    for given, known, option, kind in (
+        (only or (), list(catalogue()), "--effects", "an effect"),
+        (hold_out, names, "--hold-out", "a channel of this case"),
+    ):
+        wrong = [name for name in given if name not in known]
+        if wrong:
+            raise InputError(
+                *(
+                    Finding(option, f'"{name}" is not {kind}', nearest(name, known), ", ".join(known))
+                    for name in wrong
                 )
-                for name in wrong
             )
-        )
+    if hold_out and set(names) <= set(hold_out):
+        raise InputError(Finding("--hold-out", "leaves no channel to diagnose", "", ", ".join(names)))
+    return recordings
 
 
-def _tell_what_is_kept(crew: Workers, resume: bool, told: Progress) -> None:
+def _without(case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]) -> tuple[Case, tuple[Recording, ...]]:
+    """The case without effects and without what is held out, and its recordings."""
+    kept_ = [(s, r) for s, r in zip(case.recordings, recordings, strict=True) if r.name not in hold_out]
+    bare = replace(case, effects=(), recordings=tuple(source for source, _ in kept_))
+    return bare, tuple(recording for _, recording in kept_)
+
+
+def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
+    """The effects to be considered, of those that the specimen can have."""
+    specimen = "coupon" if case.geometry.specimen == "coupon" else "bushing"
+    return [
+        effect
+        for name, effect in catalogue().items()
+        if specimen in effect.specimens and (only is None or name in only)
+    ]
+
+
+def _tell_what_is_kept(store: Store | None, resume: bool, told: Progress) -> None:
     """Whether fits of an earlier run are used, thrown away, or missing."""
-    if crew.folder is None or not (resume or crew.there):
+    if store is None or not (resume or store.there):
         return
-    fits = f"{crew.there} fit{'s' * (crew.there != 1)}"
+    fits = f"{store.there} result{'s' * (store.there != 1)}"
     if not resume:
-        told(
-            "begin", crew.folder.name, f"{fits} of an earlier run thrown away: --resume would have kept them"
-        )
-    elif crew.there:
-        told("resume", crew.folder.name, f"{fits} kept")
+        told("begin", store.folder.name, f"{fits} of an earlier run deleted; --resume would have kept them")
+    elif store.there:
+        told("resume", store.folder.name, f"{fits} found")
     else:
-        told("resume", str(crew.folder), "no fits are kept there: from the beginning")
+        told("resume", str(store.folder), "no results are there: from the beginning")
 
 
 def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "coupons"], Material]:
     """The law to begin with, where it comes from, and the case's material with it."""
     material = (
-        case.material
-        if name in (None, case.material.law)
-        else Material(str(name), case.material.bulk_modulus)
+        case.material if name in (None, case.material.law) else Material(str(name), case.material.bulk_modulus)
     )
     chosen = law(material.law)
     if case.coupons:
         fitted = fit_coupons(case, material.law).material
         return Model(material.law, dict(fitted.parameters), fixed=True, terms=fitted.terms), "coupons", fitted
     names = material.parameter_names
-    start = {key_: chosen.parameter(key_).start for key_ in names} | dict(material.parameters)
+    start = {key: chosen.parameter(key).start for key in names} | dict(material.parameters)
     return Model(material.law, start, terms=material.terms), "recordings", material
 
 
-def _first(case: Case, model: Model) -> Fitted | None:
-    return fit(case, model, rescale=True)
+def _used(recordings: Sequence[Recording], faults: Sequence[DataFault]) -> tuple[Mask, ...]:
+    """Samples of each recording that are no data faults."""
+    found = []
+    for recording in recordings:
+        used = np.ones(len(recording.force), dtype=bool)
+        for fault in faults:
+            if fault.channel == recording.name and not fault.fatal:
+                used &= ~fault.samples
+        found.append(used)
+    return tuple(found)
 
 
-def _material(material: Material, fitted: Fitted) -> Material:
-    return Material(fitted.model.law, material.bulk_modulus, dict(fitted.model.start), fitted.model.terms)
+def _posed(
+    case: Case, plain: Fitted, recordings: tuple[Recording, ...], used: tuple[Mask, ...], crew: Workers
+) -> tuple[Problem, State]:
+    """The likelihood, and the plain law at its best under it.
+
+    What the plain law leaves sets the units of all fits, its own included: two rounds, after which they stay.
+    """
+    features = all_features(case, plain.model, used)
+    noises = tuple(noise_model(one) for one in recordings)
+    fitted = plain
+    for _ in range(2):
+        empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
+        excess = State(empty, fitted).evidence.excess
+        problem = replace(empty, likelihood=Likelihood(features, tuple(map(float, excess))))
+        if not fitted.names:
+            break
+        again = crew.run(fit, [(case, fitted.model, Measured(used, problem.variances))])[0]
+        fitted = again or fitted
+    return problem, State(problem, fitted)
 
 
-# -- the answer ---------------------------------------------------------------------------------------------------
-
-
-def _verdict(found: Selection) -> Verdict:
-    best, reached = found.best, at_noise(found.best) is not None
-    if best.model.effects:
-        excess = [max(one.chi_square - one.samples, 0.0) for one in (best, found.plain)]
-        explains = reached or excess[0] < UNEXPLAINED * excess[1]
-        return "missing_physics" if explains else "unexplained"
-    if best.model.law != found.plain.model.law:
-        return "law_too_poor" if reached or best.size < 0.5 * found.plain.size else "unexplained"
-    return "explained" if reached else "unexplained"
-
-
-def _rivals(found: Selection) -> dict[tuple[str, ...], Fitted | None]:
-    """Sets of effects that explain the recordings as well as the chosen one, which comes first, with their fits."""
-    best = found.best.model
-    own = {one.identity: one.name for one in best.effects}
-    chosen = tuple(own.values())
-    taken = set(map(effect_name, chosen))
-    near: dict[tuple[str, ...], Fitted | None] = {chosen: found.best}
-    limit = found.compared.bic() + STRONG
-    others = sorted(found.refits.items(), key=lambda item: item[1].bic())
-    for name, refit in others:
-        there = {one.identity: one.name for one in refit.model.effects}
-        # In another rig than the chosen one it is told with its rig.
-        names = tuple(
-            own.get(one, one if effect_name(one) in taken else short) for one, short in there.items()
-        )
-        # One that has the same effects and more is none; nor is one that differs in its law only.
-        more = set(own) <= set(there) if chosen else not names
-        if name and refit.bic() <= limit and not more:
-            same = (refit.model.law, refit.model.fixed) == (best.law, best.fixed)
-            near.setdefault(names if same and names else name, refit)
-    if not chosen:
-        # Nothing is missing that these recordings could show; what they could not show may still be there.
-        for score in found.rounds[0].scores if found.rounds else ():
-            unknowns = len(score.amplitude) + len(score.shape)
-            price = unknowns * float(np.log(max(found.plain.samples, 2.0))) - score.drop
-            if not score.testable or score.hidden > SEEN / 3.0 or price < BARE:
-                near.setdefault((score.name,), None)
-    return near
-
-
-def _beyond(
-    case: Case,
-    found: Selection,
-    rivals: Mapping[tuple[str, ...], Fitted | None],
-    crew: Workers,
-    maps: bool,
-    told: Progress,
-) -> tuple[NextTest | None, tuple[LocalMap, ...], tuple[Condition, ...]]:
-    """The next test and the maps, which the verdict does not wait for: what stops them is a condition."""
-    proposal: NextTest | None = None
+def _run(search: Search, crew: Workers) -> list[Condition]:
+    """Search; where that is interrupted, what to say of it."""
     try:
-        missing = "next test and map of the bushing"
-        if len(rivals) > 1 and found.best.model.effects:
-            told("next", "test", "what would separate the rivals")
-            fitted = {names: one for names, one in rivals.items() if one is not None}
-            proposal = propose(case, found, fitted, crew, told)
-        missing = "map of the bushing"
-        return proposal, _maps(case, found, told) if maps else (), ()
-    except NotConverged as error:
-        remedy = "nothing else depends on it; --no-maps leaves it out"
-        return (
-            proposal,
-            (),
-            (Condition("no_map", f"the map of the bushing cannot be solved: {error}", remedy),),
-        )
+        search.run()
     except BaseException as error:
-        if not is_interrupt(error):
+        if not is_interrupt(error) or not search.states:
             raise
         crew.stop()
-        message = f"stopped after the model was selected: {missing} not made"
-        return proposal, (), (Condition("interrupted", message, "run it again with --resume"),)
+        search.ended = "interrupted"
+        left = 100 * search.left
+        message = f"stopped during the search: models that were not fitted may hold {left:.0f} % of the probability"
+        return [Condition("interrupted", message, "run it again with --resume")]
+    return []
 
 
-def _maps(case: Case, found: Selection, told: Progress) -> tuple[LocalMap, ...]:
-    from bushcli.diagnosis.local import local_map
+def _exact(best: Weighed, crew: Workers, problem: Problem, interrupted: Sequence[Condition]) -> Weighed:
+    """The best model with the forces of the usual mesh."""
+    if best.state.model.anchor is None or interrupted:
+        return best
+    found = crew.run(exact, [(problem.case, best.state.fitted)])[0]
+    return best if found is None else replace(best, state=State(problem, found))
 
-    if case.geometry.specimen == "coupon" or at_noise(found.plain) is not None:
+
+class _Extras:
+    """The next test and the maps, which the verdict does not wait for: what stops them is a condition."""
+
+    def __init__(self) -> None:
+        self.test: NextTest | None = None
+        self.maps: tuple[LocalMap, ...] = ()
+        self.conditions: tuple[Condition, ...] = ()
+
+    def make(
+        self,
+        problem: Problem,
+        plain: Fitted,
+        models: Sequence[Weighed],
+        crew: Workers,
+        maps: bool,
+        told: Progress,
+    ) -> None:
+        """Make them."""
+        try:
+            if len(credible_sets(models)) > 1:
+                told("next", "test", "what would separate the rivals")
+                self.test = next_test(problem, models, crew, told)
+            if maps and models[0].effects:
+                self.maps = _maps(problem, plain, told)
+        except NotConverged as error:
+            remedy = "nothing else depends on it; --no-maps leaves it out"
+            self.conditions = (Condition("no_map", f"the map of the bushing cannot be solved: {error}", remedy),)
+        except BaseException as error:
+            if not is_interrupt(error):
+                raise
+            crew.stop()
+            message = "stopped after the search: the next test or the map of the bushing is missing"
+            self.conditions = (Condition("interrupted", message, "run it again with --resume"),)
+
+
+def _maps(problem: Problem, plain: Fitted, told: Progress) -> tuple[LocalMap, ...]:
+    from bushcli.diagnosis.where.bushing import local_map
+
+    if problem.case.geometry.specimen == "coupon":
         return ()
-    plain = found.plain
     # All recordings are of one bushing: together they tell a place that none of them tells alone.
     one = local_map(
-        kept.channels(plain.model.task(case)),
+        kept.channels(plain.model.task(problem.case)),
         plain.model.start,
-        plain.channels,
+        problem.compared(plain.simulated),
         plain.jacobians,
         lambda name: told("map", name, "where in the rubber a change would help"),
     )
     return (one,)
 
 
-def _foretold(found: Selection, name: tuple[str, ...], stage: Stage) -> Stage:
-    """The stage with the prediction of what was held out, where it was made later."""
-    return replace(stage, held_out=found.predictions.get(name, stage.held_out))
+# -- the answer ----------------------------------------------------------------------------------------------------
+
+
+def _judged(case: Case, plain: Fitted, compared: Sequence[Compared]) -> tuple[Compared, ...]:
+    """The channels with their common factors taken out, as they are looked at."""
+    channels = kept.channels(plain.model.task(case))
+    return tuple(calibrated(one, factor_of(channel)) for one, channel in zip(compared, channels, strict=True))
+
+
+def _left(best: Weighed, plain: State) -> float:
+    """Share of the plain law's squared misfit above the noise that the best model leaves."""
+    before, after = (max(float(np.sum(np.maximum(s.evidence.excess, 0.0))), 1e-12) for s in (plain, best.state))
+    return min(1.0, after / before)
+
+
+def _channels(
+    case: Case,
+    bare: Case,
+    whole: Sequence[Recording],
+    problem: Problem,
+    plain: Fitted,
+    best: Weighed,
+    hold_out: Sequence[str],
+) -> tuple[answer.DiagnosedChannel, ...]:
+    """Every recording before and after, those held out predicted."""
+    fitted: Mapping[str, int] = {one.name: i for i, one in enumerate(problem.recordings)}
+    predicted = {}
+    if hold_out:
+        sources = tuple(s for s, r in zip(case.recordings, whole, strict=True) if r.name in hold_out)
+        outside = replace(bare, recordings=sources)
+        for which, model in (("before", plain.model), ("after", best.state.model)):
+            for channel in kept.channels(model.task(outside)):
+                try:
+                    force, _ = channel.at_samples(channel.solve(model.values, ()))
+                except NotConverged:
+                    force = np.full(len(channel.recording.force), np.nan)
+                predicted[which, channel.name] = force
+    found = []
+    for recording in whole:
+        if recording.name in fitted:
+            i = fitted[recording.name]
+            before, after = plain.simulated[i], best.state.fitted.simulated[i]
+            used, sigma = problem.used[i], problem.noises[i].sigma
+        else:
+            before, after = predicted["before", recording.name], predicted["after", recording.name]
+            used, sigma = np.ones(len(recording.force), dtype=bool), noise_model(recording).sigma
+        found.append(answer.channel(recording, before, after, sigma, used, recording.name in hold_out))
+    return tuple(found)
+
+
+def _material(material: Material, model: Model) -> Material:
+    return Material(model.law, material.bulk_modulus, dict(model.start), model.terms)

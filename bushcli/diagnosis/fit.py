@@ -163,7 +163,7 @@ def fit(
     for other in contained[:1] if best is None or best[0] > least + WORSE else ():
         for channel in problem.channels:
             kept.be_patient(channel, None)
-        at = _vector(problem, model.off(other), start)
+        at = _admitted(problem, _vector(problem, model.off(other), start))
         if not np.isfinite(problem.residual(at)).all():
             continue
         # The optimum of what it contains, as it is: at a bound, where a search cannot begin.
@@ -243,6 +243,16 @@ def _searched(problem: Posterior, begun: Array, lower: Array, upper: Array) -> t
 
 def _vector(problem: Problem, values: Mapping[str, float], start: Array) -> Array:
     return np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
+
+
+def _admitted(problem: Posterior, x: Array) -> Array:
+    """The point with amplitudes that are zero, where their priors say how small they can be, as small as that."""
+    found = x.copy()
+    for i, name in enumerate(problem.names):
+        known = problem.known.get(name)
+        if known is not None and known.prior.is_logarithmic and found[i] == 0.0:
+            found[i] = known.prior.range(known.scales)[0]
+    return found
 
 
 def _fitted(model: Model, problem: Problem, x: Array, converged: bool) -> Fitted:

@@ -1,14 +1,12 @@
 """Independent runs side by side: as many processes as asked for, on this machine or over MPI, results in order.
 
-A result is kept on disk as soon as it is there, under a name made of the question itself, so that a diagnosis that was
-stopped goes on where it was, with any number of workers, to the same end.
+Fits are kept on disk as soon as they are there (`store`), so that a diagnosis that was stopped goes on where it was,
+with any number of workers, to the same end.
 """
 
 from __future__ import annotations
 
-import hashlib
 import os
-import pickle
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -19,13 +17,13 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, cast
 
-from bushcli import __version__
-from bushcli.diagnosis.canonical import canonical
-from bushcli.errors import InputError, Problem
+from bushcli.diagnosis.store import Store
 from bushcli.interrupt import abandon_compilation, end_with_parent
 
 Work = Callable[..., Any]
 
+# Work whose answers are kept (`store`): fits and derivatives; all else takes no time.
+KEPT = frozenset({"fit_plain", "fit", "columns"})
 # Seconds that a process is given to put its things in order.
 GRACE = 2.0
 
@@ -37,48 +35,17 @@ class Workers:
     ----------
     count
         Processes; with 1 everything runs in this one.
-    folder
+    store
         Where results are kept; None keeps none.
-    resume
-        Use what the folder holds; it is emptied otherwise.
     executor
         Processes that somebody else has started and ends (`ranks`), in place of `count` of our own. They may be on
-        machines that do not see the folder.
-
-    Attributes
-    ----------
-    there : int
-        Results that the folder held: those to go on with, or those thrown away.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be made or emptied.
+        machines that do not see the store.
     """
 
-    def __init__(
-        self,
-        count: int = 1,
-        folder: Path | None = None,
-        resume: bool = False,
-        executor: Executor | None = None,
-    ) -> None:
-        self.count, self.folder = max(1, count), folder
+    def __init__(self, count: int = 1, store: Store | None = None, executor: Executor | None = None) -> None:
+        self.count, self.store = max(1, count), store
         self._executor: Executor | None = executor
         self._others = frozenset(active_children())
-        self.there = 0 if folder is None else self._prepared(folder, resume)
-
-    @staticmethod
-    def _prepared(folder: Path, resume: bool) -> int:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            results = list(folder.glob("*.result"))
-            for file in [*folder.glob("*.part"), *([] if resume else results)]:
-                file.unlink()
-        except OSError as error:
-            place = str(error.filename or folder)
-            raise InputError(Problem(place, f"cannot be written: {error.strerror or error}")) from None
-        return len(results)
 
     @contextmanager
     def open(self) -> Iterator[Workers]:
@@ -120,12 +87,9 @@ class Workers:
         waiting = []
         for i, question in enumerate(questions):
             file = self._file(work, question)
-            if file is not None and file.exists():
-                answers[i] = pickle.loads(file.read_bytes())
-                if told is not None:
-                    told(i, answers[i])
-            elif self._executor is None:
-                answers[i] = _answer(file, work, question)
+            there, answer = (False, None) if file is None else Store.read(file, question)
+            if there or self._executor is None:
+                answers[i] = answer if there else _answer(file, work, question)
                 if told is not None:
                     told(i, answers[i])
             else:
@@ -144,32 +108,21 @@ class Workers:
                 return executor.submit(_answer, file, work, question)
         future = executor.submit(_answer, None, work, question)
         if file is not None:
-            future.add_done_callback(lambda done: _keep(file, done.result()) if _has_answer(done) else None)
+            future.add_done_callback(lambda done: Store.write(file, done.result()) if _has_answer(done) else None)
         return future
 
     def _file(self, work: Work, question: tuple[Any, ...]) -> Path | None:
-        if self.folder is None:
+        if self.store is None or work.__qualname__ not in KEPT:
             return None
-        name = hashlib.sha256(f"{__version__} {work.__module__}.{work.__qualname__}".encode())
-        name.update(canonical(question))
-        return self.folder / f"{name.hexdigest()[:24]}.result"
+        return self.store.file(f"{work.__module__}.{work.__qualname__}", question)
 
 
 def _answer(file: Path | None, work: Work, question: tuple[Any, ...]) -> Any:
     """Do the work, and keep what came of it."""
     answer = work(*question)
     if file is not None:
-        _keep(file, answer)
+        Store.write(file, answer)
     return answer
-
-
-def _keep(file: Path, answer: Any) -> None:
-    fresh = file.with_suffix(f".{os.getpid()}.part")
-    with fresh.open("wb") as out:
-        out.write(pickle.dumps(answer))
-        out.flush()
-        os.fsync(out.fileno())
-    fresh.replace(file)
 
 
 def _has_answer(future: Future[Any]) -> bool:

@@ -1,0 +1,208 @@
+"""The recording that would tell most about the rivals, per minute of testing.
+
+Each rival foretells every recording of a menu. How much a recording is expected to say about which of them is right is
+the mutual information of model and data, bounded from below by the distances between what they foretell:
+
+    I >= - sum_k p_k log sum_j p_j exp(-C_kj),
+
+with C the Bhattacharyya distance, in the likelihood's own terms: features with noise and an error of form, and the other
+model's parameters free to imitate as far as the present recordings leave them open.
+
+References
+----------
+Kolchinsky and Tracey (2017), Estimating mixture entropy with pairwise distances, Entropy 19:361,
+doi:10.3390/e19070361.
+Lindley (1956), On a measure of the information provided by an experiment, Ann. Math. Stat. 27:986-1005,
+doi:10.1214/aoms/1177728069.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from bushcli.active import acting
+from bushcli.casefile import Case
+from bushcli.diagnosis import kept
+from bushcli.diagnosis.likelihood.form import EFFECTIVE, LAMBDA, PHI
+from bushcli.diagnosis.menu import Proposal, menu
+from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.posterior import Weighed
+from bushcli.diagnosis.result import NextTest
+from bushcli.diagnosis.state import Problem
+from bushcli.diagnosis.workers import Workers
+from bushcli.direct import rubber_of
+from bushcli.effect import spoken
+from bushcli.rig import NoEquilibrium
+from bushcli.simulation import Simulation
+from cases.march import NotConverged
+from cases.mode import modes
+from geometry.ring import Ring
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, str, str], None]
+
+# Rivals that are looked at, and recordings of the menu: the cheapest of the recorded modes, and one of each other.
+RIVALS, PROPOSALS = 3, 6
+# Where a mode has not been recorded: travel as a share of the rubber's thickness, or rad; seconds from rest to there.
+SHARE = {"axial": 0.6, "radial": 0.3}
+TURN = 0.2
+SECONDS = 20.0
+# Noise to be expected of a mode that has not been recorded, as a share of the force range.
+NOISE = 3e-3
+SAMPLES = 9
+# Bits that a recording has to promise to be proposed, and distance from which on two rivals are told apart: a
+# probability of 1 in 20 of the wrong one.
+WORTH, APART = 0.1, math.log(20.0)
+
+
+@dataclass(frozen=True)
+class Foretold:
+    """What a model expects of a recording: force (n,) and the spread of it that its parameters leave, (n, p)."""
+
+    force: Array
+    spread: Array
+
+
+def next_test(problem: Problem, rivals: Sequence[Weighed], workers: Workers, told: Progress) -> NextTest | None:
+    """Return the recording with the largest expected gain of information per minute; None where none is worth it."""
+    known = [one for one in rivals if one.state.model.effects or not one.unknown]
+    chosen = list({one.state.model.identities: one for one in reversed(known)}.values())[::-1][:RIVALS]
+    if len(chosen) < 2:
+        return None
+    weights = np.array([one.probability for one in chosen])
+    weights = weights / weights.sum()
+    possible = float(-np.sum(weights * np.log2(weights)))
+    best: tuple[float, NextTest] | None = None
+    for proposal in _menu(problem):
+        told("next", "test", proposal.name)
+        questions = [(problem.case, one.state.model, _spread(one), proposal) for one in chosen]
+        answers = workers.run(foretell, questions)
+        if any(one is None for one in answers):
+            continue
+        sigma = _sigma(problem, proposal, max(float(np.ptp(one.force)) for one in answers))
+        apart = np.array([[_distance(a, b, sigma) for b in answers] for a in answers])
+        nats = -float(np.sum(weights * np.log(np.exp(-apart) @ weights)))
+        bits = nats / math.log(2.0)
+        if bits > WORTH and (best is None or bits / proposal.cost > best[0]):
+            names = [_name(one) for one in chosen]
+            pairs = tuple(
+                (names[i], names[j]) for i in range(len(names)) for j in range(i) if apart[i, j] > APART
+            )
+            best = bits / proposal.cost, _test(proposal, bits, possible, pairs)
+    return None if best is None else best[1]
+
+
+def _spread(one: Weighed) -> tuple[tuple[str, ...], Array]:
+    """Names of the parameters, and a root (p, p) of their posterior covariance."""
+    values, vectors = np.linalg.eigh(one.state.evidence.covariance)
+    return one.state.fitted.names, vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def foretell(case: Case, model: Model, known: tuple[tuple[str, ...], Array], proposal: Proposal) -> Foretold | None:
+    """What a rival expects of a recording; None where it cannot be solved."""
+    time, q = proposal.program(SAMPLES)
+    task = model.task(case)
+    # The rig of a mode is that of its recordings.
+    labels = [one.label for one in case.recordings if one.mode == proposal.channel] or [proposal.channel]
+    there = {one.identity: one for name in labels for one in acting(model.effects, name, proposal.channel)}
+    simulation = Simulation(
+        case.geometry,
+        modes()[proposal.channel],
+        rubber_of(task.material),
+        case.mesh.refinement,
+        tuple(there.values()),
+        time,
+        q,
+        None,
+        comm=MPI.COMM_SELF,
+        prepared=kept.bodies(task, "solid"),
+    )
+    names, root = known
+    try:
+        answer = simulation.solve(model.values, names)
+    except (NotConverged, NoEquilibrium):
+        return None
+    return Foretold(answer.force, answer.slope @ root)
+
+
+def _distance(right: Foretold, other: Foretold, sigma: float) -> float:
+    """Bhattacharyya distance of two predictions: what is left when both are free within what is known of them."""
+    difference = (right.force - other.force) / sigma
+    spread = np.hstack([right.spread, other.spread]) / sigma
+    # (1 + S S')^-1 d by the small system.
+    inner = np.eye(spread.shape[1]) + spread.T @ spread
+    left = float(difference @ difference - (spread.T @ difference) @ np.linalg.solve(inner, spread.T @ difference))
+    signal = float(np.sum((right.force / sigma) ** 2))
+    m = min(EFFECTIVE, len(difference))
+    v = 1.0 + (LAMBDA**2 * signal + PHI**2 * max(left, 0.0)) / m
+    return max(left, 0.0) / (8.0 * v)
+
+
+def _menu(problem: Problem) -> list[Proposal]:
+    """Recordings of the modes that have been recorded, the cheapest ones, and one of each other mode."""
+    mounted = [one.mode for one in problem.recordings]
+    amplitudes: dict[str, float] = {}
+    rate: dict[str, float] = {}
+    for one in problem.recordings:
+        reach = float(np.abs(one.displacement).max())
+        amplitudes[one.mode] = max(reach, amplitudes.get(one.mode, 0.0))
+        path = float(np.abs(np.diff(one.displacement)).sum())
+        rate[one.mode] = path / float(one.time[-1] - one.time[0]) if one.time is not None else reach / SECONDS
+    found = list(menu(amplitudes, rate, mounted)[:PROPOSALS])
+    shape = problem.case.geometry
+    if isinstance(shape, Ring):
+        others = {name: share * shape.thickness for name, share in SHARE.items() if name not in mounted}
+        if "torsional" not in mounted:
+            others["torsional"] = TURN
+        rates = {name: reach / SECONDS for name, reach in others.items()}
+        found += [one for one in menu(others, rates, mounted) if one.repeats][: len(others)]
+    return found
+
+
+def _sigma(problem: Problem, proposal: Proposal, span: float) -> float:
+    for recording, noise in zip(problem.recordings, problem.noises, strict=True):
+        if recording.mode == proposal.channel:
+            return noise.sigma
+    return NOISE * span
+
+
+def _test(proposal: Proposal, bits: float, possible: float, pairs: tuple[tuple[str, str], ...]) -> NextTest:
+    return NextTest(
+        name=proposal.name,
+        channel=proposal.channel,
+        points=proposal.points,
+        rates=proposal.rates,
+        holds=proposal.holds,
+        minutes=proposal.cost,
+        information=bits,
+        possible=possible,
+        separates=pairs,
+        text=_words(proposal, bits, possible, pairs),
+    )
+
+
+def _words(proposal: Proposal, bits: float, possible: float, pairs: Sequence[tuple[str, str]]) -> str:
+    mode = modes()[proposal.channel]
+    unit, factor = (" deg", 180.0 / np.pi) if mode.rotational else (" mm", 1.0)
+    if mode.specimen == "coupon":
+        unit = ""
+    points = ", ".join(f"{factor * q:.3g}" for q in proposal.points)
+    rates = sorted({float(f"{factor * v:.3g}") for v in proposal.rates})
+    holds = sorted({h for h in proposal.holds if h > 0})
+    speed = f"{unit}/s" if unit else " 1/s"
+    text = f"{proposal.channel} through {points}{unit} at {' and '.join(f'{v:g}' for v in rates)}{speed}"
+    if holds:
+        text += f", holding for {' and '.join(f'{h:g}' for h in holds)} s"
+    told = "; ".join(f"{a} from {b}" for a, b in pairs)
+    told = f"it would tell {told}" if told else "it would not decide, but it tells most"
+    return f"{text} (about {proposal.cost:.0f} minutes); {told} (expected: {bits:.2g} of {possible:.2g} bit)."
+
+
+def _name(one: Weighed) -> str:
+    return " + ".join(map(spoken, one.effects)) or "no effect"

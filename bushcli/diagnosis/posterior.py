@@ -1,0 +1,138 @@
+"""From the evidence of models to probabilities: of each model, each effect, of nothing, and of something unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.special import logsumexp
+
+from bushcli.diagnosis.queue import Search
+from bushcli.diagnosis.result import Group
+from bushcli.diagnosis.state import State
+from bushcli.effect import effect_name, effects
+
+# Share of the posterior that the credible set holds.
+CREDIBLE = 0.95
+# A model of less is not shown.
+SHOWN = 1e-3
+# An effect less probable than this is no member of a group; a group less probable is none.
+MEMBER, GROUP = 0.05, 0.5
+UNKNOWN = "unknown"
+# What effects have in common that recordings often cannot tell apart.
+FAMILIES: Mapping[str, frozenset[str]] = {
+    "dissipation": frozenset({"friction", "viscoelasticity", "time_lag"}),
+    "softening in use": frozenset({"mullins", "permanent_set", "warming", "drift"}),
+    "prestress": frozenset({"swaging", "cure_shrinkage", "dimension"}),
+    "lost stiffness of the confined rubber": frozenset(
+        {"compressibility", "rig_compliance", "sleeve_compliance", "debonding", "gain"}
+    ),
+    "zero of the rig": frozenset({"offset", "free_play", "misalignment", "drift"}),
+}
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A model with its probability.
+
+    Attributes
+    ----------
+    state : State
+    unknown : bool
+        Whether the unknown effect acts beside the model's own.
+    probability : float
+    log_evidence : float
+    """
+
+    state: State
+    unknown: bool
+    probability: float
+    log_evidence: float
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the effects with their rigs, the unknown one last."""
+        return (*self.state.model.identities, *((UNKNOWN,) if self.unknown else ()))
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the effects in the catalogue, and of the unknown one."""
+        return frozenset(map(effect_name, self.effects))
+
+
+def posterior(search: Search) -> tuple[Weighed, ...]:
+    """All models that were fitted, each with and without the unknown effect, the most probable first."""
+    rows = []
+    for state in search.states.values():
+        known, unknown = search.weights(state)
+        rows += [(known, state.evidence.log, state, False), (unknown, state.evidence.log_unknown, state, True)]
+    total = float(logsumexp([weight for weight, *_ in rows]))
+    found = [Weighed(state, unknown, float(np.exp(weight - total)), log) for weight, log, state, unknown in rows]
+    return tuple(sorted(found, key=lambda one: (-one.probability, one.effects)))
+
+
+def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:
+    """Probability of each effect that was considered, of the unknown one, and of nothing."""
+    found = {name: sum(one.probability for one in models if name in one.names) for name in (*considered, UNKNOWN)}
+    found["nothing"] = sum(one.probability for one in models if not one.effects)
+    return {name: min(1.0, value) for name, value in found.items()}
+
+
+def credible_sets(models: Sequence[Weighed]) -> list[tuple[str, ...]]:
+    """The fewest sets of effects that hold 95 % of the posterior together, the most probable first."""
+    sets: dict[tuple[str, ...], float] = {}
+    for one in models:
+        sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
+    found, held = [], 0.0
+    for names, probability in sorted(sets.items(), key=lambda item: (-item[1], item[0])):
+        found.append(names)
+        held += probability
+        if held >= CREDIBLE:
+            break
+    return found
+
+
+def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple[Group, ...]:
+    """Effects of which one is probable, though none of them by itself.
+
+    Two effects belong together where models of the credible set differ in that the one stands for the other.
+    """
+    held, chosen = 0.0, []
+    for one in models:
+        chosen.append(one)
+        held += one.probability
+        if held >= CREDIBLE:
+            break
+    together: list[set[str]] = []
+    for a, b in combinations(chosen, 2):
+        only = a.names - b.names, b.names - a.names
+        if not all(len(part) == 1 for part in only):
+            continue
+        pair = set(only[0] | only[1])
+        if UNKNOWN in pair or any(probability.get(name, 0.0) < MEMBER for name in pair):
+            continue
+        if any(probability[name] >= CREDIBLE for name in pair):
+            continue
+        near = [group for group in together if group & pair]
+        together = [group for group in together if not group & pair] + [pair.union(*near)]
+    found = []
+    for members in together:
+        total = sum(one.probability for one in models if one.names & members)
+        if total >= GROUP:
+            names = tuple(sorted(members, key=lambda name: -probability[name]))
+            family = next((word for word, family in FAMILIES.items() if members <= family), "")
+            found.append(Group(family, names, min(1.0, total), _text(family, names)))
+    return tuple(sorted(found, key=lambda one: -one.probability))
+
+
+def _text(family: str, names: Sequence[str]) -> str:
+    known = effects()
+    titles = [known[name].title or name for name in names]
+    titles = [titles[0], *(title[:1].lower() + title[1:] for title in titles[1:])]
+    listed = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} or {titles[-1]}"
+    said = listed[:1].lower() + listed[1:]
+    return f"{family}: {said}, which these recordings cannot tell apart" if family else (
+        f"{said}, which these recordings cannot tell apart"
+    )

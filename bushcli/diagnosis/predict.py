@@ -1,0 +1,277 @@
+"""What a model would be worth with further effects, to first order beside one that is fitted.
+
+The misfit's features, the derivatives by the fitted parameters and those by the further amplitudes make a linear
+least-squares problem with the fit's own weights and priors, in which an amplitude that cannot be negative is not. Its
+solution is judged as a fit is, so that predictions and fits are on one scale. Shape parameters are averaged over the
+points of their grid.
+
+References
+----------
+Silvapulle and Sen (2005), Constrained statistical inference, Wiley, doi:10.1002/9781118165614, chapter 3.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations, product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+from scipy.special import logsumexp
+
+from bushcli.diagnosis.columns import Trial, shear_modulus
+from bushcli.diagnosis.evidence import evidence
+from bushcli.diagnosis.linearised import cone_fit
+from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.prior import Known, known_parameters
+from bushcli.diagnosis.state import State
+
+Array = NDArray[np.float64]
+
+# What was tried at a finite size says little of sizes beyond this factor.
+TRIED = 2.0
+# Points of an effect's grid that are tried in a pair, the best first.
+POINTS = 2
+# Factor beyond the 95 % range of a logarithmic prior that an amplitude may begin at.
+FAR = 3.0
+# Share of a change that has to be its own beside the fitted parameters: less is rounding.
+OWN = 1e-6
+# Any law of rubber is a smooth function of the displacement: cubic splines in so many pieces.
+PIECES = 6
+
+
+@dataclass(frozen=True)
+class Addition:
+    """An effect beside a model, at one point of its grid, with the features of what it does.
+
+    Attributes
+    ----------
+    trial : Trial
+    slopes : tuple of (K, k) array
+        By channel.
+    """
+
+    trial: Trial
+    slopes: tuple[Array, ...]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A model that might be fitted.
+
+    Attributes
+    ----------
+    model : Model
+        With the effects' first-order values.
+    log_evidence : float
+    """
+
+    model: Model
+    log_evidence: float
+
+
+class Beside:
+    """First-order predictions beside a fitted model."""
+
+    def __init__(self, state: State, additions: Sequence[Addition]) -> None:
+        self.state = state
+        self.roots = np.sqrt(state.problem.variances)
+        grouped: dict[str, list[Addition]] = {}
+        for one in additions:
+            # A mesh's dimension makes a model of its own; a time or a gap does not.
+            fixed = [f"{p.name}={one.trial.active.values[p.name]:g}" for p in one.trial.active.parameters if p.of_mesh]
+            grouped.setdefault(" ".join([one.trial.active.identity, *fixed]), []).append(one)
+        self.grouped = grouped
+
+    # -- predictions ---------------------------------------------------------------------------------------------
+
+    def singles(self) -> list[Prediction]:
+        """One effect more."""
+        return [self._averaged([(one,) for one in points]) for points in self.grouped.values()]
+
+    def pairs(self) -> list[Prediction]:
+        """Two effects more, each at the best points of its grid."""
+        best = {
+            name: [one for _, one in sorted(((-self._value((one,))[0], i), one) for i, one in enumerate(points))[:POINTS]]
+            for name, points in self.grouped.items()
+        }
+        found = []
+        for a, b in combinations(best, 2):
+            if best[a][0].trial.active.identity == best[b][0].trial.active.identity:
+                continue
+            found.append(self._averaged(list(product(best[a], best[b]))))
+        return found
+
+    def any_law(self) -> float:
+        """Log evidence of the model if its law could follow the misfit wherever that is a function of displacement."""
+        blocks = []
+        for i, (recording, one) in enumerate(
+            zip(self.state.problem.recordings, self.state.problem.likelihood.features, strict=True)
+        ):
+            own = one.of(_splines(recording.displacement))
+            blocks.append([own if i == j else np.zeros((f.count, own.shape[1])) for j, f in enumerate(self._features)])
+        G = np.vstack([np.hstack([b[j] for b in blocks]) / self.roots[j] for j in range(len(self._features))])
+        G = np.vstack([G, np.zeros((len(self._rest) - len(G), G.shape[1]))])
+        left = self._left(G)
+        u, s, _ = np.linalg.svd(left, full_matrices=False)
+        u = u[:, s > 1e-8 * max(float(s.max(initial=0.0)), 1e-300)]
+        rest = self._rest - u @ (u.T @ self._rest)
+        excess = self.state.problem.likelihood.excess(self._split(rest))
+        return self.state.problem.likelihood.judge(excess).log
+
+    # -- the linear problem --------------------------------------------------------------------------------------
+
+    @property
+    def _features(self) -> Sequence[object]:
+        return self.state.problem.likelihood.features
+
+    @cached_property
+    def _whole(self) -> tuple[Array, Array]:
+        """Misfit (rows,) and derivatives (rows, p), weighed, the priors' rows last."""
+        state = self.state
+        misfit = [z / r for z, r in zip(state.misfit, self.roots, strict=True)]
+        slopes = [J / r for J, r in zip(state.slopes, self.roots, strict=True)]
+        rows = [
+            (0.0, 0.0) if one is None else one.row(float(value))
+            for one, value in zip(state.known, state.fitted.x, strict=True)
+        ]
+        misfit.append(np.array([row for row, _ in rows]))
+        slopes.append(np.diag([slope for _, slope in rows]).reshape(len(rows), len(rows)))
+        return np.concatenate(misfit), np.vstack(slopes)
+
+    @cached_property
+    def _space(self) -> Array:
+        """Orthonormal basis of what the fitted parameters can do."""
+        slopes = self._whole[1]
+        if not slopes.shape[1]:
+            return np.zeros((len(slopes), 0))
+        size = np.linalg.norm(slopes, axis=0)
+        u, s, _ = np.linalg.svd(slopes / np.where(size > 0, size, 1.0), full_matrices=False)
+        return np.asarray(u[:, s > 1e-10 * max(float(s.max(initial=0.0)), 1e-300)])
+
+    def _left(self, columns: Array) -> Array:
+        return np.asarray(columns - self._space @ (self._space.T @ columns))
+
+    @cached_property
+    def _rest(self) -> Array:
+        return self._left(self._whole[0])
+
+    def _split(self, rows: Array) -> list[Array]:
+        """Features by channel of weighed rows."""
+        found, begin = [], 0
+        for one, root in zip(self.state.problem.likelihood.features, self.roots, strict=True):
+            found.append(rows[begin : begin + one.count] * root)
+            begin += one.count
+        return found
+
+    def _averaged(self, points: Sequence[tuple[Addition, ...]]) -> Prediction:
+        """The mean of the evidence over points of a grid, and the model at the best of them."""
+        found = [self._value(point) for point in points]
+        best = int(np.argmax([log for log, _ in found]))
+        log = float(logsumexp([one for one, _ in found])) - math.log(len(found))
+        return Prediction(self._model(points[best], found[best][1]), log)
+
+    def _value(self, point: tuple[Addition, ...]) -> tuple[float, Array]:
+        """Log evidence to first order, and the amplitudes."""
+        raw = [np.hstack(parts) for parts in zip(*(one.slopes for one in point), strict=True)]
+        prior_rows = len(self._rest) - sum(len(part) for part in raw)
+        G = np.vstack([*(part / root for part, root in zip(raw, self.roots, strict=True)), np.zeros((prior_rows, raw[0].shape[1]))])
+        own = self._left(G)
+        names, known, start = self._unknowns(point)
+        precision = np.array(
+            [0.0 if one is None or one.prior.is_logarithmic else one.prior.curvature(value, one.scales) for one, value in zip(known, start, strict=True)]
+        )
+        gram = own.T @ own + np.diag(precision)
+        gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
+        signs = [1 if one is not None and one.one_sided else 0 for one in known]
+        amplitude, _ = cone_fit(gram, -(own.T @ self._rest), signs)
+        amplitude = self._bounded(point, amplitude, known)
+        rest = self._rest + own @ amplitude
+        values = np.concatenate([self.state.fitted.x, start + amplitude])
+        slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]
+        found = evidence(
+            self.state.problem.likelihood,
+            self._split(rest),
+            slopes,
+            values,
+            [*self.state.known, *known],
+            [*self.state.off, *start],
+        )
+        return found.log, amplitude
+
+    def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[str], list[Known | None], Array]:
+        """Full names, priors and off values of the amplitudes."""
+        names: list[str] = []
+        known: list[Known | None] = []
+        start: list[float] = []
+        for one in point:
+            active = one.trial.active
+            priors = known_parameters(
+                self.state.problem.case, (active,), self._shear, self.state.problem.recordings
+            )
+            for name in one.trial.amplitudes:
+                full = f"{active.name}.{name}"
+                names.append(full)
+                known.append(priors.get(full))
+                start.append(float(active.values[name]))
+        return names, known, np.array(start)
+
+    @cached_property
+    def _shear(self) -> float:
+        return shear_modulus(self.state.model, self.state.problem.case)
+
+    def _bounded(self, point: tuple[Addition, ...], amplitude: Array, known: Sequence[Known | None]) -> Array:
+        """Amplitudes within what the effect admits; where a finite size was tried, not far from that."""
+        found, i = amplitude.copy(), 0
+        for one in point:
+            for k, name in enumerate(one.trial.amplitudes):
+                parameter = one.trial.effect.parameter(name)
+                start = float(one.trial.active.values[name])
+                low, high = parameter.lower - start, parameter.upper - start
+                if k == 0 and one.trial.size is not None:
+                    low, high = one.trial.size / TRIED, one.trial.size * TRIED
+                prior = known[i]
+                if prior is not None and prior.prior.is_logarithmic:
+                    # Not far out in its tails, of which that towards nothing is one.
+                    least, most = prior.prior.range(prior.scales)
+                    low, high = max(low, -FAR * most), min(high, FAR * most)
+                    if prior.one_sided:
+                        low = max(low, least / FAR)
+                found[i] = float(np.clip(found[i], low, high))
+                i += 1
+        return found
+
+    def _model(self, point: tuple[Addition, ...], amplitude: Array) -> Model:
+        """The model with the effects at their first-order amplitudes, or at their prior's median where that is off."""
+        model, i = self.state.model, 0
+        for one in point:
+            _, known, start = self._unknowns((one,))
+            values: dict[str, float] = dict(one.trial.active.values)
+            for name, prior, off in zip(one.trial.amplitudes, known, start, strict=True):
+                value = float(off + amplitude[i])
+                if value == off and prior is not None:
+                    value = float(off + 0.3 * prior.prior.median(prior.scales))
+                values[name] = value
+                i += 1
+            model = _with(model, one.trial, values)
+        if model.anchor is None:
+            # Solid bodies that remember are compared on a coarse mesh; what it misses is known at the law alone.
+            model = replace(model, anchor=dict(self.state.model.start))
+        return model
+
+
+def _with(model: Model, trial: Trial, values: Mapping[str, float]) -> Model:
+    return replace(trial, active=replace(trial.active, values=dict(values)).started()).added_to(model)
+
+
+def _splines(q: Array) -> Array:
+    """Cubic B-splines at the displacements q (n,), shape (n, PIECES + 3)."""
+    low, high = float(q.min()), float(q.max())
+    if high <= low:
+        return np.ones((len(q), 1))
+    knots = np.concatenate([[low] * 3, np.linspace(low, high, PIECES + 1), [high] * 3])
+    return np.asarray(BSpline.design_matrix(q, knots, 3).toarray())

@@ -1,0 +1,127 @@
+"""A fitted model as the calculation sees it: its features, priors and evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case
+from bushcli.diagnosis.columns import shear_modulus
+from bushcli.diagnosis.evidence import Evidence, evidence
+from bushcli.diagnosis.likelihood.form import Likelihood
+from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
+from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.prior import Known, known_parameters
+from bushcli.recording import Recording
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What a diagnosis asks of every model.
+
+    Attributes
+    ----------
+    case : Case
+        Without effects.
+    recordings : tuple of Recording
+    noises : tuple of NoiseModel
+    used : tuple of array of bool, shape (n,) each
+        Samples that count.
+    likelihood : Likelihood
+    """
+
+    case: Case
+    recordings: tuple[Recording, ...]
+    noises: tuple[NoiseModel, ...]
+    used: tuple[NDArray[np.bool_], ...]
+    likelihood: Likelihood
+
+    @property
+    def variances(self) -> tuple[float, ...]:
+        """Of the features of each channel, as fits take them."""
+        return tuple(map(float, self.likelihood.variances()))
+
+    def compared(self, simulated: Sequence[Array]) -> tuple[Compared, ...]:
+        """The channels beside a simulation, samples that do not count unknown."""
+        return tuple(
+            Compared(recording, np.where(used, force, np.nan), noise)
+            for recording, used, force, noise in zip(self.recordings, self.used, simulated, self.noises, strict=True)
+        )
+
+
+@dataclass(frozen=True)
+class State:
+    """A fitted model, judged."""
+
+    problem: Problem
+    fitted: Fitted
+
+    @property
+    def model(self) -> Model:
+        """The model at its best."""
+        return self.fitted.model
+
+    @cached_property
+    def misfit(self) -> tuple[Array, ...]:
+        """Features (K,) of what the model leaves, by channel."""
+        return tuple(
+            one.of(force - recording.force)
+            for one, force, recording in zip(
+                self.problem.likelihood.features, self.fitted.simulated, self.problem.recordings, strict=True
+            )
+        )
+
+    @cached_property
+    def slopes(self) -> tuple[Array, ...]:
+        """Their derivatives (K, p)."""
+        pairs = zip(self.problem.likelihood.features, self.fitted.jacobians, strict=True)
+        return tuple(one.of(slope) for one, slope in pairs)
+
+    @cached_property
+    def priors(self) -> dict[str, Known]:
+        """Priors of the effects' parameters, by full name."""
+        shear = shear_modulus(self.model, self.problem.case)
+        return known_parameters(self.problem.case, self.model.effects, shear, self.problem.recordings)
+
+    @property
+    def known(self) -> list[Known | None]:
+        """Prior of each parameter; None of a law's."""
+        return [self.priors.get(name) for name in self.fitted.names]
+
+    @property
+    def off(self) -> list[float]:
+        """Off value of each parameter, 0 where it has none."""
+        values = {one.full_name(p): float(p.off or 0.0) for one in self.model.effects for p in one.parameters}
+        return [values.get(name, 0.0) for name in self.fitted.names]
+
+    @cached_property
+    def evidence(self) -> Evidence:
+        """The evidence."""
+        found = self.fitted
+        return evidence(self.problem.likelihood, self.misfit, self.slopes, found.x, self.known, self.off)
+
+    @property
+    def objective(self) -> float:
+        """What the fit has minimised: twice the negative logarithm of the posterior density, up to a constant."""
+        squares = sum(float(z @ z) / v for z, v in zip(self.misfit, self.problem.variances, strict=True))
+        prior = sum(
+            one.row(float(value))[0] ** 2
+            for value, one in zip(self.fitted.x, self.known, strict=True)
+            if one is not None
+        )
+        return squares + prior
+
+    @property
+    def size(self) -> float:
+        """Root mean square misfit over the noise."""
+        total = count = 0.0
+        for one in self.problem.compared(self.fitted.simulated):
+            total += float(np.nansum((one.misfit * one.weights) ** 2))
+            count += one.effective_samples
+        return float(np.sqrt(total / max(count, 1.0)))

@@ -1,0 +1,176 @@
+"""What the unknown effect looks like: the smooth part of what a model leaves, along displacement, time, cycle and rate.
+
+The misfit's features, shrunk by what noise alone would make of them, are the posterior mean of a Gaussian process over
+each branch. Its averages along the path say what the missing physics does; sentences name what it follows best.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.diagnosis.likelihood.features import Features
+from bushcli.diagnosis.likelihood.noise import Compared
+from bushcli.diagnosis.result import Missing, MissingProfile
+from bushcli.recording import Recording, branches
+from bushcli.segment import Branch
+
+Array = NDArray[np.float64]
+Along = Literal["displacement", "time", "cycle", "rate"]
+
+# Points of a profile along displacement and along time.
+POINTS, TIMES = 9, 12
+# A description says something where it follows so much of the missing force's square.
+SAYS = 0.5
+
+
+def missing(
+    channels: Sequence[Compared], features: Sequence[Features], probability: float, share: float
+) -> Missing:
+    """Describe what a model leaves.
+
+    Parameters
+    ----------
+    channels
+        Recorded and simulated.
+    features
+    probability
+        Of the unknown effect.
+    share
+        Of the plain law's squared misfit above the noise, what is left.
+    """
+    force, profiles, said = {}, [], []
+    for channel, one in zip(channels, features, strict=True):
+        mean = _mean(channel, one)
+        force[channel.name] = mean
+        profiles += _profiles(channel, mean)
+        said += _said(channel, mean, len(channels) > 1)
+    said.sort(key=lambda pair: -pair[0])
+    text = tuple(sentence for _, sentence in said[:4])
+    return Missing(probability, share, force, tuple(profiles), text)
+
+
+def _mean(channel: Compared, one: Features) -> Array:
+    """Posterior mean (n,) of recorded less simulated force."""
+    misfit = np.where(channel.known, -channel.misfit, 0.0)
+    z = one.of(misfit)
+    excess = max(float(z @ z) - len(z), 0.0) / len(z)
+    return np.asarray(one.smooth(misfit) * excess / (1.0 + excess))
+
+
+def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
+    recording = channel.recording
+    unit = 100.0 / float(np.ptp(recording.force))
+    noise = channel.noise.sigma * np.sqrt(channel.noise.correlation_time)
+
+    def profile(along: Along, branch: str, groups: Sequence[tuple[float, Array]]) -> list[MissingProfile]:
+        kept = [(x, index) for x, index in groups if len(index)]
+        if len(kept) < 2:
+            return []
+        x = np.array([x for x, _ in kept])
+        value = np.array([float(np.mean(mean[index])) for _, index in kept]) * unit
+        std = np.array([noise / np.sqrt(len(index)) for _, index in kept]) * unit
+        return [MissingProfile(channel.name, along, branch, x, value, std)]
+
+    found: list[MissingProfile] = []
+    by_kind: dict[str, list[Branch]] = {}
+    for branch in branches(recording):
+        by_kind.setdefault(branch.kind, []).append(branch)
+    for kind, some in by_kind.items():
+        index = np.concatenate([np.arange(b.start, b.stop) for b in some])
+        if kind != "hold":
+            found += profile("displacement", kind, _binned(recording.displacement, index, POINTS))
+    everything = np.arange(len(recording.force))
+    if recording.time is not None:
+        found += profile("time", "", _binned(recording.time, everything, TIMES))
+    cycles: dict[int, list[Array]] = {}
+    rates: dict[float, list[Array]] = {}
+    for branch in branches(recording):
+        index = np.arange(branch.start, branch.stop)
+        cycles.setdefault(branch.cycle, []).append(index)
+        rate = _rate(recording, branch)
+        if rate > 0.0:
+            near = next((r for r in rates if 0.7 < rate / r < 1.4), rate)
+            rates.setdefault(near, []).append(index)
+    found += profile("cycle", "", [(float(c), np.concatenate(i)) for c, i in sorted(cycles.items())])
+    found += profile("rate", "", [(r, np.concatenate(i)) for r, i in sorted(rates.items())])
+    return found
+
+
+def _binned(x: Array, index: Array, count: int) -> list[tuple[float, Array]]:
+    edges = np.linspace(float(x[index].min()), float(x[index].max()), count + 1)
+    place = np.clip(np.searchsorted(edges, x[index], side="right") - 1, 0, count - 1)
+    return [(0.5 * float(edges[i] + edges[i + 1]), index[place == i]) for i in range(count)]
+
+
+def _rate(recording: Recording, branch: Branch) -> float:
+    if recording.time is None or branch.kind == "hold" or branch.stop - branch.start < 2:
+        return 0.0
+    last = branch.stop - 1
+    seconds = float(recording.time[last] - recording.time[branch.start])
+    way = abs(float(recording.displacement[last] - recording.displacement[branch.start]))
+    return way / seconds if seconds > 0.0 else 0.0
+
+
+# -- in words ------------------------------------------------------------------------------------------------------
+
+
+def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, str]]:
+    """Sentences, each with the share of the missing force's square that it describes, weighed by its size."""
+    recording = channel.recording
+    power = float(mean @ mean)
+    if power == 0.0:
+        return []
+    at = f"in the {channel.name} channel, " if several else ""
+    force, span = recording.force, float(np.ptp(recording.force))
+    n = len(force)
+    clock = np.linspace(0.0, 1.0, n) if recording.time is None else (recording.time - recording.time[0]) / np.ptp(recording.time)
+    loading = np.zeros(n)
+    cycle = np.zeros(n)
+    for branch in branches(recording):
+        inside = slice(branch.start, branch.stop)
+        sign = {"loading": 1.0, "unloading": -1.0}.get(branch.kind, 0.0)
+        loading[inside] = sign * np.sign(recording.displacement[inside])
+        cycle[inside] = branch.cycle
+    descriptions: list[tuple[Array, Callable[[Array], str]]] = [
+        (force[:, None], lambda a: f"{at}the recorded force is a constant share of {100 * a[0]:+.1f} % off the simulated one"),
+        ((clock * force)[:, None], lambda a: f"{at}the force {'grows' if a[0] > 0 else 'falls'} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % to the end"),
+        (clock[:, None], lambda a: f"{at}the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range"),
+        (loading[:, None], lambda a: f"{at}the recorded loop is {'wider' if a[0] > 0 else 'narrower'} than the simulated one by {abs(200 * a[0] / span):.1f} % of the range"),
+    ]
+    for first in sorted(set(cycle))[1:]:
+        later = np.where(cycle >= first, force, 0.0)
+
+        def step(a: Array, first: float = first) -> str:
+            return f"{at}from cycle {first:.0f} on the recorded force is {'larger' if a[1] > 0 else 'smaller'} by {abs(100 * a[1]):.1f} %"
+
+        descriptions.append((np.column_stack([force, later]), step))
+    found = []
+    for basis, words in descriptions:
+        a, *_ = np.linalg.lstsq(basis, mean, rcond=None)
+        share = 1.0 - float(np.sum((mean - basis @ a) ** 2)) / power
+        # Each further coefficient has to earn its place.
+        share -= 0.05 * (basis.shape[1] - 1)
+        if share > SAYS:
+            found.append((share * np.sqrt(power / n) / span, words(a)))
+    elastic = _elastic(recording, mean)
+    if not found and elastic > SAYS:
+        size = 100.0 * float(np.sqrt(power / n)) / span
+        found.append((elastic * size / 100.0, f"{at}what is missing follows the displacement alone ({size:.1f} % of the range), as another law would"))
+    if not found:
+        size = 100.0 * float(np.sqrt(power / n)) / span
+        found.append((0.1 * size / 100.0, f"{at}{size:.1f} % of the range is missing that follows neither displacement, time nor cycle alone"))
+    return found
+
+
+def _elastic(recording: Recording, mean: Array) -> float:
+    """Share of the missing force's square that is a function of the displacement."""
+    place = _binned(recording.displacement, np.arange(len(mean)), 12)
+    smooth = np.zeros(len(mean))
+    for _, index in place:
+        if len(index):
+            smooth[index] = np.mean(mean[index])
+    return 1.0 - float(np.sum((mean - smooth) ** 2)) / float(mean @ mean)
