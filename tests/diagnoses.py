@@ -102,7 +102,7 @@ def located(channels, after=False):
         [
             Compared(
                 one.recording,
-                one.after if after else one.before,
+                np.where(one.faulty, NAN, one.after if after else one.before),
                 NoiseModel(one.noise_percent / 100 * float(np.ptp(one.recording.force))),
             )
             for one in channels
@@ -210,7 +210,7 @@ FRICTION = Named(
 )
 LOOSE = Named(
     "offset",
-    "Offset",
+    "Zero offset",
     "Force or displacement is logged where there is none.",
     {
         "force": Quantity(
@@ -408,11 +408,11 @@ def rivalling(case):
     models = ranked(
         ("yeoh", ("mullins", "friction"), 0.58),
         ("yeoh", ("mullins", "viscoelasticity"), 0.29),
-        ("ogden", ("mullins", "friction"), 0.04),
         ("yeoh", ("mullins", "friction", "offset@radial"), 0.05),
+        ("ogden", ("mullins", "friction"), 0.04),
         ("yeoh", ("mullins",), 0.012),
     )
-    effects = (MULLINS, FRICTION)
+    effects = (MULLINS, replace(FRICTION, probability=0.67))
     group = Group(
         "dissipation",
         ("friction", "viscoelasticity"),

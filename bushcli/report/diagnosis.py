@@ -44,27 +44,28 @@ def diagnosis_text(found: Diagnosis) -> Group:
     """Return what a person reads at the terminal; lines of words wrap, tables fit into 100 columns."""
     style = {"good": "bold green", "bad": "bold red", "plain": "bold"}[tone(found)]
     parts: list[object] = [Text(f"{headline(found)}.", style)]
-    parts += _block("Data faults", fault_lines(found))
-    parts += [Text(), Text(paragraph(found))] if found.faults else [Text(paragraph(found))]
+    # Where nothing else can be said the paragraph has them.
+    faults = [] if found.verdict == "faulty_data" else fault_lines(found)
+    parts += [*_block("Data faults", faults), *([Text()] if faults else []), Text(paragraph(found))]
     parts += [Text(), Text("Where", "bold")]
     parts += _indented(points(sentences(found.location)))
     if found.remaining.mismatch and found.effects:
         parts += _indented(["What is left after the most probable model:"])
         parts += [Padding(Text(line), _THIRD) for line in points(sentences(found.remaining))]
-    parts += _indented(map_lines(found))
+    parts += _indented(_ended(*map_lines(found)))
     if found.effects:
         parts += _block("What was left out", effect_lines(found))
-        parts += _table(effect_table(found, brief=True))
+        parts.append(Shown(effect_table(found, brief=True)))
     if is_missing(found):
-        parts += _block("What is missing", missing_lines(found))
-    parts += _block("What cannot be told apart", rival_lines(found))
+        parts += _block("What is missing", _ended(*missing_lines(found)))
+    parts += _block("What cannot be told apart", _ended(*rival_lines(found)))
     parts += _table(probability_table(found))
     parts += _table(model_table(found, _MODELS))
     parts += _table(misfit_table(found))
     parts += [Text(line) for line in _ended(form_error_line(found))]
     parts += [Text(), Text(f"{law_title(found.material.law)} law: {_law_values(found)}")]
-    parts += _block("Next test", next_test_lines(found))
-    parts += _block("Search", [*searched_lines(found), *untestable_lines(found)])
+    parts += _block("Next test", _ended(*next_test_lines(found)))
+    parts += _block("Search", _ended(*searched_lines(found), *untestable_lines(found)))
     spent = f"{found.forward_solves} forward solves, {found.failed_solves} failed, {found.seconds:.0f} s"
     parts.append(Text(spent, "dim"))
     parts += problem_parts(found.conditions)
@@ -95,7 +96,7 @@ def map_lines(found: Diagnosis) -> list[str]:
         "law_too_poor": f"the {law_title(found.material.law)} law",
     }.get(found.verdict)
     if lines and cause and any(one.helps_locally for one in found.maps):
-        lines.append(f"It is the plain law's misfit that is mapped: {cause} was found to explain it.")
+        lines.append(f"It is the plain law's misfit that is mapped; the most probable cause is {cause}.")
     return lines
 
 
@@ -135,6 +136,6 @@ def _table(table: Table) -> list[object]:
     return [Text(), Shown(table)] if table.rows else []
 
 
-def _ended(line: str) -> list[str]:
-    """A sentence with its full stop; none of nothing."""
-    return [f"{line[:1].upper()}{line[1:].rstrip('.')}."] if line else []
+def _ended(*lines: str) -> list[str]:
+    """Sentences, each with its capital and full stop; none of nothing."""
+    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]

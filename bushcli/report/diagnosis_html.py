@@ -65,14 +65,19 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         What `diagnosis_figures` returned; the curves among them are in the page as plots to zoom instead.
     """
     kinds = by_kind(pictures)
+    missing, first = _missing(found, kinds.get("missing", [])), is_missing(found)
     sections = [
         Section(
             "How probable each effect is",
             kinds.get("probabilities", []),
-            _full(model_table(found)),
-            _PROBABILITIES if found.models else "",
-            _sentences(rival_lines(found)),
+            lines=_sentences(rival_lines(found)),
         ),
+        Section(
+            "The most probable models",
+            tables=_full(model_table(found)),
+            note=_PROBABILITIES if found.models else "",
+        ),
+        *([missing] if first else []),
         *_left_out(found, kinds),
         Section(
             "Before and after", tables=[misfit_table(found)], lines=_sentences([form_error_line(found)])
@@ -88,7 +93,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
             note="Simulated minus recorded force. The grey band is the noise, two standard deviations to either side."
             + _out(found),
         ),
-        _missing(found, kinds.get("missing", [])),
+        *([] if first else [missing]),
         _record(found, kinds.get("record_map", [])),
         Section("Where in the bushing", kinds.get("bushing_map", []), lines=_sentences(map_lines(found))),
     ]
@@ -121,8 +126,9 @@ def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[Sect
             [effect_table(found)],
             _VALUES,
             [_effect(one) for one in found.effects],
-        ),
-        Section("Where the priors come from", tables=_full(source_table(found)), fold="The sources"),
+            fold="Where the priors come from",
+            folded=_full(source_table(found)),
+        )
     ]
 
 
@@ -165,12 +171,12 @@ def _search(found: Diagnosis) -> list[Section]:
     return [
         Section(
             "How far the search went",
-            tables=trials,
+            tables=_full(untestable_table(found)),
             note=note if trials else "",
             lines=_sentences(searched_lines(found)),
-            fold=f"The {len(found.searched.trials)} models that were fitted",
-        ),
-        Section("What these recordings cannot show", tables=_full(untestable_table(found))),
+            fold="The models that were fitted",
+            folded=trials,
+        )
     ]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bushcli.effect import effect_name, effects, rig_of
+from bushcli.report.quantity import listed
 
 UNKNOWN, NOTHING = "unknown", "nothing"
 # A probability beyond these is said as a limit: nothing is certain.
@@ -41,8 +42,9 @@ def law_title(name: str) -> str:
 
 
 def together(names: Sequence[str], none: str = "no effect") -> str:
-    """Return a set of effects within a sentence: "Mullins softening with internal friction"."""
-    return " with ".join(map(said, names)) or none
+    """Return a set of effects within a sentence: "Mullins softening with internal friction and offset"."""
+    first, *others = [said(name) for name in names] or [none]
+    return f"{first} with {listed(others)}" if others else first
 
 
 def model_title(law: str, names: Sequence[str]) -> str:

@@ -15,17 +15,18 @@ from bushcli.report.diagnosis_words import (
     fault_lines,
     form_error_line,
     group_of,
-    group_text,
     is_missing,
     likely,
     missing_lines,
-    next_test_lines,
+    missing_physics,
     searched_lines,
 )
 from bushcli.report.quantity import listed
 
 # So many sets of effects are named; the report has the others in a table.
 _SETS = 6
+# An effect that is less probable is never told without its probability.
+_SURE = 0.95
 
 
 def paragraph(found: Diagnosis) -> str:
@@ -33,6 +34,8 @@ def paragraph(found: Diagnosis) -> str:
     parts = [_opening(found)]
     if found.verdict == "faulty_data":
         return " ".join(parts + _ended(fault_lines(found)))
+    if found.verdict == "unexplained":
+        parts += _ended(missing_lines(found))
     if found.verdict != "explained":
         parts += _ended(sentences(found.location)[:2])
     if found.effects:
@@ -41,11 +44,11 @@ def paragraph(found: Diagnosis) -> str:
     if found.verdict != "explained":
         parts.append(_gain(found))
         parts += _ended([form_error_line(found)])
-    if is_missing(found):
+    if is_missing(found) and found.verdict != "unexplained":
         parts += _ended(missing_lines(found))
     parts.append(_rivals(found))
     if found.next_test is not None:
-        parts.append(f"Next test: {_ended(next_test_lines(found))[0]}")
+        parts.append(f"Next test: {found.next_test.text.rstrip('.')}.")
     if not found.searched.complete:
         parts += _ended(searched_lines(found)[:1])
     return " ".join(part for part in parts if part)
@@ -75,13 +78,12 @@ def _opening(found: Diagnosis) -> str:
                 else f"{other} describes the same rubber without any further physics{best}."
             )
         case "unexplained":
-            return f"{origin}, misses more than noise, and nothing {catalogue(found)} explains it{best}."
+            return f"{origin}, misses more than noise, and nothing {catalogue(found)} explains it."
         case "faulty_data":
             return "A diagnosis has to wait until the data are mended."
         case "missing_physics":
-            group = group_of(found)
-            if group is not None:
-                return f"{origin}, leaves out {group_text(group)}."
+            if group_of(found) is not None:
+                return f"{origin}, leaves out {missing_physics(found)}."
             if len(likely(found)) > 1:
                 return f"{origin}, leaves something out: most probably {listed(effects_with_chance(found))}."
             return f"{origin}, leaves out {listed(effects_with_chance(found))}."
@@ -104,7 +106,8 @@ def _effects(found: Diagnosis) -> list[str]:
     told = []
     for one in found.effects:
         values = parameters_text(one, found.channels)
-        told.append(f"{one.summary.rstrip('.')} ({one.label}: {values}).")
+        sure = "" if one.probability >= _SURE else f", {chance(one.probability)}"
+        told.append(f"{one.summary.rstrip('.')} ({one.label}{sure}: {values}).")
         if not one.plausible:
             told += _ended([f"{one.label} is hardly plausible" + (f": {one.remark}" if one.remark else "")])
     return told

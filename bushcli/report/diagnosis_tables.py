@@ -25,7 +25,7 @@ def probability_table(found: Diagnosis) -> Table:
     rows: list[Row] = [(title(name), bar(p), short_chance(p)) for name, p in ranked if p >= SMALL]
     few = unlikely(found, SMALL)
     if few and rows:
-        rows.append((f"{len(few)} others", bar(0.0), "< 1 % each" if len(few) > 1 else "< 1 %"))
+        rows.append((f"{len(few)} others, each" if len(few) > 1 else few[0], bar(0.0), short_chance(0.0)))
     return Table("Probability that it is there", ("", "", ""), tuple(rows), left=2)
 
 
@@ -54,7 +54,7 @@ def model_table(found: Diagnosis, most: int | None = None) -> Table:
             )
         )
     heads = ("model", "probability", "together", "ln evidence", "misfit/noise", "form error")
-    return Table("The most probable models, up to 95 % together", heads, tuple(rows))
+    return Table("Models that hold 95 % of the probability together", heads, tuple(rows))
 
 
 def logarithm(value: float) -> str:
@@ -66,7 +66,7 @@ def effect_table(found: Diagnosis, brief: bool = False) -> Table:
     """What was left out: each effect with its parameters, after the recordings and before them."""
     rows: list[Row] = []
     for effect in found.effects:
-        first = [effect.label, short_chance(effect.probability), number(effect.evidence, 2)]
+        first = [effect.label, number(effect.evidence, 2)]
         for name, quantity in effect.parameters.items():
             door = shown(f"{effect.name}.{name}", quantity, found.channels)
             own = [name, door.text, door.interval, door.prior_text]
@@ -74,11 +74,12 @@ def effect_table(found: Diagnosis, brief: bool = False) -> Table:
                 far = "-" if quantity.prior is None else short_chance(quantity.prior_tail)
                 own += [far, derived_text(quantity), *first[1:]]
             rows.append((first[0], *own))
-            first = ["", "", ""]
+            first = ["", ""]
     heads: Row = ("effect", "parameter", "value", "95 % interval", "before, 95 %")
     if not brief:
-        heads = (*heads, "as far out", "that is", "probability", "evidence")
-    return Table("What was left out, with what was known of it before", heads, tuple(rows), left=2)
+        heads = (*heads, "as far out", "that is", "evidence")
+    name = "" if brief else "Values with 95 % intervals, after the recordings and before them"
+    return Table(name, heads, tuple(rows), left=2)
 
 
 def source_table(found: Diagnosis) -> Table:
@@ -97,9 +98,10 @@ def parameter_table(found: Diagnosis) -> Table:
     rows: list[Row] = []
     for name, quantity in found.parameters.items():
         door = shown(name, quantity, found.channels)
+        effect, _, own = name.rpartition(".")
         rows.append(
             (
-                name,
+                f"{title(effect)}: {own}" if effect else own,
                 quantity.meaning,
                 "-" if door.unit == "1" else door.unit,
                 door.word or number(door.value, 4),

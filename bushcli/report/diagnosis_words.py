@@ -9,7 +9,7 @@ from typing import Literal
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
 from bushcli.effect import effect_name
 from bushcli.faults import DataFault
-from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, said, title, together
+from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, said, title, together, within
 from bushcli.report.quantity import listed, number, percent
 
 # So many sets of effects go into the headline.
@@ -54,14 +54,17 @@ def headline(found: Diagnosis) -> str:
             better = f"the {law} law describes the recordings without any effect{best}"
             return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}"
         case "missing_physics":
-            return f"Missing physics: {_missing(found)}"
+            # Two colons in a sentence would be one too many.
+            return f"Missing physics: {missing_physics(found).replace(': ', '; ', 1)}"
         case "unexplained":
             beside = f"; beside it {listed(effects_with_chance(found))}" if found.effects else ""
-            return f"Unexplained: something is missing that is not {catalogue(found)}{best}{beside}"
+            p = f" ({chance(found.probability[UNKNOWN])})" if UNKNOWN in found.probability else best
+            known = _not_ruled_out(found, [UNKNOWN])
+            return f"Unexplained: something is missing that is not {catalogue(found)}{p}{beside}{known}"
         case "faulty_data":
             fatal = [one for one in found.faults if one.fatal] or list(found.faults)
-            named = listed(list(dict.fromkeys(f"{fault_kind(one)} in {one.channel}" for one in fatal)))
-            return f"Faulty data: {named or 'the recordings'}; to be mended before anything can be said"
+            named = dict.fromkeys(f"{fault_kind(one)} in the {one.channel} channel" for one in fatal)
+            return f"Faulty data: {listed(list(named))}, to be mended first"
 
 
 def likely(found: Diagnosis) -> tuple[Likely, ...]:
@@ -93,7 +96,7 @@ def _named(found: Diagnosis) -> dict[str, float]:
     named = {}
     for one, name in zip(found.effects, own, strict=True):
         where = f" ({', '.join(one.channels)})" if one.channels and own.count(name) > 1 else ""
-        named[f"{said(name)}{where}"] = one.probability
+        named[f"{within(one.title)}{where}"] = one.probability
     return named
 
 
@@ -126,8 +129,8 @@ def group_text(group: Group) -> str:
     return f"{group.text}{p}"
 
 
-def _missing(found: Diagnosis) -> str:
-    """What physics is missing: all that is certain, then the group, or the sets that cannot be told apart."""
+def missing_physics(found: Diagnosis) -> str:
+    """What was left out: all that is certain, then the group, or the sets that cannot be told apart."""
     sets = likely(found)
     if len(sets) < 2:
         return f"{listed(effect_names(found))}{best_probability(found)}"
@@ -142,17 +145,14 @@ def _missing(found: Diagnosis) -> str:
         more = set.union(*(set(one.effects) for one in _rests(found)))
         others = sorted(more - set(group.effects))
         also = f"; perhaps also {listed([said(name) for name in others])}" if others else ""
-        # Two colons in a sentence would be one too many.
-        return " and ".join([*sure, group_text(group).replace(": ", "; ", 1)]) + also
+        return " and ".join([*sure, group_text(group)]) + also
     nothing = "nothing else" if sure else "no effect"
     rests = [f"{together(one.effects, nothing)} ({chance(one.probability)})" for one in _rests(found)]
     if len(rests) > _SETS:
         rests = [*rests[: _SETS - 1], "others"]
-    either = ", or ".join(rests)
-    return f"{listed(sure)}; with {either}: these recordings cannot tell" if sure else f"{either}: {_CANNOT_TELL}"
-
-
-_CANNOT_TELL = "these recordings cannot tell them apart"
+    if sure:
+        return f"{listed(sure)}, with {', or with '.join(rests)}; these recordings cannot tell"
+    return f"{', or '.join(rests)}; these recordings cannot tell them apart"
 
 
 def _rests(found: Diagnosis) -> list[Likely]:
@@ -164,8 +164,13 @@ def _rests(found: Diagnosis) -> list[Likely]:
     ]
 
 
-def _not_ruled_out(found: Diagnosis) -> str:
-    others = [f"{together(one.effects)} ({chance(one.probability)})" for one in likely(found)[1:]]
+def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
+    """The other likely sets, except those that have one of these effects."""
+    others = [
+        f"{together(one.effects)} ({chance(one.probability)})"
+        for one in likely(found)[1:]
+        if not set(one.effects) & set(without)
+    ]
     if len(others) > _SETS:
         others = [*others[: _SETS - 1], "others"]
     return f"; not ruled out: {', '.join(others)}" if others else ""
@@ -197,12 +202,12 @@ def missing_lines(found: Diagnosis) -> list[str]:
     missing = found.missing
     if missing is None:
         return []
-    of = f"{percent(100 * missing.share)} of the squared misfit of the plain law, above the noise"
-    first = (
-        f"With a probability of {chance(missing.probability)} something is missing that is not {catalogue(found)}. "
-        f"What is left by the most probable model is {of}"
+    first = f"With a probability of {chance(missing.probability)} something is missing that is not {catalogue(found)}"
+    share = (
+        f"What no known effect explains is {percent(100 * missing.share)} of the misfit of the plain law (squared, "
+        "above the noise)"
     )
-    return [first, *missing.text]
+    return [first, share, *missing.text]
 
 
 def form_error_line(found: Diagnosis) -> str:
@@ -211,9 +216,10 @@ def form_error_line(found: Diagnosis) -> str:
     if not found.models:
         return ""
     if not form.share > 0:
-        return "The formulas of the most probable model are taken to be exact: what it leaves is noise"
-    by_channel = [f"{percent(value)} of the force range in {name}" for name, value in form.percent.items()]
-    size = f" ({listed(by_channel)})" if by_channel else ""
+        exact = "The formulas of the most probable model are taken to be exact"
+        return exact if UNKNOWN in found.models[0].effects else f"{exact}: what it leaves is noise"
+    by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items()]
+    size = f" (of the force range: {listed(by_channel)})" if by_channel else ""
     only = "" if form.covers >= 0.5 else "only "
     return (
         f"The formulas of the most probable model are taken to be wrong by {percent(100 * form.share)} of the misfit "
@@ -236,10 +242,8 @@ def next_test_lines(found: Diagnosis) -> list[str]:
     test = found.next_test
     if test is None:
         return []
-    gain = (
-        f"It is expected to give {number(test.information, 2)} bit of the {number(test.possible, 2)} bit of "
-        f"information that are open"
-    )
+    bits = f"{test.information:.2f} of the {test.possible:.2f} bit of information that are open"
+    gain = f"It is expected to give {bits}, in {number(test.minutes, 2)} minutes"
     return [test.text, gain] if test.possible > 0 else [test.text]
 
 
@@ -247,6 +251,8 @@ def searched_lines(found: Diagnosis) -> list[str]:
     """How many models were fitted, whether that was all that matters, and which ones were lost."""
     searched = found.searched
     count = len(searched.trials)
+    if not count:
+        return []
     fitted = f"{count} {'model was' if count == 1 else 'models were'} fitted"
     why = {
         "nothing left": "",

@@ -52,7 +52,9 @@ class Section:
     plots : sequence of Markup
         SVG with its legend, all text in it escaped.
     fold : str
-        What stands over the tables where they are folded away until it is clicked; not folded where empty.
+        What is clicked to see what is folded.
+    folded : sequence of Table
+        Folded away, at the end.
     """
 
     heading: str
@@ -62,6 +64,7 @@ class Section:
     lines: Sequence[str] = ()
     plots: Sequence[Markup] = ()
     fold: str = ""
+    folded: Sequence[Table] = ()
 
 
 def direct_html(
@@ -152,7 +155,7 @@ def page(
     warning
         What is to be read before all else, in a box.
     """
-    kept = [s for s in sections if s.pictures or s.tables or s.lines or s.plots]
+    kept = [s for s in sections if s.pictures or s.tables or s.lines or s.plots or s.folded]
     script = _script() if any(section.plots for section in kept) else ""
     return (
         _environment()

@@ -63,7 +63,7 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
                 np.stack([q[run], recorded.force[run]], axis=1),
                 np.stack([path[run], channel.before[run]], axis=1),
             )
-            for run in _pieces(channel, mismatch.samples & np.isfinite(channel.before))
+            for run in _pieces(channel, mismatch.samples & _known(channel))
         ]
         worst = _worst(channel, mismatch)
         at = (float(q[worst]), float((recorded.force[worst] + channel.before[worst]) / 2))
@@ -91,7 +91,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         series.append(Series("after", BEST, x, after))
     regions = []
     for i, mismatch in numbered(found, channel):
-        runs = _runs(mismatch.samples & np.isfinite(before))
+        runs = _runs(mismatch.samples & _known(channel))
         outlines = [
             np.concatenate([np.stack([x[run], before[run]], axis=1), [[x[run][-1], 0.0], [x[run][0], 0.0]]])
             for run in runs
@@ -232,7 +232,12 @@ def _sense(mismatch: Mismatch) -> str:
 
 def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> int:
     size = np.abs(channel.before - channel.recording.force)
-    return int(np.argmax(np.where(mismatch.samples & np.isfinite(size), size, -1.0)))
+    return int(np.argmax(np.where(mismatch.samples & _known(channel), size, -1.0)))
+
+
+def _known(channel: DiagnosedChannel) -> NDArray[np.bool_]:
+    """Samples at which the plain law is compared with good data."""
+    return np.isfinite(channel.before) & ~channel.faulty
 
 
 def _runs(marked: NDArray[np.bool_], least: int = 2) -> list[slice]:

@@ -57,7 +57,7 @@ def missing_figure(channel: DiagnosedChannel, profiles: Sequence[MissingProfile]
             ha="left",
         )
         figure.supxlabel(
-            "band: two standard deviations to either side", fontsize=8.5, color=GREY, x=0.01, ha="left"
+            "bands and bars: two standard deviations to either side", fontsize=8.5, color=GREY, x=0.01, ha="left"
         )
         return figure
 

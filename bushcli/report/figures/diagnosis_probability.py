@@ -9,7 +9,7 @@ from textwrap import fill
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.effect import effect_name
@@ -20,9 +20,11 @@ from bushcli.report.figures.picture import BLUE, GREEN, GREY, LIGHT, RED, litera
 # Effects that are less probable are named in a line under the bars.
 _SMALL = 0.01
 # Characters in a line of those.
-_LINE = 105
+_LINE = 125
 # A prior that spans more than this is drawn on a logarithmic axis.
 _DECADES = 20.0
+# An axis that spans less has numbers between the powers of ten.
+_FEW_DECADES = 300.0
 _PALE = "#9fc5de"
 
 
@@ -54,7 +56,7 @@ def probability_figure(found: Diagnosis) -> Figure:
     note = fill(f"less than 1 %: {', '.join(few)}", _LINE) if few else ""
     with style():
         lines = note.count("\n") + bool(note)
-        figure = new_figure(8.6, 0.85 + 0.34 * len(drawn) + 0.19 * lines)
+        figure = new_figure(8.6, 0.6 + 0.34 * len(drawn) + 0.19 * lines)
         axes = figure.add_subplot()
         axes.grid(False)
         at = np.arange(len(drawn))
@@ -73,7 +75,7 @@ def probability_figure(found: Diagnosis) -> Figure:
         axes.set_yticks(at, [literal(title(name)) for name, _ in drawn])
         axes.set_ylim(len(drawn) - 0.5, -0.5)
         axes.set_xlim(0, 100)
-        axes.set_xticks([0, 50, 95, 100], ["0", "50", "95", "100 %"])
+        axes.set_xticks([0, 25, 50, 75, 95], ["0", "25", "50", "75", "95 %"])
         axes.axvline(95, color=GREY, lw=0.8, ls=":", zorder=3)
         axes.tick_params(axis="y", length=0)
         for spine in axes.spines.values():
@@ -106,7 +108,8 @@ def prior_figure(found: Diagnosis) -> Figure:
         for axes, row in zip(panels, rows, strict=True):
             _strip(axes, row)
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False, fontsize=9)
+        # The point last: it lies on the bars.
+        figure.legend([*handles[1:], handles[0]], [*labels[1:], labels[0]], loc="outside upper center", ncols=3, frameon=False, fontsize=9)
         return figure
 
 
@@ -131,6 +134,8 @@ def _strip(axes: Axes, row: Strip) -> None:
         axes.set_xscale("log")
         axes.set_xlim(min(ends) / 1.6, max(ends) * 1.6)
         log_ticks(axes.xaxis, *axes.get_xlim())
+        if max(ends) < _FEW_DECADES * min(ends):
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     else:
         margin = 0.06 * (max(ends) - min(ends)) or 1.0
         axes.set_xlim(min(ends) - margin, max(ends) + margin)
