@@ -201,8 +201,12 @@ FRICTION = Named(
     "Internal friction",
     "Rubber takes energy in every loop, whatever the rate.",
     {
-        "g": Quantity(0.14, 0.02, "1", "share of the stiffness", 0.10, 0.18, prior=(0.005, 0.4), prior_tail=0.3),
-        "limit": Quantity(0.05, 0.01, "MPa", "stress of slip", 0.03, 0.07, prior=(0.002, 0.9), prior_tail=0.7),
+        "g": Quantity(
+            0.14, 0.02, "1", "share of the stiffness", 0.10, 0.18, prior=(0.005, 0.4), prior_tail=0.3
+        ),
+        "limit": Quantity(
+            0.05, 0.01, "MPa", "stress of slip", 0.03, 0.07, prior=(0.002, 0.9), prior_tail=0.7
+        ),
     },
     0.62,
     4.1,
@@ -292,9 +296,7 @@ def profiles(one):
     q = np.linspace(0.0, one.path.max(), 25)
     for branch, size in (("loading", 3.0), ("unloading", 1.2)):
         mean = size * np.sin(np.pi * q / q[-1]) ** 2
-        along.append(
-            MissingProfile(one.name, "displacement", branch, q, mean, 0.2 + 0.1 * q / q[-1])
-        )
+        along.append(MissingProfile(one.name, "displacement", branch, q, mean, 0.2 + 0.1 * q / q[-1]))
     if one.recording.time is not None:
         t = np.linspace(0.0, one.recording.time[-1], 60)
         along.append(
@@ -335,7 +337,10 @@ def diagnosis(case, kind="missing_physics", channels=None, **changes):
     } | {f"{effect.name}.{name}": q for effect in effects for name, q in effect.parameters.items()}
     plain = Material("neo_hookean", 2000.0, {"C10": 0.5}) if kind == "law_too_poor" else YEOH
     models, probability = {
-        "explained": (ranked(("yeoh", (), 0.968), ("yeoh", ("offset",), 0.02)), {"nothing": 0.968, "offset": 0.024}),
+        "explained": (
+            ranked(("yeoh", (), 0.968), ("yeoh", ("offset",), 0.02)),
+            {"nothing": 0.968, "offset": 0.024},
+        ),
         "missing_physics": (
             ranked(("yeoh", ("mullins",), 0.973), ("yeoh", ("mullins", "offset"), 0.021)),
             {"mullins": 0.994, "offset": 0.023, "nothing": 1e-9},
@@ -347,7 +352,7 @@ def diagnosis(case, kind="missing_physics", channels=None, **changes):
         ),
         "faulty_data": ((), {}),
     }[kind]
-    others = {name: 1e-3 for name in ("mullins", "friction", "viscoelasticity", "offset", "unknown")}
+    others = dict.fromkeys(("mullins", "friction", "viscoelasticity", "offset", "unknown"), 0.001)
     unknown = missing(used, 0.992) if kind == "unexplained" else None
     form = {one.name: 0.4 for one in used}
     given = {
@@ -386,7 +391,10 @@ def fault(one, kind="sign", fatal=True, samples=()):
     marked = np.zeros(len(one.path), dtype=bool)
     marked[list(samples)] = True
     where, remedy = {
-        "sign": ("the force falls where the displacement grows, in all 6 cycles", 'write force_factor = -1 in the case'),
+        "sign": (
+            "the force falls where the displacement grows, in all 6 cycles",
+            "write force_factor = -1 in the case",
+        ),
         "spikes": ("at 41.2, 66.0 and 88.7 s", "nothing: they are left out"),
     }[kind]
     return DataFault(one.name, kind, where, remedy, fatal, marked)
@@ -451,7 +459,8 @@ def doubtful(case):
         effects=(FRICTION,),
         parameters={f"friction.{name}": q for name, q in FRICTION.parameters.items()},
         models=models,
-        probability=FEW | {"friction": 0.62, "viscoelasticity": 0.30, "offset": 0.06, "compressibility": 0.05},
+        probability=FEW
+        | {"friction": 0.62, "viscoelasticity": 0.30, "offset": 0.06, "compressibility": 0.05},
         rivals=(("viscoelasticity",), ("compressibility", "offset")),
         searched=searched(models),
         next_test=NEXT,

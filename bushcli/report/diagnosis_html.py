@@ -79,9 +79,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         ),
         *([missing] if first else []),
         *_left_out(found, kinds),
-        Section(
-            "Before and after", tables=[misfit_table(found)], lines=_sentences([form_error_line(found)])
-        ),
+        Section("Before and after", tables=[misfit_table(found)], lines=_sentences([form_error_line(found)])),
         Section(
             "Recorded and simulated curves",
             plots=[Markup(svg(curve_plot(found, one))) for one in found.channels],
@@ -145,9 +143,7 @@ def _missing(found: Diagnosis, pictures: list[Picture]) -> Section:
         "Recorded less simulated force by the most probable model, noise taken off, as far as no effect explains it: "
         "the unknown physics must look like this."
     )
-    return Section(
-        heading, pictures, note=note if pictures else "", lines=_sentences(missing_lines(found))
-    )
+    return Section(heading, pictures, note=note if pictures else "", lines=_sentences(missing_lines(found)))
 
 
 def _record(found: Diagnosis, pictures: list[Picture]) -> Section:

@@ -259,4 +259,3 @@ def _next_test(found: Diagnosis, test: NextTest) -> dict[str, Any]:
 def _mode(found: Diagnosis, test: NextTest) -> str:
     """Mode of the test to be made: that of a recorded channel of this name, or the name itself."""
     return {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)
-

@@ -35,7 +35,7 @@ def paragraph(found: Diagnosis) -> str:
     if found.verdict == "faulty_data":
         return " ".join(parts + _ended(fault_lines(found)))
     if found.verdict == "unexplained":
-        parts += _ended(missing_lines(found))
+        parts += _ended(missing_lines(found)[1:])
     if found.verdict != "explained":
         parts += _ended(sentences(found.location)[:2])
     if found.effects:
@@ -78,7 +78,8 @@ def _opening(found: Diagnosis) -> str:
                 else f"{other} describes the same rubber without any further physics{best}."
             )
         case "unexplained":
-            return f"{origin}, misses more than noise, and nothing {catalogue(found)} explains it."
+            sure = missing_lines(found)[:1] or [f"Nothing {catalogue(found)} explains it"]
+            return f"{origin}, misses more than noise. {sure[0]}."
         case "faulty_data":
             return "A diagnosis has to wait until the data are mended."
         case "missing_physics":

@@ -8,7 +8,7 @@ from bushcli.diagnosis.result import Diagnosis, Trial
 from bushcli.report.diagnosis_names import model_title, short_chance, title
 from bushcli.report.diagnosis_values import derived_text, shown
 from bushcli.report.diagnosis_words import channel_label, fault_kind, unlikely
-from bushcli.report.quantity import number, percent, with_std
+from bushcli.report.quantity import number, percent
 from bushcli.report.tables import Row, Table
 
 # Effects that are less probable are named together in one row.

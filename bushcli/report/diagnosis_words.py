@@ -278,7 +278,11 @@ def fault_lines(found: Diagnosis) -> list[str]:
     lines = []
     for one in sorted(found.faults, key=lambda one: not one.fatal):
         left = int(one.samples.sum())
-        out = f"; {left} {'sample is' if left == 1 else 'samples are'} left out" if left and not one.fatal else ""
+        out = (
+            f"; {left} {'sample is' if left == 1 else 'samples are'} left out"
+            if left and not one.fatal
+            else ""
+        )
         remedy = one.remedy.rstrip(".")
         lines.append(f"{one.channel}: {fault_kind(one)}, {one.where.rstrip('.')}{out}. What to do: {remedy}")
     return lines

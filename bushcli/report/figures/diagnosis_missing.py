@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from bushcli.diagnosis.result import DiagnosedChannel, MissingProfile
 from bushcli.report.figures.picture import (
@@ -22,6 +23,8 @@ from bushcli.report.figures.picture import (
     style,
 )
 from bushcli.report.quantity import Quantities, quantities
+
+Array = NDArray[np.float64]
 
 # In the order in which they are drawn.
 _ALONG = ("displacement", "time", "cycle", "rate")
@@ -57,7 +60,11 @@ def missing_figure(channel: DiagnosedChannel, profiles: Sequence[MissingProfile]
             ha="left",
         )
         figure.supxlabel(
-            "bands and bars: two standard deviations to either side", fontsize=8.5, color=GREY, x=0.01, ha="left"
+            "bands and bars: two standard deviations to either side",
+            fontsize=8.5,
+            color=GREY,
+            x=0.01,
+            ha="left",
         )
         return figure
 
@@ -93,7 +100,7 @@ def _panel(axes: Axes, profiles: Sequence[MissingProfile], units: Quantities) ->
         axes.legend(fontsize=8.5, loc="best")
 
 
-def _x(one: MissingProfile, units: Quantities) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _x(one: MissingProfile, units: Quantities) -> Array:
     if one.along == "displacement":
         return np.asarray(units.shown(one.x))
     return np.asarray(one.x * (units.per_internal if one.along == "rate" else 1.0))

@@ -15,7 +15,17 @@ from bushcli.diagnosis.result import Diagnosis
 from bushcli.effect import effect_name
 from bushcli.report.diagnosis_names import NOTHING, UNKNOWN, said, short_chance, title
 from bushcli.report.diagnosis_values import ShownQuantity, derived_text, shown
-from bushcli.report.figures.picture import BLUE, GREEN, GREY, LIGHT, RED, literal, log_ticks, new_figure, style
+from bushcli.report.figures.picture import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    RED,
+    literal,
+    log_ticks,
+    new_figure,
+    style,
+)
 
 # Effects that are less probable are named in a line under the bars.
 _SMALL = 0.01
@@ -109,7 +119,14 @@ def prior_figure(found: Diagnosis) -> Figure:
             _strip(axes, row)
         handles, labels = panels[0].get_legend_handles_labels()
         # The point last: it lies on the bars.
-        figure.legend([*handles[1:], handles[0]], [*labels[1:], labels[0]], loc="outside upper center", ncols=3, frameon=False, fontsize=9)
+        figure.legend(
+            [*handles[1:], handles[0]],
+            [*labels[1:], labels[0]],
+            loc="outside upper center",
+            ncols=3,
+            frameon=False,
+            fontsize=9,
+        )
         return figure
 
 
@@ -159,4 +176,3 @@ def _strip(axes: Axes, row: Strip) -> None:
     )
     for side in ("left", "top", "right"):
         axes.spines[side].set_visible(False)
-
