@@ -22,7 +22,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bushcli.report.diagnosis_names import chance, law_title, within
+from bushcli.report.diagnosis_names import law_title, within
 
 PICTURE = Path(__file__).with_name("pictures") / "diagnosis.png"
 # Okabe and Ito's palette, as in the report.
@@ -131,7 +131,7 @@ def _parameters(result: dict[str, Any]) -> str:
     """The effects' parameters with their 95 % intervals."""
     lines = []
     for effect in result["effects"]:
-        lines.append(f"{effect['title']} ({chance(effect['probability'])}), with 95 % intervals:")
+        lines.append(f"{effect['title']}, with 95 % intervals:")
         for name, one in effect["parameters"].items():
             if isinstance(one["value"], str):
                 lines.append(f"{name}: {one['value'].replace('_', ' ')}")

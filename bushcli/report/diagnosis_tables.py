@@ -90,7 +90,7 @@ def source_table(found: Diagnosis) -> Table:
         for name, quantity in effect.parameters.items()
         if quantity.prior_source
     ]
-    return Table("Where the priors come from", ("effect", "parameter", "source"), tuple(rows), left=3)
+    return Table("", ("effect", "parameter", "source"), tuple(rows), left=3)
 
 
 def parameter_table(found: Diagnosis) -> Table:

@@ -10,7 +10,7 @@ from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
 from bushcli.effect import effect_name
 from bushcli.faults import DataFault
 from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, said, title, together, within
-from bushcli.report.quantity import listed, number, percent
+from bushcli.report.quantity import listed, percent
 
 # So many sets of effects go into the headline.
 _SETS = 3
@@ -243,7 +243,7 @@ def next_test_lines(found: Diagnosis) -> list[str]:
     if test is None:
         return []
     bits = f"{test.information:.2f} of the {test.possible:.2f} bit of information that are open"
-    gain = f"It is expected to give {bits}, in {number(test.minutes, 2)} minutes"
+    gain = f"It is expected to give {bits}, in about {max(test.minutes, 1.0):.0f} minutes"
     return [test.text, gain] if test.possible > 0 else [test.text]
 
 

@@ -390,7 +390,7 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
         "Dissipation (98 %): internal friction or viscoelasticity, which one rate cannot tell.",
         "These recordings cannot tell apart: ",
         "Axial to 6 mm",
-        "0.83 of the 1.05 bit of information that are open, in 8.0 minutes",
+        "0.83 of the 1.05 bit of information that are open, in about 8 minutes",
         "taken to be wrong by 8.3 % of the misfit of the plain law (of the force range: 0.40 % in axial and 0.40 % in "
         "radial); that covers 96 % of what is left above the noise.",
         "radial (held out)",
