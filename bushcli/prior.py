@@ -1,6 +1,7 @@
 """What is known of a parameter before any recording: one prior per parameter of an effect, with its source.
 
-A prior may be relative to the test at hand: a gap goes by the travel, a relaxation time by the duration of the recording. `Scales` holds what priors are relative to.
+A prior may be relative to the test at hand: a gap goes by the travel, a relaxation time by the duration of the
+recording. `Scales` holds what priors are relative to.
 
 References
 ----------
@@ -18,15 +19,30 @@ from typing import Literal
 from scipy.special import erf, erfinv
 
 Shape = Literal["half_normal", "normal", "log_normal", "log_uniform"]
-Of = Literal["", "duration", "interval", "travel", "force", "stiffness", "compliance", "thickness", "shear"]
+Of = Literal[
+    "",
+    "duration",
+    "interval",
+    "travel",
+    "force",
+    "stiffness",
+    "compliance",
+    "thickness",
+    "length",
+    "shear",
+    "1/shear",
+    "1/duration",
+]
 Scales = Mapping[str, float]
 """What priors are relative to, by name: duration and interval between samples (s), largest travel (mm or rad), largest
-force (N or N mm), their quotient (stiffness) and its reciprocal, thickness of the rubber (mm), shear modulus (MPa)."""
+force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of the rubber (mm),
+shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear" needs "shear"."""
 
 # A log-uniform prior has half-normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5
-# Standard normal quantile of 97.5 %.
+# Standard normal quantile of 97.5 %, and what is beyond it.
 QUANTILE = 1.959964
+_OUTSIDE = 0.025
 
 
 @dataclass(frozen=True)
@@ -74,7 +90,10 @@ class Prior:
 
     def unit(self, scales: Scales) -> float:
         """What the prior's numbers are multiplied with."""
-        return float(scales[self.of]) if self.of else 1.0
+        if not self.of:
+            return 1.0
+        numerator, _, denominator = self.of.partition("/")
+        return 1.0 / float(scales[denominator]) if denominator else float(scales[numerator])
 
     def log_density(self, value: float, scales: Scales) -> float:
         """Natural logarithm of the density at `value`, per unit of the parameter; -inf where it has none."""
@@ -93,9 +112,8 @@ class Prior:
         if self.shape == "log_normal":
             z = math.log(size / self.low) / self.high
             return per_value - 0.5 * z * z - math.log(self.high) - 0.5 * math.log(2.0 * math.pi)
-        flat = math.log(self.high / self.low)
         beyond = max(0.0, math.log(self.low / size), math.log(size / self.high))
-        return per_value - 0.5 * (beyond / TAIL) ** 2 - math.log(flat + TAIL * math.sqrt(2.0 * math.pi))
+        return per_value - 0.5 * (beyond / TAIL) ** 2 - math.log(self._width())
 
     def slope(self, value: float, scales: Scales) -> float:
         """Derivative of `log_density` by the value; of the logarithm's own density for a logarithmic prior.
@@ -136,6 +154,24 @@ class Prior:
             return -math.log(size / self.high) / TAIL**2
         return 0.0
 
+    def log_row(self, size: float, unit: float) -> tuple[float, float]:
+        """A residual whose half square is the negative log density of the logarithm, and its derivative by the value.
+
+        Parameters
+        ----------
+        size : float
+            Absolute value over the prior's unit, more than 0.
+        unit : float
+            Derivative of `size` by the value.
+        """
+        if self.shape == "log_normal":
+            return math.log(size / self.low) / self.high, unit / size / self.high
+        if size < self.low:
+            return math.log(size / self.low) / TAIL, unit / size / TAIL
+        if size > self.high:
+            return math.log(size / self.high) / TAIL, unit / size / TAIL
+        return 0.0, 0.0
+
     def median(self, scales: Scales) -> float:
         """Median, of the absolute value where the prior is signed or normal about zero."""
         unit = self.unit(scales)
@@ -144,7 +180,11 @@ class Prior:
         if self.shape == "log_uniform":
             return math.sqrt(self.low * self.high) * unit
         size = self.low * math.sqrt(2.0) * float(erfinv(0.5)) * unit
-        return self.center * unit + size if self.shape == "half_normal" or self.center == 0.0 else self.center * unit
+        return (
+            self.center * unit + size
+            if self.shape == "half_normal" or self.center == 0.0
+            else self.center * unit
+        )
 
     def range(self, scales: Scales) -> tuple[float, float]:
         """Interval of 95 %, of the absolute value where the prior is signed."""
@@ -153,20 +193,42 @@ class Prior:
             factor = math.exp(QUANTILE * self.high)
             return self.low / factor * unit, self.low * factor * unit
         if self.shape == "log_uniform":
-            return self.low * unit, self.high * unit
+            factor = math.exp(self._margin())
+            return self.low / factor * unit, self.high * factor * unit
         wide = QUANTILE * self.low * unit
         below = 0.0 if self.shape == "half_normal" else -wide
         return self.center * unit + below, self.center * unit + wide
 
     def tail(self, value: float, scales: Scales) -> float:
-        """Probability of a value at least as far out as this one: small where few bushings have it."""
+        """Probability of a value at least as far out as this one: small where few bushings have it.
+
+        Far out is away from the center; for a logarithmic prior, on the same side of the median, counted twice. It is
+        0.05 at the ends of `range`, and for an amplitude that is half-normal at its upper end.
+        """
         unit = self.unit(scales)
         x = value / unit
         if not self.is_logarithmic:
             return 1.0 - float(erf(abs(x - self.center) / self.low / math.sqrt(2.0)))
-        if x == 0.0:
+        if x == 0.0 or (x < 0.0 and not self.signed):
             return 0.0
         if self.shape == "log_normal":
             return 1.0 - float(erf(abs(math.log(abs(x) / self.low)) / self.high / math.sqrt(2.0)))
-        beyond = max(0.0, math.log(self.low / abs(x)), math.log(abs(x) / self.high))
-        return 1.0 if beyond == 0.0 else 1.0 - float(erf(beyond / TAIL / math.sqrt(2.0)))
+        inwards = min(math.log(abs(x) / self.low), math.log(self.high / abs(x)))
+        if inwards >= 0.0:
+            return 2.0 * (self._beyond() + inwards / self._width())
+        return 2.0 * self._beyond() * (1.0 - float(erf(-inwards / TAIL / math.sqrt(2.0))))
+
+    def _width(self) -> float:
+        """Width of the uniform density of the logarithm that is as high as that of a log-uniform with its tails."""
+        return math.log(self.high / self.low) + TAIL * math.sqrt(2.0 * math.pi)
+
+    def _beyond(self) -> float:
+        """Probability of each of a log-uniform prior's two tails."""
+        return 0.5 * TAIL * math.sqrt(2.0 * math.pi) / self._width()
+
+    def _margin(self) -> float:
+        """How far 2.5 % of a log-uniform prior lie beyond each end, in the logarithm; negative inside."""
+        beyond = self._beyond()
+        if beyond <= _OUTSIDE:
+            return -(_OUTSIDE - beyond) * self._width()
+        return TAIL * math.sqrt(2.0) * float(erfinv(1.0 - _OUTSIDE / beyond))

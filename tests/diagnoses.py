@@ -8,8 +8,7 @@ import numpy as np
 
 from bushcli.casefile import Material
 from bushcli.condition import Condition
-from bushcli.diagnosis.locate import locate
-from bushcli.diagnosis.noise_model import Compared, NoiseModel
+from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
 from bushcli.diagnosis.result import (
     DiagnosedChannel,
     Diagnosis,
@@ -25,6 +24,7 @@ from bushcli.diagnosis.result import (
     Searched,
     Trial,
 )
+from bushcli.diagnosis.where.record import locate
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
 

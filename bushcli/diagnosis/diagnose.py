@@ -18,7 +18,7 @@ from bushcli.diagnosis import kept
 from bushcli.diagnosis.before_after import before_and_after
 from bushcli.diagnosis.doubts import doubts_of_the_data, doubts_of_the_model
 from bushcli.diagnosis.hypotheses import hypotheses
-from bushcli.diagnosis.locate import locate
+from bushcli.diagnosis.where.record import locate
 from bushcli.diagnosis.model import Fitted, Model, fit
 from bushcli.diagnosis.naming import named, quantities
 from bushcli.diagnosis.proposing import propose

@@ -32,9 +32,6 @@ Coarse = Literal["never", "memory", "solid"]
 
 # At a time: bodies of the law alone and of the effect at hand, each for up to three channels.
 BODIES, SETS = 12, 6
-# Failed steps after which a march is given up: of the many models that are tried, some have absurd parameters, and to
-# cut back their steps to the smallest takes minutes in three dimensions.
-PATIENCE = 2
 
 _bodies: OrderedDict[bytes, Body] = OrderedDict()
 _sets: OrderedDict[bytes, list[Channel]] = OrderedDict()
@@ -42,7 +39,11 @@ _brought: OrderedDict[bytes, list[tuple[float, Array]]] = OrderedDict()
 
 
 def channels(
-    task: Task, fineness: float = 1.0, coarse: Coarse = "never", anchor: Mapping[str, float] | None = None
+    task: Task,
+    fineness: float = 1.0,
+    coarse: Coarse = "never",
+    anchor: Mapping[str, float] | None = None,
+    patience: int | None = None,
 ) -> list[Channel]:
     """Channels of a task, for any values of its parameters.
 
@@ -56,6 +57,9 @@ def channels(
         Which bodies get a coarse mesh: none, solid ones that remember, or all solid ones.
     anchor
         Parameters of the law alone at which the force of a coarse body is brought to that of the usual one.
+    patience
+        Failed steps after which a march is given up: of the many models that are tried, some have absurd parameters,
+        and to cut back their steps to the smallest takes minutes in three dimensions. As `cases.march` where None.
     """
     whole = replace(task.case, effects=())
     name = canonical((whole, _law(task), _structure(task.effects), fineness, coarse, anchor))
@@ -65,17 +69,24 @@ def channels(
         # Never shared among ranks: those of `mpirun` run diagnosis's fits side by side.
         found, _ = task.channels(comm=MPI.COMM_SELF, prepared=bodies(task, coarse, modes))
         for number, channel in enumerate(found):
-            channel.patience = PATIENCE
-            if channel.simulation is not None:
-                channel.simulation.patience = PATIENCE
-                if fineness != 1.0:
-                    channel.simulation.plan(fineness)
+            if channel.simulation is not None and fineness != 1.0:
+                channel.simulation.plan(fineness)
             if channel.recording.mode in modes and anchor is not None:
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
                 channel.share, channel.offset = brought(plain, anchor)[number]
         return found
 
-    return _kept(_sets, SETS, name, made)
+    found = _kept(_sets, SETS, name, made)
+    for channel in found:
+        be_patient(channel, patience)
+    return found
+
+
+def be_patient(channel: Channel, patience: int | None) -> None:
+    """Give marches of a channel up after so many failed steps."""
+    channel.patience = patience
+    if channel.simulation is not None:
+        channel.simulation.patience = patience
 
 
 def brought(plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array]]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
-from bushcli.diagnosis.locate import Location
+from bushcli.diagnosis.where.record import Location
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
 

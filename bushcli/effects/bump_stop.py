@@ -11,6 +11,7 @@ doi:10.1016/0022-460X(83)90407-8.
 """
 
 from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.prior import Prior
 
 
 def parallel(q: Signal, force: Signal, given: Given) -> Signal:
@@ -28,7 +29,23 @@ EFFECT = Effect(
     acts="rig",
     parameters=(
         EffectParameter(
-            "stiffness", "N/mm", "of the stop", 100.0, 0.0, 1e10, off=0.0, of_channel=True, share=0.3
+            "stiffness",
+            "N/mm",
+            "of the stop",
+            100.0,
+            0.0,
+            1e10,
+            off=0.0,
+            of_channel=True,
+            share=0.3,
+            prior=Prior(
+                "log_normal",
+                1.0,
+                1.0,
+                of="stiffness",
+                source="engineering judgement: a rubber stop is about as stiff as the bushing that it "
+                "protects, one of metal many times as stiff",
+            ),
         ),
         EffectParameter(
             "gap",
@@ -42,6 +59,15 @@ EFFECT = Effect(
             scale="amplitude",
             of_channel=True,
             share=0.7,
+            prior=Prior(
+                "log_uniform",
+                0.2,
+                1.0,
+                of="travel",
+                signed=True,
+                source="engineering judgement: a stop beyond the travel is not met, one near rest is part "
+                "of the bushing",
+            ),
         ),
     ),
     needs="travel to both sides of the knee",

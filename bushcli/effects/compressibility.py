@@ -15,6 +15,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bushcli.effect import Effect, EffectParameter
+from bushcli.prior import Prior
 
 if TYPE_CHECKING:
     from cases.feature import Feature
@@ -42,6 +43,15 @@ EFFECT = Effect(
             off=0.0,
             reciprocal=("bulk_modulus", "MPa"),
             adds_to="bulk_modulus",
+            prior=Prior(
+                "log_uniform",
+                1e-4,
+                0.02,
+                of="1/shear",
+                source="bulk over shear modulus of 1,000 to 10,000 for unfilled and 50 to 200 for filled "
+                "rubber: Abaqus Analysis User's Guide, Hyperelastic behavior of rubberlike "
+                "materials",
+            ),
         ),
     ),
     needs="a radial channel beside an axial or a torsional one",

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.effect import Effect, EffectParameter
+from bushcli.prior import Prior
 from geometry.ring import Ring
 
 if TYPE_CHECKING:
@@ -71,7 +72,23 @@ EFFECT = Effect(
     acts="assembly",
     parameters=(
         # The derivative at zero is that of the bond's corner, which says little of a length that reaches the bulk.
-        EffectParameter("length", "mm", "of the free bond", 1.0, 0.0, 1000.0, off=0.0, sizes=(0.1, 0.4, 1.0)),
+        EffectParameter(
+            "length",
+            "mm",
+            "of the free bond",
+            1.0,
+            0.0,
+            1000.0,
+            off=0.0,
+            sizes=(0.1, 0.4, 1.0),
+            prior=Prior(
+                "half_normal",
+                0.7,
+                of="thickness",
+                source="engineering judgement: a crack of up to the thickness is found by its curve, a "
+                "longer one by eye",
+            ),
+        ),
     ),
     needs="two channels: it softens torsion as its share of the length, radial more",
     rivals=("batch_stiffness",),

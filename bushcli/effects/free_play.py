@@ -13,6 +13,7 @@ doi:10.1016/S0005-1098(02)00047-X.
 import numpy as np
 
 from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.prior import Prior
 
 
 def drive(q: Signal, given: Given) -> Signal:
@@ -29,7 +30,22 @@ EFFECT = Effect(
     acts="rig",
     parameters=(
         EffectParameter(
-            "half_width", "mm", "of the dead band", 0.05, 0.0, 100.0, off=0.0, of_channel=True, share=0.01
+            "half_width",
+            "mm",
+            "of the dead band",
+            0.05,
+            0.0,
+            100.0,
+            off=0.0,
+            of_channel=True,
+            share=0.01,
+            prior=Prior(
+                "half_normal",
+                0.02,
+                of="travel",
+                source="engineering judgement: clearance of pins and threads, some hundredths of a "
+                "millimetre",
+            ),
         ),
     ),
     needs="dense samples about zero, on both sides of it",

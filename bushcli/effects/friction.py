@@ -19,6 +19,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bushcli.effect import Effect, EffectParameter
+from bushcli.prior import Prior
 
 if TYPE_CHECKING:
     from cases.feature import Feature
@@ -38,9 +39,37 @@ EFFECT = Effect(
     summary="Filled rubber slips inside: the same loop at every rate, stiff just after each reversal.",
     acts="rubber",
     parameters=(
-        EffectParameter("g", "1", "modulus of the branch over the law's", 0.2, 0.0, 10.0, off=0.0),
         EffectParameter(
-            "slip", "1", "shear strain at which it slips", 0.05, 1e-4, 1.0, scan=(0.01, 0.03, 0.1, 0.3)
+            "g",
+            "1",
+            "modulus of the branch over the law's",
+            0.2,
+            0.0,
+            10.0,
+            off=0.0,
+            prior=Prior(
+                "half_normal",
+                0.3,
+                source="engineering judgement: the modulus of bushing rubber falls by a tenth to a half "
+                "from small to large amplitudes, as in Garcia Tarrago et al. (2007), "
+                "doi:10.1243/03093247JSA246",
+            ),
+        ),
+        EffectParameter(
+            "slip",
+            "1",
+            "shear strain at which it slips",
+            0.05,
+            1e-4,
+            1.0,
+            scan=(0.01, 0.03, 0.1, 0.3),
+            prior=Prior(
+                "log_uniform",
+                0.005,
+                0.5,
+                source="engineering judgement: the modulus of filled rubber falls between strains of 0.1 "
+                "and 10 % (Payne effect); larger slips serve the overlay of several branches by one",
+            ),
         ),
     ),
     needs="reversals at two amplitudes; a second rate or a hold tells it from viscoelasticity",

@@ -15,6 +15,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bushcli.effect import Effect, EffectParameter
+from bushcli.prior import Prior
 from geometry.ring import Ring
 from geometry.shape import Shape
 
@@ -46,7 +47,22 @@ EFFECT = Effect(
     summary="The inner sleeve is off centre at rest: radial loading differs between + and -.",
     acts="assembly",
     parameters=(
-        EffectParameter("offset", "mm", "in the direction of the radial load", 0.2, -10.0, 10.0, off=0.0),
+        EffectParameter(
+            "offset",
+            "mm",
+            "in the direction of the radial load",
+            0.2,
+            -10.0,
+            10.0,
+            off=0.0,
+            prior=Prior(
+                "normal",
+                0.04,
+                of="thickness",
+                source="class M3 of ISO 3302-1 (0.3 to 0.4 mm for 6.3 to 16 mm of rubber) at one standard "
+                "deviation",
+            ),
+        ),
     ),
     needs="a radial channel that goes to both sides",
     rivals=("bump_stop", "offset"),

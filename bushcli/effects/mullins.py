@@ -16,6 +16,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bushcli.effect import Effect, EffectParameter
+from bushcli.prior import Prior
 
 if TYPE_CHECKING:
     from cases.feature import Feature
@@ -44,6 +45,12 @@ EFFECT = Effect(
             0.95,
             off=0.0,
             reciprocal=("r", "1"),
+            prior=Prior(
+                "half_normal",
+                0.4,
+                source="published r of 1.5 to 5: Ogden and Roxburgh (1999), doi:10.1098/rspa.1999.0431, "
+                "and those who fitted their model since",
+            ),
         ),
         EffectParameter(
             "m",
@@ -53,8 +60,29 @@ EFFECT = Effect(
             1e-4,
             100.0,
             scan=(0.01, 0.03, 0.1, 0.3),
+            prior=Prior(
+                "log_normal",
+                0.08,
+                1.3,
+                of="shear",
+                source="engineering judgement: softening sets in at shear strains of 10 to 100 %, energies "
+                "of 0.005 to 0.5 shear moduli",
+            ),
         ),
-        EffectParameter("beta", "1", "growth of that energy with W_max", 0.1, 0.0, 1.0, scan=(0.05,)),
+        EffectParameter(
+            "beta",
+            "1",
+            "growth of that energy with W_max",
+            0.1,
+            0.0,
+            1.0,
+            scan=(0.05,),
+            prior=Prior(
+                "half_normal",
+                0.1,
+                source="published fits of 0 to 0.1, after Mars (2004), doi:10.2346/1.2186778",
+            ),
+        ),
     ),
     needs="a reload below an earlier peak; first loadings to growing amplitudes tell m and beta",
     rivals=("friction", "viscoelasticity"),

@@ -10,10 +10,12 @@ doi:10.1520/D0638-14.
 """
 
 from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.prior import Prior
 
 # Whoever looks at a recording sees that its zero is off by a tenth of its range. Larger ones stand for what shifts the
 # whole curve, such as a bushing that is mounted off its centre, or bonded at one end only.
 MOST = 0.2
+ZERO = "engineering judgement: sensors are zeroed by hand, to about a hundredth of what is then recorded"
 
 
 def drive(q: Signal, given: Given) -> Signal:
@@ -42,6 +44,7 @@ EFFECT = Effect(
             of_channel=True,
             share=0.002,
             most=MOST,
+            prior=Prior("normal", 0.01, of="force", source=ZERO),
         ),
         EffectParameter(
             "displacement",
@@ -54,6 +57,7 @@ EFFECT = Effect(
             of_channel=True,
             share=0.002,
             most=MOST,
+            prior=Prior("normal", 0.01, of="travel", source=ZERO),
         ),
     ),
     needs="curvature that differs between + and - tells the two apart; two amplitudes tell them from permanent set",

@@ -17,6 +17,7 @@ doi:10.1016/j.eurpolymj.2008.11.017.
 import numpy as np
 
 from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.prior import Prior
 
 
 def drive(q: Signal, given: Given) -> Signal:
@@ -39,7 +40,19 @@ EFFECT = Effect(
     acts="rubber",
     parameters=(
         EffectParameter(
-            "set", "1", "displacement that stays, over the largest excursion", 0.02, 0.0, 0.9, off=0.0
+            "set",
+            "1",
+            "displacement that stays, over the largest excursion",
+            0.02,
+            0.0,
+            0.9,
+            off=0.0,
+            prior=Prior(
+                "half_normal",
+                0.05,
+                source="engineering judgement: set of some per cent after stretching in the tests reviewed "
+                "by Diani, Fayolle and Gilormini (2009), doi:10.1016/j.eurpolymj.2008.11.017",
+            ),
         ),
     ),
     needs="unloading through zero force from at least two amplitudes, more to one side than to the other",

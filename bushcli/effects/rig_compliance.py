@@ -11,6 +11,7 @@ Oliver and Pharr (1992), An improved technique for determining hardness and elas
 """
 
 from bushcli.effect import Effect, EffectParameter, RigChange
+from bushcli.prior import Prior
 from cases.mode import modes
 
 EFFECT = Effect(
@@ -27,6 +28,13 @@ EFFECT = Effect(
             0.1,
             off=0.0,
             reciprocal=("stiffness", "N/mm"),
+            prior=Prior(
+                "half_normal",
+                0.05,
+                of="compliance",
+                source="engineering judgement: rigs are chosen an order of magnitude stiffer than the "
+                "stiffest specimen",
+            ),
         ),
     ),
     needs="two channels of different stiffness, or one that stiffens strongly",

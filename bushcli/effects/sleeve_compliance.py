@@ -17,6 +17,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bushcli.effect import Effect, EffectParameter
+from bushcli.prior import Prior
 from geometry.ring import Ring
 from geometry.shape import Shape, Sleeve
 
@@ -69,9 +70,29 @@ EFFECT = Effect(
             0.01,
             off=0.0,
             reciprocal=("youngs_modulus", "MPa"),
+            prior=Prior(
+                "log_uniform",
+                4.8e-6,
+                1e-3,
+                source="materials of sleeves: steel 210,000 MPa, aluminium 70,000, polyamide 10,000 "
+                "(filled) to 1,000",
+            ),
         ),
         EffectParameter(
-            "thickness", "mm", "of the sleeves", 2.0, 0.1, 50.0, scan=(1.0, 2.0, 4.0), of_mesh=True
+            "thickness",
+            "mm",
+            "of the sleeves",
+            2.0,
+            0.1,
+            50.0,
+            scan=(1.0, 2.0, 4.0),
+            of_mesh=True,
+            prior=Prior(
+                "log_normal",
+                2.2,
+                0.4,
+                source="engineering judgement: tubes of 1 to 5 mm",
+            ),
         ),
     ),
     needs="a radial channel beside an axial or a torsional one",

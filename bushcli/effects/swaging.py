@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.effect import Effect, EffectParameter
+from bushcli.prior import Prior
 
 if TYPE_CHECKING:
     from cases.feature import Feature
@@ -50,7 +51,20 @@ EFFECT = Effect(
     acts="assembly",
     parameters=(
         EffectParameter(
-            "reduction", "mm", "by which the outer sleeve's radius shrank", 0.2, 0.0, 10.0, off=0.0
+            "reduction",
+            "mm",
+            "by which the outer sleeve's radius shrank",
+            0.2,
+            0.0,
+            10.0,
+            off=0.0,
+            prior=Prior(
+                "half_normal",
+                0.03,
+                of="thickness",
+                source="engineering judgement: usual reductions are 2 to 5 % of the rubber's wall, enough "
+                "to undo the tension of cooling",
+            ),
         ),
     ),
     needs="a radial channel beside an axial or a torsional one",

@@ -11,6 +11,7 @@ Lakes (2004), Viscoelastic measurement techniques, Rev. Sci. Instrum. 75:797-810
 """
 
 from bushcli.effect import Effect, EffectParameter, RigChange
+from bushcli.prior import Prior
 
 EFFECT = Effect(
     name="time_lag",
@@ -19,7 +20,21 @@ EFFECT = Effect(
     parameters=(
         # A logger that reads its channels in turn is late by as much as a sample.
         EffectParameter(
-            "lag", "s", "of the force behind the displacement", 0.05, -100.0, 100.0, off=0.0, samples=1.0
+            "lag",
+            "s",
+            "of the force behind the displacement",
+            0.05,
+            -100.0,
+            100.0,
+            off=0.0,
+            samples=1.0,
+            prior=Prior(
+                "normal",
+                2.0,
+                of="interval",
+                source="engineering judgement: a logger that reads its channels in turn is late by as much "
+                "as a sample, a filter on one of them by some",
+            ),
         ),
     ),
     needs="time, and two rates or a hold",

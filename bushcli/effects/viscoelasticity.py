@@ -18,6 +18,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bushcli.effect import Effect, EffectParameter
+from bushcli.prior import Prior
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Values
@@ -30,7 +31,19 @@ _TIMES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, EffectParameter]:
     return (
         EffectParameter(
-            f"g{i}", "1", f"modulus of branch {i} over the law's", modulus, 0.0, 10.0, off=0.0, optional=i > 1
+            f"g{i}",
+            "1",
+            f"modulus of branch {i} over the law's",
+            modulus,
+            0.0,
+            10.0,
+            off=0.0,
+            optional=i > 1,
+            prior=Prior(
+                "half_normal",
+                0.3,
+                source="engineering judgement: dynamic over static stiffness of rubber springs is 1.1 to 1.6",
+            ),
         ),
         EffectParameter(
             f"tau{i}",
@@ -42,6 +55,14 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             optional=i > 1,
             scan=_TIMES,
             scale="duration",
+            prior=Prior(
+                "log_uniform",
+                0.001,
+                3.0,
+                of="duration",
+                source="a branch much slower than the recording is elastic, one much faster is spent "
+                "within a sample",
+            ),
         ),
     )
 

@@ -14,11 +14,11 @@ from bushcli.casefile import Case, Material
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
 from bushcli.inverse import certainty, starts
-from bushcli.inverse.begin import first_point
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves
 from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.door import values_at_door
+from bushcli.inverse.first import first_minimum
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import Problem, Progress
@@ -105,17 +105,15 @@ def identify(
     instead: Array | None = None
     try:
         if task.method == "dogleg":
-            begun = start
+            if not np.isfinite(problem.residual(start)).all():
+                raise InputError(_unsolvable(task, start))
+            minima.append(minimise_by_dogleg(problem, start))
         else:
-            begun, instead = first_point(problem, start, lower, upper)
-        if not np.isfinite(problem.residual(begun)).all():
-            raise InputError(_unsolvable(task, begun))
-        if task.method == "dogleg":
-            minima.append(minimise_by_dogleg(problem, begun))
-        else:
-            problem.watch(begun)
-            states = problem.states
-            minima.append(search(problem, begun, lower, upper, task.method, task.loss))
+            first = first_minimum(problem, start, lower, upper, task.method, task.loss)
+            if first is None:
+                raise InputError(_unsolvable(task, start))
+            minima.append(first.minimum)
+            begun, instead, states = first.begun, first.instead, first.states
             found = {0: problem.states}
             points = _further_starts(task, problem, begun, lower, upper)
             given = [

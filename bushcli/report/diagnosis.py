@@ -20,6 +20,7 @@ from bushcli.report.diagnosis_tables import (
 )
 from bushcli.report.diagnosis_values import shown
 from bushcli.report.diagnosis_words import (
+    FAULTS,
     effect_names,
     fault_lines,
     form_error_line,
@@ -68,7 +69,7 @@ def diagnosis_text(found: Diagnosis) -> Group:
     parts += _block("Search", _ended(*searched_lines(found), *untestable_lines(found)))
     spent = f"{found.forward_solves} forward solves, {found.failed_solves} failed, {found.seconds:.0f} s"
     parts.append(Text(spent, "dim"))
-    parts += problem_parts(found.conditions)
+    parts += problem_parts(one for one in found.conditions if one.name not in FAULTS)
     return Group(*parts)  # type: ignore[arg-type]  # every part is a renderable
 
 

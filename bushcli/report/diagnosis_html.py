@@ -23,6 +23,7 @@ from bushcli.report.diagnosis_tables import (
     untestable_table,
 )
 from bushcli.report.diagnosis_words import (
+    FAULTS,
     form_error_line,
     headline,
     is_missing,
@@ -101,8 +102,10 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         Section("Next test", kinds.get("next_test", []), lines=_sentences(next_test_lines(found)))
     )
     sections += _search(found)
+    # Faults of the data have a box of their own.
+    problems = [one for one in result["problems"] if one["name"] not in FAULTS]
     return page(
-        result,
+        {**result, "problems": problems},
         found.case,
         found.material,
         f"{headline(found)}.",

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from bushcli.casefile import Material
-from bushcli.diagnosis.locate import Location, Mismatch
 from bushcli.diagnosis.result import Diagnosis, MissingProfile, Named, NextTest, Quantity, Searched
+from bushcli.diagnosis.where.record import Location, Mismatch
 from bushcli.diagnosis.words import sentence
 from bushcli.effect import effect_name
 from bushcli.report.diagnosis_paragraph import paragraph

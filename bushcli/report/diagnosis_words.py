@@ -18,7 +18,9 @@ _SETS = 3
 _GROUP = 0.95
 # Unknown physics that is less probable than this is told with what is left, and is not called missing.
 _POSSIBLE = 0.05
-_FAULTS = {
+# Conditions that say what the faults of the data say.
+FAULTS = frozenset({"faulty_data", "bad_samples"})
+_KINDS = {
     "sign": "wrong sign",
     "unit": "wrong unit",
     "swapped": "columns swapped",
@@ -270,7 +272,7 @@ def searched_lines(found: Diagnosis) -> list[str]:
 
 def fault_kind(fault: DataFault) -> str:
     """What is wrong with the data, in two or three words."""
-    return _FAULTS.get(fault.kind, fault.kind)
+    return _KINDS.get(fault.kind, fault.kind)
 
 
 def fault_lines(found: Diagnosis) -> list[str]:

@@ -7,6 +7,7 @@ that is solved.
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 import sys
 from itertools import pairwise
@@ -167,6 +168,42 @@ def test_parameters_are_within_their_bounds(one: Effect) -> None:
         if parameter.reciprocal is not None:
             assert parameter.lower == parameter.off == 0.0  # 1/0 is "absent", and nothing is beyond it
             assert parameter.reciprocal[0] not in {p.name for p in one.parameters}
+
+
+# Of a recording of 100 s to 5 mm on a bushing of 9 mm of rubber that carries 2 kN.
+SCALES = {
+    "duration": 100.0,
+    "interval": 0.1,
+    "travel": 5.0,
+    "force": 2000.0,
+    "stiffness": 400.0,
+    "compliance": 1 / 400.0,
+    "thickness": 9.0,
+    "length": 34.0,
+    "shear": 1.0,
+}
+
+
+@pytest.mark.parametrize("one", ALL, ids=lambda one: one.name)
+def test_every_parameter_has_a_prior_with_its_source(one: Effect) -> None:
+    for parameter in one.parameters:
+        prior = parameter.prior
+        assert prior is not None, parameter.name
+        # A reference, a standard, or a confession.
+        assert len(prior.source) > 20, parameter.name
+        # What is known must not contradict itself: where a fit begins, what is usual and what is admitted.
+        assert prior.tail(parameter.start, SCALES) > 1e-4, parameter.name
+        assert math.isfinite(prior.log_density(parameter.start, SCALES)), parameter.name
+        low, high = prior.range(SCALES)
+        assert parameter.admits(low), parameter.name
+        assert parameter.admits(high), parameter.name
+        if parameter.lower < 0.0 < parameter.upper:
+            assert prior.signed or prior.shape == "normal", parameter.name
+        if parameter.lower >= 0.0:
+            assert not prior.signed, parameter.name
+            assert prior.shape != "normal", parameter.name
+        if prior.of in ("travel", "force", "stiffness"):
+            assert parameter.of_channel, parameter.name
 
 
 @pytest.mark.parametrize("one", ALL, ids=lambda one: one.name)

@@ -11,8 +11,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.bins import KINDS, Bin
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
+from bushcli.diagnosis.where.bins import KINDS, Bin
 from bushcli.report.figures.diagnosis_curves import (
     BEST,
     changed,

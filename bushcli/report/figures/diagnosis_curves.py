@@ -10,8 +10,8 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.locate import Mismatch
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
+from bushcli.diagnosis.where.record import Mismatch
 from bushcli.diagnosis.words import sentence
 from bushcli.recording import branches
 from bushcli.report.diagnosis_words import channel_label

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.linearised import Linearised, linearised, weighed
-from bushcli.diagnosis.noise_model import Compared, smoothed
+from bushcli.diagnosis.likelihood.noise import Compared, smoothed
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 

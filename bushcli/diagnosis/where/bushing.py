@@ -1,7 +1,7 @@
 """Where in the rubber the misfit is: a map of where it would have to be stiffer or softer, and whether that is needed.
 
 The derivatives of the curves by the stiffness of each cell (`cases.local`) are columns like those of any parameter;
-with a smooth field for unknown (`bushcli.diagnosis.field`) they give a map. Debonding shows at one end of a bond,
+with a smooth field for unknown (`bushcli.diagnosis.where.field`) they give a map. Debonding shows at one end of a bond,
 another batch everywhere. Many fields give the same curve: a single channel mostly tells that the rubber is not
 everywhere the same, and several channels together tell where. What they cannot tell is said.
 
@@ -20,10 +20,10 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
 from bushcli.curve import Curve
-from bushcli.diagnosis import weighing
-from bushcli.diagnosis.field import covariance, estimate, uniform, zoned
+from bushcli.diagnosis.likelihood import calibration
+from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
 from bushcli.diagnosis.linearised import linearised, weighed
-from bushcli.diagnosis.noise_model import Compared
+from bushcli.diagnosis.likelihood.noise import Compared
 from bushcli.diagnosis.result import LocalMap
 from bushcli.inverse.channel import Channel
 from bushcli.recording import matching
@@ -126,7 +126,7 @@ def local_map(
     shape, linear = channels[0].model.mesh.shape, channels[0].model.law.linear
     for repeat in range(REPEATS + 1):
         seen = [
-            Seen(one, jacobian, *slope, channel.model.mesh.mirrors, weighing.factor_of(channel))
+            Seen(one, jacobian, *slope, channel.model.mesh.mirrors, calibration.factor_of(channel))
             for channel, one, jacobian, slope in zip(
                 channels, compared, jacobians, slopes_of(parameters), strict=True
             )
@@ -202,8 +202,8 @@ class Combined:
         slopes = [one.slope @ _onto(one.cells, one.mirrors, self.cells, self.mirrors) for one in seen]
         compared, jacobians = [one.compared for one in seen], [one.jacobian for one in seen]
         shared = [one.shared for one in seen]
-        self.linear = weighing.linear_fit(compared, shared, jacobians)
-        self.slope = weighing.columns(compared, shared, slopes)
+        self.linear = calibration.linear_fit(compared, shared, jacobians)
+        self.slope = calibration.columns(compared, shared, slopes)
         # The same as the samples are, a factor that they share not discounted: what a reader calls the misfit.
         self.plain = linearised(compared, jacobians)
         self.plain_slope = weighed(compared, slopes)

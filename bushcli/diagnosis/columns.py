@@ -1,4 +1,4 @@
-"""What each effect of the catalogue would do to the recordings, beside a model at its best: columns to be tested.
+"""What each effect of the catalogue would do to the recordings, beside a model at its best: derivatives of the curves.
 
 The derivative of the curves by an effect's amplitude at its off value comes from one run of the model with the effect
 in it, switched off: it changes nothing, and its derivative is exact. Shape parameters (times, gaps, thresholds), which
@@ -7,7 +7,7 @@ have no derivative there, are scanned on a small grid. An effect that starts wit
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 
 from bushcli.active import ActiveEffect
 from bushcli.casefile import Case
-from bushcli.diagnosis import kept, weighing
-from bushcli.diagnosis.model import Fitted, Model
-from bushcli.diagnosis.noise_model import Compared
-from bushcli.diagnosis.score import Candidate
-from bushcli.diagnosis.usual import in_words, usual_size, usual_value
-from bushcli.effect import Effect, EffectParameter, effect_name, effects, in_rig, rig_of, unsuited
+from bushcli.diagnosis import kept
+from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.prior import scales_of
+from bushcli.effect import Effect, EffectParameter, effect_name, effects, rig_of, unsuited
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
+from bushcli.rig import NoEquilibrium
 from cases.march import NotConverged
 from geometry.ring import Ring
 
@@ -33,6 +32,8 @@ Array = NDArray[np.float64]
 FLAT = 1e-3
 # Steps of a march, over the usual, that do for a first estimate; a coarse mesh does for it, too.
 HALF = 0.5
+# Failed steps after which a march is given up: another point of the grid is as good.
+PATIENCE = 2
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,6 @@ class Trial:
 
     Attributes
     ----------
-    effect : Effect
     active : ActiveEffect
         What is to be added to the model; of an effect that the model has already, with one branch more.
     amplitudes : tuple of str
@@ -52,58 +52,47 @@ class Trial:
         The first amplitude's finite value that is tried in place of its derivative.
     """
 
-    effect: Effect
     active: ActiveEffect
     amplitudes: tuple[str, ...]
     shape: Mapping[str, float]
     size: float | None = None
 
+    @property
+    def effect(self) -> Effect:
+        """The effect."""
+        return self.active.effect
 
-@dataclass(frozen=True)
-class Grid:
-    """What is tried of an effect.
-
-    Attributes
-    ----------
-    name : str
-        The effect's; with the rig where another one has it already.
-    trials : list of Trial
-    reason : str
-        Why there are none.
-    """
-
-    name: str
-    trials: list[Trial]
-    reason: str = ""
+    def added_to(self, model: Model) -> Model:
+        """The model with the effect, switched off; with its branch more where the model has the effect."""
+        others = [one for one in model.effects if one.identity != self.active.identity]
+        return replace(model, effects=(*others, self.active))
 
 
-def grids(case: Case, fitted: Fitted, effect: Effect) -> list[Grid]:
-    """The grid of an effect, or why it cannot be tested with these recordings; one for each rig that lacks it yet."""
-    model = fitted.model
-    acting = [c for c in fitted.channels if effect.acts_on(c.recording.mode)]
+def trials(
+    case: Case, model: Model, effect: Effect, recordings: Sequence[Recording]
+) -> tuple[list[Trial], str]:
+    """All that is tried of an effect beside a model, and where that is nothing, why."""
+    acting = [one for one in recordings if effect.acts_on(one.mode)]
     if not acting:
-        return [Grid(effect.name, [], "it does not act on the recorded modes")]
-    if effect.needs_time and all(c.recording.time is None for c in acting):
-        return [Grid(effect.name, [], "the recordings have no time")]
-    reason = unfit(case, (*model.names, effect.name))
+        return [], "it does not act on the recorded modes"
+    if effect.needs_time and all(one.time is None for one in acting):
+        return [], "the recordings have no time"
+    if effect.needs_fixed_law and not model.fixed:
+        return [], "a law that is identified from the same recordings does all that it does"
+    reason = unfit(case, (*(one.effect.name for one in model.effects), effect.name))
     if reason:
-        return [Grid(effect.name, [], reason)]
-
-    def made(present: ActiveEffect | None, rig: tuple[str, ...] | None, name: str) -> list[Trial]:
-        there = [c.recording for c in acting if rig is None or c.recording.name in rig]
-        return _grid(case, model, effect, present, name, rig, there)
-
+        return [], reason
     having = [one for one in model.effects if one.effect.name == effect.name]
-    if not having:
-        return [Grid(effect.name, [t for rig in rigs(effect, acting) for t in made(None, rig, effect.name)])]
-    found = [Grid(one.name, trials) for one in having if (trials := made(one, one.channels, one.name))]
-    if effect.of_channel:
-        known = {name for one in having for name in one.channels or [c.recording.name for c in acting]}
-        for rig in rigs(effect, acting):
-            if rig is not None and not known & set(rig):
-                name = in_rig(effect, rig[0])
-                found.append(Grid(name, made(None, rig, name)))
-    return found or [Grid(effect.name, [], "it is in the model already")]
+    found: list[Trial] = []
+    for present in having:
+        there = [one for one in acting if present.channels is None or one.name in present.channels]
+        found += _grid(case, model, effect, present, present.channels, there)
+    known = {name for one in having for name in one.channels or [r.name for r in acting]}
+    for rig in _rigs(effect, acting):
+        if not having or (rig is not None and not known & set(rig)):
+            there = [one for one in acting if rig is None or one.name in rig]
+            found += _grid(case, model, effect, None, rig, there)
+    return found, "" if found else "it is in the model already"
 
 
 def unfit(case: Case, names: Sequence[str]) -> str:
@@ -115,19 +104,19 @@ def unfit(case: Case, names: Sequence[str]) -> str:
     return ""
 
 
-def rigs(effect: Effect, acting: Sequence[Compared]) -> list[tuple[str, ...] | None]:
+def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] | None]:
     """Names of the channels that have an effect at a time; None = all that it acts on.
 
     What is offset, stopped or loose belongs to the rig of one mode: another one has another fixture and load cell. What
     needs time is tried where there is time.
     """
-    timed = tuple(c.recording.name for c in acting if c.recording.time is not None)
+    timed = tuple(one.name for one in acting if one.time is not None)
     if effect.needs_time and 0 < len(timed) < len(acting):
         return [timed]
-    found = dict.fromkeys(c.recording.mode for c in acting)
+    found = dict.fromkeys(one.mode for one in acting)
     if len(found) < 2 or not effect.of_channel:
         return [None]
-    return [tuple(c.recording.name for c in acting if c.recording.mode == mode) for mode in found]
+    return [tuple(one.name for one in acting if one.mode == mode) for mode in found]
 
 
 def _grid(
@@ -135,43 +124,37 @@ def _grid(
     model: Model,
     effect: Effect,
     present: ActiveEffect | None,
-    name: str,
     rig: tuple[str, ...] | None,
     recordings: Sequence[Recording],
 ) -> list[Trial]:
     """All points of the grid on some channels; none where the model has all of the effect there."""
     chosen = _parameters(effect, present)
-    if not chosen:
-        return []
-    times = [one.time for one in recordings if one.time is not None]
-    scales = {
-        "": 1.0,
-        "duration": max((float(t[-1] - t[0]) for t in times), default=1.0),
-        "amplitude": max(float(np.abs(one.displacement).max()) for one in recordings),
-    }
-    shear = _shear(model, case)
+    shear = shear_modulus(model, case)
+    scales = scales_of(case, shear, recordings)
     amplitudes = tuple(p for p in chosen if p.off is not None)
     shapes = [p for p in chosen if p.off is None]
+    if not amplitudes:
+        return []
+    factors = {"": 1.0, "duration": scales["duration"], "amplitude": scales["travel"]}
 
     def values(parameter: EffectParameter) -> list[float]:
-        if not parameter.scan or parameter.of_mesh:
-            return [usual_value(effect, parameter, recordings)]
+        if not parameter.scan:
+            return [parameter.start if parameter.prior is None else parameter.prior.median(scales)]
         # A grid of stresses is meant for a rubber of about 1 MPa.
-        scale = shear if parameter.unit == "MPa" else scales[parameter.scale]
-        grid = [float(np.clip(v * scale, parameter.lower, parameter.upper)) for v in parameter.scan]
+        factor = shear if parameter.unit == "MPa" else factors[parameter.scale]
+        grid = [float(np.clip(v * factor, parameter.lower, parameter.upper)) for v in parameter.scan]
         return [v for v in grid if not _taken(parameter, v, present)]
 
     found = []
+    sizes: list[float | None] = [None]
+    if amplitudes[0].sizes and isinstance(case.geometry, Ring):
+        sizes = [share * case.geometry.thickness for share in amplitudes[0].sizes]
+    before = {} if present is None else dict(present.values)
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))
         off = {p.name: float(p.off or 0.0) for p in amplitudes}
-        before = {} if present is None else dict(present.values)
-        active = ActiveEffect(effect, before | off | shape, rig, rig_of(name))
-        names = tuple(p.name for p in amplitudes)
-        sizes: list[float | None] = [None]
-        if amplitudes[0].sizes and isinstance(case.geometry, Ring):
-            sizes = [share * case.geometry.thickness for share in amplitudes[0].sizes]
-        found += [Trial(effect, active, names, shape, size) for size in sizes]
+        active = ActiveEffect(effect, before | off | shape, rig, "" if present is None else rig_of(present.name))
+        found += [Trial(active, tuple(p.name for p in amplitudes), shape, size) for size in sizes]
     return found
 
 
@@ -180,9 +163,7 @@ def _parameters(effect: Effect, present: ActiveEffect | None) -> tuple[EffectPar
     if present is None:
         return tuple(p for p in effect.parameters if not p.optional)
     missing = [p for p in effect.parameters if p.optional and p.name not in present.values]
-    if not missing:
-        return ()
-    number = missing[0].name.lstrip("abcdefghijklmnopqrstuvwxyz_")
+    number = missing[0].name.lstrip("abcdefghijklmnopqrstuvwxyz_") if missing else ""
     return tuple(p for p in missing if p.name.endswith(number))
 
 
@@ -195,30 +176,30 @@ def _taken(parameter: EffectParameter, value: float, present: ActiveEffect | Non
     return any(0.5 < value / other < 2.0 for other in others if other > 0)
 
 
-def _shear(model: Model, case: Case) -> float:
-    law = model.task(case).law
-    return float(law.shear_modulus(**model.start))
+def shear_modulus(model: Model, case: Case) -> float:
+    """Initial shear modulus of a model's law, MPa."""
+    return float(model.task(case).law.shear_modulus(**model.start))
 
 
-def columns(case: Case, fitted: Fitted, trial: Trial) -> tuple[Array, ...] | None:
+# -- derivatives ---------------------------------------------------------------------------------------------------
+
+
+def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
     """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved."""
-    model = replace(fitted.model, effects=(*_beside(fitted.model, trial), trial.active))
+    model = replace(base, effects=(*_beside(base, trial), trial.active))
     # Beside others of its kind it may have another name there.
-    there = next(
-        one
-        for one in model.effects
-        if (one.effect.name, one.channels) == (trial.effect.name, trial.active.channels)
-    )
+    there = next(one for one in model.effects if one.identity == trial.active.identity)
     names = [f"{there.name}.{name}" for name in trial.amplitudes]
     coarse: kept.Coarse = "memory" if trial.effect.acts == "assembly" else "solid"
-    channels = kept.channels(model.task(case), HALF, coarse)
+    channels = kept.channels(model.task(case), HALF, coarse, patience=PATIENCE)
+    points = (model.values, _at_own_shape(model, case).values)
     found: list[Array] = []
-    for channel, compared in zip(channels, fitted.channels, strict=True):
-        recording = compared.recording
+    for channel in channels:
+        recording = channel.recording
         if not trial.active.acts_on(recording.name, recording.mode):
             found.append(np.zeros((len(recording.force), len(names))))
             continue
-        slope = _solved(channel, (_values(model), _values(_at_own_shape(model, case))), names, trial)
+        slope = _solved(channel, points, names, trial)
         if slope is None:
             return None
         found.append(slope)
@@ -232,7 +213,7 @@ def _solved(
     for values in points:
         try:
             return _derivative(channel, values, names, trial)
-        except NotConverged:
+        except (NotConverged, NoEquilibrium):
             continue
     return None
 
@@ -245,7 +226,7 @@ def _at_own_shape(model: Model, case: Case) -> Model:
     """
     chosen = model.task(case).law
     own = {p.name: p.start for p in chosen.parameters if p.name in model.start}
-    factor = _shear(model, case) / float(chosen.shear_modulus(**own))
+    factor = shear_modulus(model, case) / float(chosen.shear_modulus(**own))
     scaled = {name: value * factor if name in chosen.linear else value for name, value in own.items()}
     return replace(model, start=scaled)
 
@@ -257,17 +238,10 @@ def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
     of every combination would have to be compiled, some ten of which one is refitted. One branch more of an effect is
     tried beside those it has.
     """
-    others = tuple(one for one in model.effects if one.name != trial.active.name)
+    others = tuple(one for one in model.effects if one.identity != trial.active.identity)
     if trial.effect.acts == "rig" or len(others) < len(model.effects):
         return others
     return tuple(one for one in others if one.effect.acts == "rig")
-
-
-def _values(model: Model) -> dict[str, float]:
-    values = dict(model.start)
-    for one in model.effects:
-        values |= {one.full_name(p): one.values[p.name] for p in one.parameters}
-    return values
 
 
 def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Trial) -> Array:
@@ -290,51 +264,3 @@ def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[s
             slope = slope.copy()
             slope[:, i] = secant
     return slope
-
-
-def candidate(
-    fitted: Fitted, effect: Effect, grid: Grid, found: Sequence[tuple[Array, ...] | None]
-) -> Candidate:
-    """Make a candidate of the columns at the points of a grid."""
-    usable = [(t, c) for t, c in zip(grid.trials, found, strict=True) if c is not None]
-    if not usable:
-        reason = grid.reason or "the model cannot be solved with it"
-        return Candidate(grid.name, ("",), (), (), (0,), untestable=reason)
-    amplitudes = usable[0][0].amplitudes
-    parameters = [next(p for p in effect.parameters if p.name == name) for name in amplitudes]
-    return Candidate(
-        name=grid.name,
-        amplitudes=amplitudes,
-        columns=tuple(weighing.columns(fitted.channels, fitted.used, c) for _, c in usable),
-        points=tuple(t.shape for t, _ in usable),
-        signs=tuple(1 if p.off == p.lower else 0 for p in parameters),
-        typical=tuple(_typical(effect, parameters, fitted, t) for t, _ in usable),
-        said=tuple(_said(effect, parameters, fitted, t) for t, _ in usable),
-        sizes=tuple(t.size for t, _ in usable),
-        channels=tuple(t.active.channels for t, _ in usable),
-    )
-
-
-def _typical(
-    effect: Effect, parameters: Sequence[EffectParameter], fitted: Fitted, trial: Trial
-) -> tuple[float, ...]:
-    return tuple(usual_size(effect, p, _having(fitted, trial)) for p in parameters)
-
-
-def _said(effect: Effect, parameters: Sequence[EffectParameter], fitted: Fitted, trial: Trial) -> str:
-    """Typical amplitudes in words, at the door: "force = 3 N, displacement = 0.02 mm"."""
-    recordings = _having(fitted, trial)
-    return ", ".join(in_words(p, usual_size(effect, p, recordings), recordings) for p in parameters)
-
-
-def _having(fitted: Fitted, trial: Trial) -> list[Recording]:
-    """The recordings of the channels that have an effect."""
-    there = [c.recording for c in fitted.channels]
-    return [one for one in there if trial.active.acts_on(one.name, one.mode)]
-
-
-def catalogue(names: Sequence[str] | None, known: Mapping[str, Effect], specimen: str) -> Iterator[Effect]:
-    """The effects to be thought of, of those that a specimen can have."""
-    for name, effect in known.items():
-        if specimen in effect.specimens and (names is None or name in names):
-            yield effect

@@ -1,0 +1,157 @@
+"""The evidence of a fitted model: its likelihood averaged over the priors of its parameters, by Laplace's method.
+
+At the maximum a posteriori the posterior is taken for a Gaussian. Every parameter is measured in standard deviations
+of its prior there, or of its logarithm's. Where an amplitude cannot be less than zero, only the part of the Gaussian
+above zero counts, at an optimum on that bound with the slope that holds it there.
+
+References
+----------
+Kass and Raftery (1995), Bayes factors, J. Am. Stat. Assoc. 90:773-795, doi:10.1080/01621459.1995.10476572, section 4.1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+from bushcli.diagnosis.likelihood.form import Judged, Likelihood
+from bushcli.diagnosis.prior import LAW_SHARE, Known
+
+Array = NDArray[np.float64]
+
+# Precision, in units of the prior's standard deviation, with which a uniform prior enters a Gaussian: a parameter that
+# the data say nothing of then contributes nothing to the evidence.
+UNIFORM = 2.0 * math.pi / 12.0
+# An amplitude nearer to its off value than this share of its prior's standard deviation lies on the bound.
+AT_OFF = 1e-6
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The evidence of a model.
+
+    Attributes
+    ----------
+    log, log_unknown : float
+        Natural logarithm, up to a constant that all models of a diagnosis share: of the model, and of the model with
+        the unknown effect beside it.
+    judged, judged_unknown : Judged
+    excess : shape (channels,)
+        Sum of squares of the features beyond noise.
+    covariance : shape (p, p)
+        Of the parameters, in their own units; the posterior of the model without the unknown effect.
+    """
+
+    log: float
+    log_unknown: float
+    judged: Judged
+    judged_unknown: Judged
+    excess: Array
+    covariance: Array
+
+
+def evidence(
+    likelihood: Likelihood,
+    misfit: Sequence[Array],
+    slopes: Sequence[Array],
+    values: Array,
+    known: Sequence[Known | None],
+    off: Sequence[float],
+) -> Evidence:
+    """Return the evidence of a model at its maximum a posteriori.
+
+    Parameters
+    ----------
+    likelihood
+    misfit : sequence of (K,) array
+        Features of what the model leaves, by channel.
+    slopes : sequence of (K, p) array
+        Their derivatives.
+    values : shape (p,)
+    known : sequence of Known or None
+        Priors; None of a law's parameter.
+    off : sequence of float
+        Of a one-sided amplitude its off value, any number elsewhere.
+    """
+    excess = likelihood.excess(misfit)
+    judged, unknown = likelihood.judge(excess), likelihood.judge_unknown(excess)
+    signal = float(likelihood.signal.sum())
+    units, density, precision = _prior(slopes, values, known, signal)
+    found, covariance = [], np.zeros((0, 0))
+    for one in (judged, unknown):
+        gram, slope = _gram(misfit, slopes, one.scale)
+        log, inverse = _laplace(gram, slope, units, density, precision, values, known, off)
+        found.append(one.log + log)
+        if one is judged:
+            covariance = inverse * np.outer(units, units)
+    return Evidence(found[0], found[1], judged, unknown, excess, covariance)
+
+
+def _gram(misfit: Sequence[Array], slopes: Sequence[Array], scale: Sequence[float]) -> tuple[Array, Array]:
+    """Second derivative (p, p) and first (p,) of half the weighed sum of squares."""
+    gram = sum((J.T @ J / v for J, v in zip(slopes, scale, strict=True)), np.zeros((slopes[0].shape[1],) * 2))
+    slope = sum((J.T @ z / v for J, z, v in zip(slopes, misfit, scale, strict=True)), np.zeros(slopes[0].shape[1]))
+    return np.asarray(gram), np.asarray(slope)
+
+
+def _prior(
+    slopes: Sequence[Array], values: Array, known: Sequence[Known | None], signal: float
+) -> tuple[Array, Array, Array]:
+    """Of each parameter the prior's standard deviation, log density (in that unit) at the value, and precision."""
+    units, density, precision = np.ones(len(values)), np.zeros(len(values)), np.ones(len(values))
+    for i, (value, one) in enumerate(zip(values, known, strict=True)):
+        if one is None:
+            size = math.sqrt(sum(float(J[:, i] @ J[:, i]) for J in slopes))
+            units[i] = LAW_SHARE * math.sqrt(signal) / max(size, 1e-300)
+            density[i] = -0.5 * math.log(2.0 * math.pi)
+            continue
+        prior, scales = one.prior, one.scales
+        units[i] = 1.0 / math.sqrt(max(prior.curvature(float(value), scales), 1e-300))
+        if prior.shape == "log_uniform" and value != 0.0:
+            precision[i] = UNIFORM
+        if value == 0.0 and prior.is_logarithmic:
+            # Switched off, where a logarithm has no density: what the data say nothing of.
+            units[i], density[i] = prior.median(scales), -0.5 * math.log(2.0 * math.pi)
+            continue
+        density[i] = prior.log_density(float(value), scales) + math.log(units[i])
+    return units, density, precision
+
+
+def _laplace(
+    gram: Array,
+    slope: Array,
+    units: Array,
+    density: Array,
+    precision: Array,
+    values: Array,
+    known: Sequence[Known | None],
+    off: Sequence[float],
+) -> tuple[float, Array]:
+    """Logarithm of the integral of posterior over maximum likelihood, and the covariance in the priors' units."""
+    p = len(values)
+    if p == 0:
+        return 0.0, np.zeros((0, 0))
+    hessian = gram * np.outer(units, units) + np.diag(precision)
+    inverse = np.linalg.inv(hessian)
+    _, log_det = np.linalg.slogdet(hessian)
+    total = float(density.sum()) + 0.5 * p * math.log(2.0 * math.pi) - 0.5 * float(log_det)
+    for i, one in enumerate(known):
+        if one is None or not one.one_sided:
+            continue
+        std = math.sqrt(inverse[i, i])
+        above = (values[i] - off[i]) / units[i]
+        # At the bound the slope of the misfit holds it there; elsewhere it vanishes.
+        held = max(0.0, slope[i] * units[i]) if above < AT_OFF else 0.0
+        t = above / std - held * std
+        total += float(log_ndtr(t)) + 0.5 * (held * std) ** 2
+    return total, inverse
+
+
+def standard_errors(names: Sequence[str], found: Evidence) -> Mapping[str, float]:
+    """Standard deviation of the posterior of each parameter."""
+    return dict(zip(names, map(float, np.sqrt(np.maximum(np.diag(found.covariance), 0.0))), strict=True))

@@ -1,0 +1,261 @@
+"""Fit a model to the recordings: the maximum a posteriori under the likelihood, from several starts.
+
+The plain law is fitted as `bushcli inverse` fits it, to the same number. All other models are fitted to the smooth part
+of the misfit (`likelihood.features`), each channel in units of the standard deviation that noise and error of form give
+it, together with the priors of the effects' values. These units are set once, by what the plain law leaves, and stay.
+
+No model ends worse than one that it contains: where it does, it begins again from that one's optimum, with the further
+effect switched off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case
+from bushcli.diagnosis import kept
+from bushcli.diagnosis.likelihood.calibration import factor_of
+from bushcli.diagnosis.likelihood.features import Features, features
+from bushcli.diagnosis.likelihood.noise import NoiseModel, noise_model
+from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.prior import Known, known_parameters
+from bushcli.inverse.begin import own_start, scaled
+from bushcli.inverse.channel import Channel
+from bushcli.inverse.first import first_minimum
+from bushcli.inverse.local import inside
+from bushcli.inverse.problem import Problem
+from bushcli.inverse.search import search
+from bushcli.inverse.task import Task
+from cases.march import NotConverged
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Relative change of the sum of squares that ends a fit: some hundredths of a nat.
+TOLERANCE = 1e-3
+# A fit has an end, too, where so many evaluations bring less than this share.
+VALLEY = 8, 5e-3
+# No fit takes more evaluations.
+MOST = 40
+# Nor does one in three dimensions that could not solve so many trials; each takes as long as five others.
+FAILURES = 6
+# A model that ends worse by more than this than one that it contains begins again from there: a tenth of a nat.
+WORSE = 0.2
+# Shares of the first-order amplitude that are tried where that cannot be solved.
+RETREATS = (0.5, 0.2, 0.05)
+# Failed steps after which a march of a trial is given up. The last start has all the patience there is.
+PATIENCE = 2
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What the recordings are taken for, by channel.
+
+    Attributes
+    ----------
+    used : tuple of array of bool, shape (n,) each
+        Samples that count.
+    variances : tuple of float
+        Of the features, from noise and error of form.
+    """
+
+    used: tuple[Mask, ...]
+    variances: tuple[float, ...]
+
+
+class Posterior(Problem):
+    """The least-squares problem whose sum of squares is twice the negative logarithm of the posterior density."""
+
+    features: tuple[Features, ...]
+    variances: tuple[float, ...]
+    known: Mapping[str, Known]
+
+    @property
+    def samples(self) -> int:
+        """Number of rows without those of stability."""
+        return sum(one.count for one in self.features) + len(self.names)
+
+    @property
+    def unit(self) -> float:
+        """Factor that makes rows of the order of one, so that the law's stability weighs what it does elsewhere."""
+        return float(np.sqrt(len(self.channels) / sum(one.count for one in self.features)))
+
+    def objective(self, x: Array) -> float:
+        """Twice the negative logarithm of the posterior density, up to a constant; NaN where a march failed."""
+        return float(np.sum(self._rows(x)[0][: self.samples] ** 2)) / self.unit**2
+
+    def _rows(self, x: Array) -> tuple[Array, Array]:
+        forces = self.forces(x)
+        if forces is None:
+            size = self.samples + len(self.states)
+            return np.full(size, np.nan), np.full((size, len(x)), np.nan)
+        values, slopes = [], []
+        for channel, one, variance, (force, slope) in zip(
+            self.channels, self.features, self.variances, forces, strict=True
+        ):
+            scale = self.unit / np.sqrt(variance)
+            values.append(scale * one.of(force - channel.recording.force))
+            slopes.append(scale * one.of(slope))
+        prior = [self.known[n].row(float(v)) if n in self.known else (0.0, 0.0) for n, v in zip(self.names, x, strict=True)]
+        values.append(self.unit * np.array([row for row, _ in prior]))
+        slopes.append(self.unit * np.diag([slope for _, slope in prior]))
+        value, slope = self._stability(x)
+        return np.concatenate([*values, value]), np.concatenate([*slopes, slope])
+
+
+# -- the plain law -------------------------------------------------------------------------------------------------
+
+
+def fit_plain(case: Case, model: Model) -> Fitted | None:
+    """Fit the plain law as `bushcli inverse` does; None where it cannot be solved from any start."""
+    task = model.task(case)
+    channels = kept.channels(task)
+    problem = task.pose(channels)
+    start, lower, upper = task.vectors()
+    if not problem.names:
+        return _fitted(model, problem, np.zeros(0), True)
+    found = first_minimum(problem, start, lower, upper)
+    return None if found is None else _fitted(model, problem, found.minimum.x, found.minimum.converged)
+
+
+def noises(case: Case, model: Model) -> tuple[NoiseModel, ...]:
+    """Noise of each channel as a simulation is to meet it."""
+    return tuple(noise_model(channel.recording) for channel in kept.channels(model.task(case)))
+
+
+def all_features(case: Case, model: Model, used: Sequence[Mask]) -> tuple[Features, ...]:
+    """Features of each channel."""
+    channels = kept.channels(model.task(case))
+    return tuple(features(c.recording, noise_model(c.recording), m, factor_of(c)) for c, m in zip(channels, used, strict=True))
+
+
+# -- any model -----------------------------------------------------------------------------------------------------
+
+
+def fit(
+    case: Case, model: Model, measured: Measured, contained: Sequence[Model] = (), least: float = float("inf")
+) -> Fitted | None:
+    """Fit a model; None where it cannot be solved from any start.
+
+    Parameters
+    ----------
+    case
+    model
+        With start values: the first-order ones of its effects.
+    measured
+    contained
+        Fitted models that it contains, the best first: their optima are starts, too.
+    least
+        Objective of the best of these, which this one must not exceed.
+    """
+    task, problem = pose(case, model, measured)
+    start, lower, upper = task.vectors()
+    if not problem.names:
+        return _fitted(model, problem, np.zeros(0), True) if np.isfinite(problem.residual(np.zeros(0))).all() else None
+    begun = _first_solved(problem, model, start, lower, upper)
+    best: tuple[float, Array, bool] | None = None
+    if begun is not None:
+        best = _searched(problem, begun, lower, upper)
+    for other in contained[:1] if best is None or best[0] > least + WORSE else ():
+        for channel in problem.channels:
+            kept.be_patient(channel, None)
+        at = _vector(problem, model.off(other), start)
+        if not np.isfinite(problem.residual(at)).all():
+            continue
+        # The optimum of what it contains, as it is: at a bound, where a search cannot begin.
+        found = problem.objective(at), at, True
+        again = _searched(problem, inside(at, lower, upper), lower, upper)
+        best = min([one for one in (best, found, again) if one is not None], key=lambda one: one[0])
+    return None if best is None else _fitted(model, problem, best[1], best[2])
+
+
+def pose(case: Case, model: Model, measured: Measured) -> tuple[Task, Posterior]:
+    """The least-squares problem of a model."""
+    task = model.task(case)
+    coarse: kept.Coarse = "never" if model.anchor is None else "memory"
+    channels = kept.channels(task, coarse=coarse, anchor=model.anchor, patience=PATIENCE)
+    plain = task.pose(channels)
+    problem = Posterior(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
+    problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
+    problem.rounds, problem.walls, problem.most = 1, False, MOST
+    if any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels):
+        problem.failures = FAILURES
+    problem.features = tuple(
+        features(c.recording, noise_model(c.recording), m, factor_of(c)) for c, m in zip(channels, measured.used, strict=True)
+    )
+    problem.variances = measured.variances
+    shear = float(task.law.shear_modulus(**model.start))
+    problem.known = known_parameters(case, task.effects, shear, [c.recording for c in channels])
+    return task, problem
+
+
+def exact(case: Case, fitted: Fitted) -> Fitted | None:
+    """The fit with the forces of the usual mesh, where they were those of a coarse one; None where that fails."""
+    found = []
+    for channel, before in zip(kept.channels(fitted.model.task(case)), fitted.simulated, strict=True):
+        try:
+            force, _ = channel.at_samples(channel.solve(fitted.values, ()))
+        except NotConverged:
+            return None
+        found.append(np.where(np.isfinite(before), force, np.nan))
+    return Fitted(
+        fitted.model, fitted.names, fitted.x, tuple(found), fitted.jacobians, fitted.converged, fitted.solves, fitted.failed
+    )
+
+
+def _first_solved(problem: Posterior, model: Model, start: Array, lower: Array, upper: Array) -> Array | None:
+    """The first start that can be solved: as given, with less of the effects, with the law's own shape at its scale."""
+    for point in _starts(problem, model, start):
+        begun = inside(np.clip(point, lower, upper), lower, upper)
+        if np.isfinite(problem.residual(begun)).all():
+            return begun
+    own = inside(own_start(problem, np.clip(start, lower, upper)), lower, upper)
+    if np.isfinite(problem.residual(own)).all():
+        return scaled(problem, own, lower, upper)
+    return None
+
+
+def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
+    found = [start]
+    amplitudes = {one.full_name(p): float(p.off or 0.0) for one in model.effects for p in one.effect.amplitudes}
+    for share in RETREATS if amplitudes else ():
+        less = [
+            amplitudes[n] + share * (v - amplitudes[n]) if n in amplitudes else v
+            for n, v in zip(problem.names, start, strict=True)
+        ]
+        found.append(np.array(less))
+    return found
+
+
+def _searched(problem: Posterior, begun: Array, lower: Array, upper: Array) -> tuple[float, Array, bool]:
+    if any(not channel.coupon for channel in problem.channels):
+        try:
+            problem.watch(begun)
+        except NotConverged:
+            return problem.objective(begun), begun, False
+    end = search(problem, begun, lower, upper)
+    return problem.objective(end.x), end.x, end.converged
+
+
+def _vector(problem: Problem, values: Mapping[str, float], start: Array) -> Array:
+    return np.array([values.get(name, value) for name, value in zip(problem.names, start, strict=True)])
+
+
+def _fitted(model: Model, problem: Problem, x: Array, converged: bool) -> Fitted:
+    forces = problem.forces(x)
+    assert forces is not None
+    values = dict(zip(problem.names, map(float, x), strict=True))
+    return Fitted(
+        model.at(values),
+        problem.names,
+        x,
+        tuple(force for force, _ in forces),
+        tuple(slope for _, slope in forces),
+        converged,
+        problem.forward_solves,
+        problem.failed_solves,
+    )

@@ -1,0 +1,124 @@
+"""What of a misfit is smooth: polynomials along each branch of the path, the noise's unit one.
+
+Physics acts along branches: a loop opens on loading and closes on unloading, a force relaxes in a hold. The weighted
+misfit of a channel is projected on Legendre polynomials of each branch (of the logarithm of time in a hold). White
+noise contributes one unit to each feature, however large it is beyond what the recording says of itself, a hum or a
+quantisation contributes next to nothing, and what a formula gets wrong is in the first few.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+from numpy.typing import NDArray
+
+from bushcli.diagnosis.likelihood.noise import NoiseModel, smoothed
+from bushcli.recording import Recording, branches
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Degree of the polynomials, and samples per coefficient that they take to leave noise out: as in the noise model.
+DEGREE, PER_COEFFICIENT = 5, 3
+
+
+@dataclass(frozen=True)
+class Features:
+    """The features of one channel.
+
+    Attributes
+    ----------
+    basis : shape (n, K)
+        Orthonormal; zero at samples that do not count.
+    weights : shape (n,)
+        Reciprocal standard deviation of the noise of an independent sample; zero likewise.
+    along : shape (K,)
+        Unit vector of what a common factor on the forces does to the features.
+    taken : float
+        Share of it that the uncertainty of calibration takes away.
+    signal : float
+        Sum of squares of the weighted force about its mean: what a misfit is compared with.
+    """
+
+    basis: Array
+    weights: Array
+    along: Array
+    taken: float
+    signal: float
+
+    @property
+    def count(self) -> int:
+        """Number of features K."""
+        return self.basis.shape[1]
+
+    def of(self, rows: Array) -> Array:
+        """Return the features (K,) or (K, k) of a misfit (n,) or of derivatives (n, k), calibration allowed for."""
+        weights = self.weights if rows.ndim == 1 else self.weights[:, None]
+        found = self.basis.T @ np.where(weights > 0.0, rows * weights, 0.0)
+        share = self.taken * (self.along @ found)
+        return np.asarray(found - (self.along * share if found.ndim == 1 else np.outer(self.along, share)))
+
+    def smooth(self, rows: Array) -> Array:
+        """Return the smooth part (n,) of a misfit (n,), in its own unit."""
+        weighted = np.where(self.weights > 0.0, rows * self.weights, 0.0)
+        unit = np.where(self.weights > 0.0, self.weights, np.inf)
+        return np.asarray(self.basis @ (self.basis.T @ weighted) / unit)
+
+
+def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float) -> Features:
+    """Return the features of a channel.
+
+    Parameters
+    ----------
+    recording : Recording
+        n samples.
+    noise : NoiseModel
+    used : (n,) array of bool
+        Samples that count; data faults do not.
+    factor : float
+        Standard deviation of the common factor of the forces (`calibration`).
+    """
+    unit = noise.sigma * np.sqrt(noise.correlation_time)
+    weights = np.where(used, 1.0 / unit, 0.0)
+    basis = _basis(recording, used)
+    force = basis.T @ (smoothed(recording) * weights)
+    size = float(np.linalg.norm(force))
+    taken = 1.0 - 1.0 / float(np.sqrt(1.0 + (factor * size) ** 2))
+    centred = (recording.force - float(np.mean(recording.force[used]))) * weights
+    return Features(basis, weights, force / max(size, 1e-300), taken, float(centred @ centred))
+
+
+def _basis(recording: Recording, used: Mask) -> Array:
+    """Orthonormal polynomials (n, K) of each branch."""
+    clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
+    columns: list[Array] = []
+    for branch in branches(recording):
+        here = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
+        if not len(here):
+            continue
+        degree = int(np.clip(len(here) // PER_COEFFICIENT - 1, 0, DEGREE))
+        position = _position(clock[here], branch.kind == "hold")
+        own, _ = np.linalg.qr(legvander(position, degree))
+        block = np.zeros((len(clock), own.shape[1]))
+        block[here] = own
+        columns.append(block)
+    return np.hstack(columns)
+
+
+def _position(clock: Array, hold: bool) -> Array:
+    """Place in a branch, -1 to 1."""
+    since = clock - clock[0]
+    if len(since) < 2 or since[-1] <= 0.0:
+        return np.zeros(len(since))
+    if hold:
+        # Relaxation is fast at first.
+        since = np.log1p(since / max(float(since[1]), 1e-12))
+    return np.asarray(2.0 * since / float(since[-1]) - 1.0)
+
+
+def stacked(parts: Sequence[Array]) -> Array:
+    """Features of all channels one after the other."""
+    return np.concatenate(list(parts))

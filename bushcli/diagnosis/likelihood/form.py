@@ -1,0 +1,146 @@
+"""The error of form: formulas of a true effect are wrong by an unknown share of what they explain.
+
+A formula that has the right physics leaves a misfit of some `PHI` of the one without it, smooth along the path; a law leaves some `LAMBDA` of the force. Such a misfit has few degrees of freedom, about `EFFECTIVE` per channel, however many
+samples show it. With E the sum of squares of the features of a channel beyond what noise makes expect, D that of the
+plain law, F that of the force, and m effective features, a model has the likelihood
+
+    log L = log of the mean over phi and lambda of prod_c v_c^(-m_c/2) exp(-(m_c + E_c) / (2 v_c)),
+    v_c = 1 + (phi^2 D_c + lambda^2 F_c) / m_c.
+
+Where the misfit is small beside the noise, v is 1, and this is the likelihood of the noise, exp(-E/2). Where formulas
+err by more than the noise, v is large, and the data are asked only as sharply as formulas deserve: with phi free, a
+model that leaves twice the misfit of another loses m log 2, not the difference of two sums over hundreds of samples.
+This is a coarsened likelihood with its own scale marginalised.
+
+D_c is half the channel's own and half its share, by the force, of that of all channels: an effect that changes one
+channel most is as wrong in another one as in that.
+
+References
+----------
+Kennedy and O'Hagan (2001), Bayesian calibration of computer models, J. R. Stat. Soc. B 63:425-464,
+doi:10.1111/1467-9868.00294.
+Miller and Dunson (2019), Robust Bayesian inference via coarsening, J. Am. Stat. Assoc. 114:1113-1125,
+doi:10.1080/01621459.2018.1469995.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from bushcli.diagnosis.likelihood.features import Features
+
+Array = NDArray[np.float64]
+
+# Median of the share of the plain law's misfit that the right physics in another formula leaves, and standard deviation
+# of its logarithm: measured, see docs/diagnosis.md and benchmarks/form.
+PHI, PHI_SPREAD = 0.08, 0.7
+# The same of what a law leaves of the force.
+LAMBDA, LAMBDA_SPREAD = 0.001, 0.7
+# Effective number of features of an error of form in one channel.
+EFFECTIVE = 12
+# Nodes of the quadrature over each, in standard deviations of the logarithm.
+_NODES = np.linspace(-3.0, 3.0, 13)
+_WEIGHTS = np.exp(-0.5 * _NODES**2) / np.exp(-0.5 * _NODES**2).sum()
+# The unknown effect: size over the force, log-uniform between these, and probability that a channel has it.
+UNKNOWN = (0.002, 0.5)
+_SIZES = np.geomspace(*UNKNOWN, 25)
+UNKNOWN_IN_CHANNEL = 0.5
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What the likelihood says of a model.
+
+    Attributes
+    ----------
+    log : float
+        Natural logarithm of the likelihood, up to a constant that all models of a diagnosis share.
+    scale : tuple of float
+        By channel, the variance v by which its features are divided, harmonic mean over the posterior of phi and lambda.
+    phi : float
+        Posterior mean of the error of form.
+    """
+
+    log: float
+    scale: tuple[float, ...]
+    phi: float
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """The likelihood of all recordings of a diagnosis.
+
+    Attributes
+    ----------
+    features : tuple of Features
+        By channel.
+    plain : tuple of float
+        Sum of squares D of what the plain law leaves beyond noise, by channel.
+    """
+
+    features: tuple[Features, ...]
+    plain: tuple[float, ...]
+
+    @property
+    def effective(self) -> Array:
+        """Effective number of features m by channel."""
+        return np.array([float(min(EFFECTIVE, one.count)) for one in self.features])
+
+    @property
+    def signal(self) -> Array:
+        """Sum of squares F of the force by channel."""
+        return np.array([one.signal for one in self.features])
+
+    @property
+    def explained(self) -> Array:
+        """Sum of squares D_c that an effect may have to explain, by channel."""
+        own = np.maximum(np.array(self.plain), 0.0)
+        share = float(own.sum()) / max(float(self.signal.sum()), 1e-300)
+        return np.asarray(0.5 * own + 0.5 * share * self.signal)
+
+    def variances(self, phi: float = PHI, lam: float = LAMBDA) -> Array:
+        """Variance v_c of the features of each channel for given errors of form."""
+        return np.asarray(1.0 + (phi**2 * self.explained + lam**2 * self.signal) / self.effective)
+
+    def excess(self, rows: Sequence[Array]) -> Array:
+        """Sum of squares E of the features of each channel beyond noise, of their misfits (K,)."""
+        return np.array([float(z @ z) - len(z) for z in rows])
+
+    def judge(self, excess: Array) -> Judged:
+        """Judge a model by what it leaves (channels,)."""
+        m = self.effective
+        phi = PHI * np.exp(PHI_SPREAD * _NODES)
+        lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
+        form = phi[:, None, None] ** 2 * self.explained + lam[None, :, None] ** 2 * self.signal
+        v = 1.0 + form / m
+        log = np.sum(-0.5 * m * np.log(v) - 0.5 * (m + excess) / v, axis=-1)
+        log = log + np.log(_WEIGHTS)[:, None] + np.log(_WEIGHTS)[None, :]
+        total = float(logsumexp(log))
+        weight = np.exp(log - total)
+        scale = 1.0 / np.einsum("ij,ijc->c", weight, 1.0 / v)
+        return Judged(total, tuple(map(float, scale)), float(weight.sum(axis=1) @ phi))
+
+    def judge_unknown(self, excess: Array) -> Judged:
+        """Judge a model that has the unknown effect as well: what it leaves may be of any size, channel by channel."""
+        m = self.effective
+        lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
+        base = PHI**2 * self.explained
+        total, scales = 0.0, []
+        for c in range(len(m)):
+            sizes = np.concatenate([[0.0], _SIZES])
+            prior = np.concatenate(
+                [[1.0 - UNKNOWN_IN_CHANNEL], np.full(len(_SIZES), UNKNOWN_IN_CHANNEL / len(_SIZES))]
+            )
+            form = base[c] + (sizes[:, None] ** 2 + lam[None, :] ** 2) * self.signal[c]
+            v = 1.0 + form / m[c]
+            log = -0.5 * m[c] * np.log(v) - 0.5 * (m[c] + excess[c]) / v
+            log = log + np.log(prior)[:, None] + np.log(_WEIGHTS)[None, :]
+            part = float(logsumexp(log))
+            total += part
+            scales.append(1.0 / float(np.sum(np.exp(log - part) / v)))
+        return Judged(total, tuple(scales), 1.0)

@@ -1,0 +1,146 @@
+"""What is known before any recording: the odds of each effect and law, and what priors of values are relative to.
+
+The odds stand in one table. They are an engineer's: how often a bushing on a rig has an effect that is large enough to
+be seen. `uniform=True` gives all effects the same.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bushcli.active import ActiveEffect
+from bushcli.casefile import Case
+from bushcli.prior import Prior, Scales
+from bushcli.recording import Recording
+from geometry.ring import Ring
+
+# Odds of an effect against its absence. Engineering judgement, in three classes: filled rubber softens, creeps and
+# slips in every test; assembly and rig are imperfect in some; what is left is rare.
+USUAL, OCCASIONAL, RARE = 0.2, 0.1, 0.05
+ODDS: Mapping[str, float] = {
+    "mullins": USUAL,
+    "viscoelasticity": USUAL,
+    "friction": USUAL,
+    "batch_stiffness": USUAL,
+    "permanent_set": OCCASIONAL,
+    "compressibility": OCCASIONAL,
+    "swaging": OCCASIONAL,
+    "cure_shrinkage": OCCASIONAL,
+    "rig_compliance": OCCASIONAL,
+    "offset": OCCASIONAL,
+    "free_play": OCCASIONAL,
+    "bump_stop": OCCASIONAL,
+    "time_lag": OCCASIONAL,
+    "dimension": OCCASIONAL,
+    "gain": OCCASIONAL,
+    "misalignment": OCCASIONAL,
+    "sleeve_compliance": RARE,
+    "debonding": RARE,
+    "drift": RARE,
+    "warming": RARE,
+}
+# Odds of an effect that is in no catalogue: as often as one of the rare ones.
+UNKNOWN = 0.05
+# Odds of another law than the case's, and of one identified from the recordings in place of the coupons'.
+OTHER_LAW, FREED_LAW = 0.1, 0.1
+# Prior of a law's parameters: a change that alone would change the forces by this share of themselves.
+LAW_SHARE = 1.0
+
+
+def effect_odds(name: str, uniform: bool = False) -> float:
+    """Odds of an effect of the catalogue."""
+    return OCCASIONAL if uniform else ODDS.get(name, RARE)
+
+
+def log_odds(
+    effects: Sequence[ActiveEffect], other_law: bool, freed: bool, unknown: bool, channels: int, uniform: bool = False
+) -> float:
+    """Logarithm of the prior odds of a model against the plain law.
+
+    Parameters
+    ----------
+    effects
+        An effect of one channel's rig has its odds shared among the channels that might have it.
+    other_law, freed, unknown : bool
+        Whether the law is not the case's; is identified although coupons give one; whether something unknown acts.
+    channels : int
+    """
+    total = 0.0
+    for one in effects:
+        odds = effect_odds(one.effect.name, uniform)
+        total += math.log(odds / channels if one.effect.of_channel and channels > 1 else odds)
+    for there, odds in ((other_law, OTHER_LAW), (freed, FREED_LAW), (unknown, UNKNOWN)):
+        if there:
+            total += math.log(odds)
+    return total
+
+
+def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scales:
+    """What priors are relative to, from the recordings that an effect acts on and the specimen."""
+    times = [one.time for one in recordings if one.time is not None]
+    travel = max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0)
+    force = max((float(np.abs(one.force).max()) for one in recordings), default=1.0)
+    stiffness = max(
+        (float(np.abs(one.force).max()) / max(float(np.abs(one.displacement).max()), 1e-300) for one in recordings),
+        default=1.0,
+    )
+    shape = case.geometry
+    thickness = shape.thickness if isinstance(shape, Ring) else 10.0
+    length = 2.0 * float(shape.half_length(np.zeros(1))[0]) if isinstance(shape, Ring) else 4.0 * thickness
+    return {
+        "duration": max((float(t[-1] - t[0]) for t in times), default=1.0),
+        "interval": max((float(np.median(np.diff(t))) for t in times), default=1.0),
+        "travel": travel,
+        "force": force,
+        "stiffness": stiffness,
+        "compliance": 1.0 / stiffness,
+        "thickness": thickness,
+        "length": length,
+        "shear": shear,
+        "1/shear": 1.0 / shear,
+    }
+
+
+@dataclass(frozen=True)
+class Known:
+    """The prior of one identified parameter.
+
+    Attributes
+    ----------
+    prior : Prior
+    scales : Scales
+    one_sided : bool
+        Whether its off value is the least it can have.
+    """
+
+    prior: Prior
+    scales: Scales
+    one_sided: bool
+
+    def row(self, value: float) -> tuple[float, float]:
+        """A residual whose half square is the negative logarithm of the prior, up to a constant, and its derivative."""
+        slope, precision = self.prior.slope(value, self.scales), self.prior.curvature(value, self.scales)
+        if not self.prior.is_logarithmic:
+            root = math.sqrt(precision)
+            return -slope / root, root
+        x = abs(value) / self.prior.unit(self.scales)
+        if x <= 0.0:
+            return 0.0, 0.0
+        return self.prior.log_row(x, math.copysign(1.0, value) / self.prior.unit(self.scales))
+
+
+def known_parameters(case: Case, effects: Sequence[ActiveEffect], shear: float, recordings: Sequence[Recording]) -> dict[str, Known]:
+    """Priors of the effects' parameters that have one, by full name."""
+    found = {}
+    for one in effects:
+        there = [recording for recording in recordings if one.acts_on(recording.name, recording.mode)]
+        scales = scales_of(case, shear, there)
+        for parameter in one.parameters:
+            if parameter.prior is not None:
+                one_sided = parameter.off is not None and parameter.off == parameter.lower
+                found[one.full_name(parameter)] = Known(parameter.prior, scales, one_sided)
+    return found

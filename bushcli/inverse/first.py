@@ -1,0 +1,57 @@
+"""The first search of an identification, which is also the plain law's fit of a diagnosis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.inverse.begin import first_point
+from bushcli.inverse.local import Loss, Minimum
+from bushcli.inverse.problem import Problem
+from bushcli.inverse.search import search
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class First:
+    """The first search of an identification.
+
+    Attributes
+    ----------
+    minimum : Minimum
+    begun : shape (parameters,)
+        Where it began.
+    instead : shape (parameters,) or None
+        What stood for a start that is unstable or could not be solved, before it was brought to scale.
+    states : shape (n, 3)
+        In which the law's stability was watched when it began.
+    """
+
+    minimum: Minimum
+    begun: Array
+    instead: Array | None
+    states: Array
+
+
+def first_minimum(
+    problem: Problem,
+    start: Array,
+    lower: Array,
+    upper: Array,
+    method: Literal["trf", "dogbox"] = "trf",
+    loss: Loss = "linear",
+) -> First | None:
+    """Search from the start, or from the nearest point that can be solved; None where there is none.
+
+    This is the plain law's fit of `bushcli inverse` and of `bushcli diagnose`.
+    """
+    begun, instead = first_point(problem, start, lower, upper)
+    if not np.isfinite(problem.residual(begun)).all():
+        return None
+    problem.watch(begun)
+    states = problem.states
+    return First(search(problem, begun, lower, upper, method, loss), begun, instead, states)
