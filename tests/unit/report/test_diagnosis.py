@@ -452,6 +452,16 @@ def test_the_search_says_whether_it_was_complete(case, diagnoses):
     assert searched_lines(diagnoses.diagnosis(case(), "faulty_data")) == []
 
 
+def test_faults_of_the_data_are_told_once(case, diagnoses):
+    """Also where they are conditions of the result; the JSON has both."""
+    doubt = Condition("bad_samples", "axial: at 41.2, 66.0 and 88.7 s", "nothing: they are left out")
+    found = replace(diagnoses.rivalling(case()), conditions=(doubt,))
+    document = report.diagnosis_json(found, {})
+    assert document["problems"][0]["name"] == "bad_samples"
+    assert text_of(found).count("at 41.2") == 1
+    assert diagnosis_html(document, found, ()).count("at 41.2") == 1
+
+
 def test_a_map_of_what_has_a_cause_says_so(case, diagnoses):
     words = "It is the plain law's misfit that is mapped; the most probable cause is Mullins softening."
     found = diagnoses.diagnosis(case())
