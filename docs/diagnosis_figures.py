@@ -22,6 +22,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
+from bushcli.report.diagnosis_names import law_title, within
+
 PICTURE = Path(__file__).with_name("pictures") / "diagnosis.png"
 # Okabe and Ito's palette, as in the report.
 BLACK, BLUE, ORANGE, GREEN, RED, GREY = "#1a1a1a", "#0072B2", "#E69F00", "#009E73", "#D55E00", "#5f6670"
@@ -39,7 +41,7 @@ def read(folder: Path) -> tuple[dict[str, Any], str, Columns]:
 
 
 def main(folder: Path) -> None:
-    """Draw recording, plain law and final model; below, the misfit of both along the recording."""
+    """Draw recording, plain law and most probable model; below, the misfit of both along the recording."""
     result, channel, data = read(folder)
     plt.rcParams.update({"font.size": 9.5, "axes.spines.top": False, "axes.spines.right": False})
     figure = plt.figure(figsize=(9.2, 6.4), layout="constrained")
@@ -47,8 +49,8 @@ def main(folder: Path) -> None:
         [["before", "after"], ["misfit", "misfit"]], height_ratios=(2.4, 1)
     ).values()
     before, after, noise = (result["misfit"][key][channel] for key in ("before", "after", "noise"))
-    named = " + ".join(effect["name"] for effect in result["effects"])
-    alone = f"the {result['plain']['law']} law alone"
+    named = " + ".join(within(effect["title"]) for effect in result["effects"])
+    alone = f"the {law_title(result['plain']['law'])} law alone"
     _curve(left, data, "plain_force_N", ORANGE, f"Before: {alone}, {before:.1f} % off")
     _curve(
         right, data, "final_force_N", BLUE, f"After: with {named}, {after:.2f} % off (noise {noise:.2f} %)"
@@ -129,8 +131,11 @@ def _parameters(result: dict[str, Any]) -> str:
     """The effects' parameters with their 95 % intervals."""
     lines = []
     for effect in result["effects"]:
-        lines.append(f"{effect['name']}, with 95 % intervals:")
+        lines.append(f"{effect['title']}, with 95 % intervals:")
         for name, one in effect["parameters"].items():
+            if isinstance(one["value"], str):
+                lines.append(f"{name}: {one['value'].replace('_', ' ')}")
+                continue
             unit = "" if one["unit"] == "1" else f" {one['unit']}"
             half = (one["upper"] - one["lower"]) / 2
             digits = max(0, 1 - int(np.floor(np.log10(half))))

@@ -9,26 +9,49 @@ from markupsafe import Markup
 
 from bushcli.diagnosis.result import Diagnosis, Named
 from bushcli.diagnosis.words import sentences
-from bushcli.report.diagnosis import map_lines, rival_lines
+from bushcli.report.diagnosis import map_lines
+from bushcli.report.diagnosis_names import chance
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import (
     effect_table,
-    hypothesis_table,
+    fault_table,
     misfit_table,
+    model_table,
     parameter_table,
-    path_table,
-    untested_table,
+    source_table,
+    trial_table,
+    untestable_table,
 )
-from bushcli.report.diagnosis_words import headline, tone
+from bushcli.report.diagnosis_words import (
+    FAULTS,
+    form_error_line,
+    headline,
+    is_missing,
+    missing_lines,
+    next_test_lines,
+    rival_lines,
+    searched_lines,
+    tone,
+)
 from bushcli.report.figures.diagnosis_curves import curve_plot, time_plot
 from bushcli.report.figures.picture import Picture
 from bushcli.report.figures.plot import svg
 from bushcli.report.html import Section, by_kind, page
+from bushcli.report.tables import Table
 
 _HOW = (
     "Coloured areas lie between the recording and the plain law where they differ by more than noise: orange where the "
     "simulation is too stiff or too high, green where it is too soft or too low. Click a number to go there, a name to "
     "hide its line; drag to move, double click for all; the wheel zooms once the plot has been clicked."
+)
+_PROBABILITIES = (
+    "The probability of an effect is the sum over all models that have it. A model is a law with a set of effects; its "
+    "form error is how wrong its formulas are taken to be, of the misfit of the plain law."
+)
+_VALUES = (
+    "Before: 95 % interval of what was known of the value before the recordings. As far out: share of bushings whose "
+    "value was expected to lie as far out as this one. Evidence: twice the logarithm of the Bayes factor against the "
+    "same model without the effect."
 )
 
 
@@ -43,8 +66,21 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         What `diagnosis_figures` returned; the curves among them are in the page as plots to zoom instead.
     """
     kinds = by_kind(pictures)
+    missing, first = _missing(found, kinds.get("missing", [])), is_missing(found)
     sections = [
-        Section("Before and after", tables=[misfit_table(found)]),
+        Section(
+            "How probable each effect is",
+            kinds.get("probabilities", []),
+            lines=_sentences(rival_lines(found)),
+        ),
+        Section(
+            "The most probable models",
+            tables=_full(model_table(found)),
+            note=_PROBABILITIES if found.models else "",
+        ),
+        *([missing] if first else []),
+        *_left_out(found, kinds),
+        Section("Before and after", tables=[misfit_table(found)], lines=_sentences([form_error_line(found)])),
         Section(
             "Recorded and simulated curves",
             plots=[Markup(svg(curve_plot(found, one))) for one in found.channels],
@@ -53,33 +89,23 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         Section(
             "Misfit over time",
             plots=[Markup(svg(time_plot(found, one))) for one in found.channels],
-            note="Simulated minus recorded force. The grey band is the noise, two standard deviations to either side; "
-            "what is shaded from top to bottom was held out of the fits that the predictions were judged by.",
+            note="Simulated minus recorded force. The grey band is the noise, two standard deviations to either side."
+            + _out(found),
         ),
+        *([] if first else [missing]),
         _record(found, kinds.get("record_map", [])),
-        Section(
-            "Where in the bushing",
-            kinds.get("bushing_map", []),
-            lines=_sentences(map_lines(found)),
-        ),
+        Section("Where in the bushing", kinds.get("bushing_map", []), lines=_sentences(map_lines(found))),
     ]
-    if found.effects:
-        sections.append(Section("What was left out", tables=[effect_table(found)], lines=_effects(found)))
     if found.parameters:
-        note = "Standard errors and intervals are from the noise; they know nothing of what the model still lacks."
-        sections.append(Section("Parameters", tables=[parameter_table(found)], note=note))
+        sections.append(Section("Parameters", tables=[parameter_table(found)]))
     sections.append(
-        Section("Rivals and next test", kinds.get("next_test", []), lines=_sentences(rival_lines(found)))
+        Section("Next test", kinds.get("next_test", []), lines=_sentences(next_test_lines(found)))
     )
-    sections.append(_hypotheses(found))
-    sections.append(
-        Section(
-            "How the model was selected",
-            tables=[path_table(found, reasons=True)],
-        )
-    )
+    sections += _search(found)
+    # Faults of the data have a box of their own.
+    problems = [one for one in result["problems"] if one["name"] not in FAULTS]
     return page(
-        result,
+        {**result, "problems": problems},
         found.case,
         found.material,
         f"{headline(found)}.",
@@ -87,14 +113,47 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         tone(found),
         sections,
         found.law_from if found.law_fixed else "recordings",
+        Section("Data faults", tables=[fault_table(found)]) if found.faults else None,
     )
+
+
+def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[Section]:
+    if not found.effects:
+        return []
+    return [
+        Section(
+            "What was left out",
+            kinds.get("priors", []),
+            [effect_table(found)],
+            _VALUES,
+            [_effect(one) for one in found.effects],
+            fold="Where the priors come from",
+            folded=_full(source_table(found)),
+        )
+    ]
+
+
+def _effect(effect: Named) -> str:
+    """What an effect is, how probable, and whether its values are plausible."""
+    doubt = "" if effect.plausible else " Hardly plausible."
+    remark = f" {_sentence(effect.remark)}" if effect.remark else ""
+    return f"{effect.label} ({chance(effect.probability)}): {_sentence(effect.summary)}{doubt}{remark}"
+
+
+def _missing(found: Diagnosis, pictures: list[Picture]) -> Section:
+    heading = "What is missing" if is_missing(found) else "What the most probable model leaves"
+    note = (
+        "Recorded less simulated force by the most probable model, noise taken off, as far as no effect explains it: "
+        "the unknown physics must look like this."
+    )
+    return Section(heading, pictures, note=note if pictures else "", lines=_sentences(missing_lines(found)))
 
 
 def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
     # What there is stands beside the curves, with the numbers that it has there.
     lines = [] if found.location.mismatch else _sentences(list(sentences(found.location)))
     if found.remaining.mismatch and found.effects:
-        lines += ["After the final model:", *_sentences(list(sentences(found.remaining)))]
+        lines += ["After the most probable model:", *_sentences(list(sentences(found.remaining)))]
     note = (
         "A rectangle for each cycle and band of displacement: orange where the simulated force is too large, purple "
         "where it is too small. The places in words stand beside the curves, with their numbers."
@@ -102,31 +161,36 @@ def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
     return Section("Where in the record", pictures, lines=lines, note=note if found.location.mismatch else "")
 
 
-def _effects(found: Diagnosis) -> list[str]:
-    """A paragraph per effect: what it is, and whether its parameters are plausible."""
-    return [f"{effect.label}: {_sentence(effect.summary)} {_plausible(effect)}" for effect in found.effects]
-
-
-def _plausible(effect: Named) -> str:
-    if effect.plausible:
-        return _sentence(effect.remark or "its parameters are plausible")
-    return _sentence(
-        f"not plausible: {effect.remark}" if effect.remark else "its parameters are not plausible"
-    )
-
-
-def _hypotheses(found: Diagnosis) -> Section:
+def _search(found: Diagnosis) -> list[Section]:
     note = (
-        "The fall of chi square is what a score test expects of the effect beside the plain law; z and p are its "
-        "significance. BIC (change against the plain law; negative is better) and misfit are of the refit together "
-        "with the law, for those that were refitted."
+        "Predicted: from the linearised problem around a model that was fitted before. Found: after the fit. Both "
+        "against the plain law."
     )
-    tables = [table for table in (hypothesis_table(found), untested_table(found)) if table.rows]
-    return Section("What was thought of", tables=tables, note=note)
+    trials = _full(trial_table(found))
+    return [
+        Section(
+            "How far the search went",
+            tables=_full(untestable_table(found)),
+            note=note if trials else "",
+            lines=_sentences(searched_lines(found)),
+            fold="The models that were fitted",
+            folded=trials,
+        )
+    ]
+
+
+def _out(found: Diagnosis) -> str:
+    left = any(one.faulty.any() for one in found.channels)
+    return " What is shaded from top to bottom is faulty and was left out." if left else ""
+
+
+def _full(table: Table) -> list[Table]:
+    """The table, where it has rows."""
+    return [table] if table.rows else []
 
 
 def _sentences(lines: list[str]) -> list[str]:
-    return [_sentence(line) for line in lines]
+    return [_sentence(line) for line in lines if line]
 
 
 def _sentence(text: str) -> str:

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from bushcli.casefile import Material
+from bushcli.diagnosis.result import Diagnosis, MissingProfile, Named, NextTest, Quantity, Searched
 from bushcli.diagnosis.where.record import Location, Mismatch
-from bushcli.diagnosis.result import Diagnosis, Hypothesis, Named, NextTest, Quantity
 from bushcli.diagnosis.words import sentence
-from bushcli.effect import effect_name, spoken
+from bushcli.effect import effect_name
 from bushcli.report.diagnosis_paragraph import paragraph
-from bushcli.report.diagnosis_words import amplitudes, derived, headline, shown
+from bushcli.report.diagnosis_values import derived, shown
+from bushcli.report.diagnosis_words import headline
 from bushcli.report.document import cleaned, head
 from bushcli.report.quantity import quantities
 
@@ -31,25 +32,51 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "material": _material(found.material),
         "parameters": {name: _quantity(found, name, quantity) for name, quantity in found.parameters.items()},
         "effects": [_effect(found, effect) for effect in found.effects],
+        "probability": dict(found.probability),
+        "models": [
+            {
+                "law": one.law,
+                "effects": list(one.effects),
+                "probability": one.probability,
+                "log_evidence": one.log_evidence,
+                "misfit": one.misfit,
+                "form_error": one.form_error,
+            }
+            for one in found.models
+        ],
         "rivals": _rivals(found),
+        "groups": [
+            {
+                "name": one.name,
+                "effects": list(one.effects),
+                "probability": one.probability,
+                "text": one.text,
+            }
+            for one in found.groups
+        ],
+        "form_error": {
+            "share": found.form_error.share,
+            "percent": dict(found.form_error.percent),
+            "covers": found.form_error.covers,
+        },
+        "missing": _missing(found),
+        "searched": _searched(found.searched),
+        "data_faults": [
+            {
+                "channel": one.channel,
+                "kind": one.kind,
+                "where": one.where,
+                "remedy": one.remedy,
+                "fatal": one.fatal,
+                "samples": int(one.samples.sum()),
+            }
+            for one in found.faults
+        ],
         "mismatch": _mismatches(found, found.location),
         "remaining": _mismatches(found, found.remaining),
         "excess": {"before": found.location.excess, "after": found.remaining.excess},
         "misfit": _misfit(found),
         "next_test": None if found.next_test is None else _next_test(found, found.next_test),
-        "hypotheses": [_hypothesis(found, one) for one in found.hypotheses],
-        "path": [
-            {
-                "action": stage.action,
-                "effects": list(map(spoken, stage.effects)),
-                "law": stage.law,
-                "bic": stage.bic,
-                "misfit": stage.misfit,
-                "held_out": stage.held_out,
-                "text": stage.text,
-            }
-            for stage in found.path
-        ],
         "maps": [
             {
                 "channel": one.name,
@@ -69,12 +96,62 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
 
 
 def _rivals(found: Diagnosis) -> list[list[str]]:
-    """Sets of effects by their own names; with the rig where that alone tells a set from the chosen one."""
+    """Sets of effects by their own names; with the rig where that alone tells a set from the most probable one."""
+    first = list(dict.fromkeys(map(effect_name, found.models[0].effects))) if found.models else None
     sets: list[list[str]] = []
     for names in found.rivals:
         own = list(dict.fromkeys(map(effect_name, names)))
-        sets.append(own if own not in sets[:1] else list(map(spoken, names)))
+        sets.append(list(names) if own == first else own)
     return sets
+
+
+def _missing(found: Diagnosis) -> dict[str, Any] | None:
+    if found.missing is None:
+        return None
+    modes = {one.name: one.mode for one in found.channels}
+    return {
+        "probability": found.missing.probability,
+        "share": found.missing.share,
+        "text": list(found.missing.text),
+        "profiles": [_profile(one, modes.get(one.channel, one.channel)) for one in found.missing.profiles],
+    }
+
+
+def _profile(one: MissingProfile, mode: str) -> dict[str, Any]:
+    units = quantities(mode)
+    scale = units.per_internal if one.along in ("displacement", "rate") else 1.0
+    length = units.displacement_unit or "1"
+    unit = {"displacement": length, "time": "s", "cycle": "1", "rate": f"{length}/s"}[one.along]
+    return {
+        "channel": one.channel,
+        "along": one.along,
+        "branch": one.branch,
+        "unit": unit,
+        "x": scale * one.x,
+        "mean": one.mean,
+        "std": one.std,
+    }
+
+
+def _searched(found: Searched) -> dict[str, Any]:
+    return {
+        "complete": found.complete,
+        "left": found.left,
+        "ended": found.ended,
+        "trials": [
+            {
+                "law": one.law,
+                "effects": list(one.effects),
+                "predicted": one.predicted,
+                "log_evidence": one.log_evidence,
+                "misfit": one.misfit,
+                "text": one.text,
+            }
+            for one in found.trials
+        ],
+        "lost": list(found.lost),
+        "untestable": dict(found.untestable),
+    }
 
 
 def _material(material: Material) -> dict[str, Any]:
@@ -88,12 +165,20 @@ def _material(material: Material) -> dict[str, Any]:
 def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
     door = shown(name, quantity, found.channels)
     return {
-        "value": door.value,
+        "value": quantity.word or door.value,
         "std": door.std,
         "unit": door.unit,
         "lower": door.lower,
         "upper": door.upper,
         "meaning": quantity.meaning,
+        "prior": None
+        if door.prior is None
+        else {
+            "lower": door.prior[0],
+            "upper": door.prior[1],
+            "tail": quantity.prior_tail,
+            "source": quantity.prior_source,
+        },
         "derived": {also: {"value": value, "unit": of} for also, (value, of) in derived(quantity).items()},
     }
 
@@ -101,12 +186,14 @@ def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]
 def _effect(found: Diagnosis, effect: Named) -> dict[str, Any]:
     return {
         "name": effect_name(effect.name),
+        "title": effect.title,
         "channels": None if effect.channels is None else list(effect.channels),
         "summary": effect.summary,
         "parameters": {
             name: _quantity(found, f"{effect.name}.{name}", quantity)
             for name, quantity in effect.parameters.items()
         },
+        "probability": effect.probability,
         "evidence": effect.evidence,
         "plausible": effect.plausible,
         "remark": effect.remark,
@@ -139,14 +226,16 @@ def _mismatch(one: Mismatch, channels: int) -> dict[str, Any]:
 
 
 def _misfit(found: Diagnosis) -> dict[str, Any]:
-    """By channel, in percent of the recorded force range; null where nothing was held out."""
+    """By channel, in percent of the recorded force range; null where a channel was not held out."""
+    held = [one.name for one in found.channels if one.held_out]
+    before = {one.name: one.before_percent for one in found.channels}
+    after = {one.name: one.after_percent for one in found.channels}
     return {
-        "before": {one.name: one.before_percent for one in found.channels},
-        "after": {one.name: one.after_percent for one in found.channels},
+        "before": before,
+        "after": after,
         "noise": {one.name: one.noise_percent for one in found.channels},
-        "held_out": {one.name: one.held_out_text for one in found.channels},
-        "held_out_before": {one.name: one.held_out_before for one in found.channels},
-        "held_out_after": {one.name: one.held_out_after for one in found.channels},
+        "held_out_before": {name: value if name in held else None for name, value in before.items()},
+        "held_out_after": {name: value if name in held else None for name, value in after.items()},
     }
 
 
@@ -161,7 +250,8 @@ def _next_test(found: Diagnosis, test: NextTest) -> dict[str, Any]:
         "unit": units.displacement_unit or "1",
         "minutes": test.minutes,
         "separates": [list(pair) for pair in test.separates],
-        "distance": test.distance,
+        "information": test.information,
+        "possible": test.possible,
         "text": test.text,
     }
 
@@ -169,23 +259,3 @@ def _next_test(found: Diagnosis, test: NextTest) -> dict[str, Any]:
 def _mode(found: Diagnosis, test: NextTest) -> str:
     """Mode of the test to be made: that of a recorded channel of this name, or the name itself."""
     return {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)
-
-
-def _hypothesis(found: Diagnosis, one: Hypothesis) -> dict[str, Any]:
-    return {
-        "name": one.name,
-        "testable": one.testable,
-        "reason": one.reason,
-        "drop": one.drop,
-        "z": one.z,
-        "p": one.p,
-        "amplitude": {
-            name: {"value": door.value, "unit": door.unit}
-            for name, door in amplitudes(one, found.channels).items()
-        },
-        "refitted": one.refitted,
-        "bic": one.bic,
-        "misfit": one.misfit,
-        "chosen": one.chosen,
-        "channels": None if one.channels is None else list(one.channels),
-    }

@@ -2,71 +2,100 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Iterable
 
-from bushcli.diagnosis.result import Diagnosis, Quantity
+from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
-from bushcli.effect import spoken
-from bushcli.report.diagnosis_words import ShownQuantity, derived, effect_names, nothing, shown, tail
+from bushcli.report.diagnosis_names import chance, law_title, together
+from bushcli.report.diagnosis_values import parameters_text
+from bushcli.report.diagnosis_words import (
+    best_probability,
+    catalogue,
+    effects_with_chance,
+    fault_lines,
+    form_error_line,
+    group_of,
+    is_missing,
+    likely,
+    missing_lines,
+    missing_physics,
+    searched_lines,
+)
 from bushcli.report.quantity import listed
 
+# So many sets of effects are named; the report has the others in a table.
+_SETS = 6
+# An effect that is less probable is never told without its probability.
+_SURE = 0.95
 
-def paragraph(diagnosis: Diagnosis) -> str:
-    """One paragraph: what was found, where, how much it helps, and what cannot be told."""
-    parts = [_opening(diagnosis)]
-    if diagnosis.verdict != "explained":
-        parts += [f"{one[:1].upper()}{one[1:].rstrip('.')}." for one in sentences(diagnosis.location)[:2]]
-    if diagnosis.effects:
-        parts.append(_effects(diagnosis))
-        parts.append(_law(diagnosis))
-        parts.append(_gain(diagnosis))
-        parts += [f"{one.label}: {one.remark}." for one in diagnosis.effects if not one.plausible]
-    elif diagnosis.verdict == "law_too_poor":
-        parts.append(_gain(diagnosis))
-    if diagnosis.verdict == "unexplained":
-        tried = nothing(diagnosis)[:1].upper() + nothing(diagnosis)[1:]
-        nearest = " and ".join(effect_names(diagnosis))
-        parts.append(
-            f"{tried} explains it; {nearest} comes nearest, and leaves more than noise."
-            if nearest
-            else f"{tried}, alone or with others, explains it."
-        )
-    parts.append(_rivals(diagnosis))
-    if diagnosis.next_test is not None:
-        parts.append(f"Next test: {diagnosis.next_test.text}")
+
+def paragraph(found: Diagnosis) -> str:
+    """One paragraph: what was found, where, how much it helps, what it assumes, and what cannot be told."""
+    parts = [_opening(found)]
+    if found.verdict == "faulty_data":
+        return " ".join(parts + _ended(fault_lines(found)))
+    if found.verdict == "unexplained":
+        parts += _ended(missing_lines(found)[1:])
+    if found.verdict != "explained":
+        parts += _ended(sentences(found.location)[:2])
+    if found.effects:
+        parts += _effects(found)
+        parts.append(_law(found))
+    if found.verdict != "explained":
+        parts.append(_gain(found))
+        parts += _ended([form_error_line(found)])
+    if is_missing(found) and found.verdict != "unexplained":
+        parts += _ended(missing_lines(found))
+    parts.append(_rivals(found))
+    if found.next_test is not None:
+        parts.append(f"Next test: {found.next_test.text.rstrip('.')}.")
+    if not found.searched.complete:
+        parts += _ended(searched_lines(found)[:1])
     return " ".join(part for part in parts if part)
 
 
-def _opening(diagnosis: Diagnosis) -> str:
-    law = diagnosis.plain.law
-    channels = listed([channel.name for channel in diagnosis.channels])
-    many = "s" if len(diagnosis.channels) > 1 else ""
+def _opening(found: Diagnosis) -> str:
+    law = law_title(found.plain.law)
+    channels = listed([channel.name for channel in found.channels if not channel.held_out])
+    many = "s" if sum(not channel.held_out for channel in found.channels) > 1 else ""
     origin = {
         "recordings": f"The {law} law alone, fitted to the {channels} recording{many}",
         "coupons": f"The {law} law, fitted to the coupon tests and held against the {channels} recording{many}",
-    }[diagnosis.law_from]
-    if diagnosis.verdict == "explained":
-        return f"{origin}, reaches the noise: nothing is missing that these recordings could show."
-    if diagnosis.verdict == "law_too_poor":
-        other = diagnosis.material.law
-        short = any(condition.name == "misfit_above_noise" for condition in diagnosis.conditions)
-        return f"{origin}, misses more than noise because the law is too poor: " + (
-            f"{other} comes nearer without any further physics, though not to the noise."
-            if short
-            else f"{other} describes the same rubber without any further physics."
-        )
-    if diagnosis.verdict == "unexplained":
-        return f"{origin}, misses more than noise."
-    names = " and ".join(effect_names(diagnosis))
-    return f"{origin}, leaves out {names}."
+    }[found.law_from]
+    best = best_probability(found)
+    match found.verdict:
+        case "explained":
+            return (
+                f"{origin}, describes {'them' if many else 'it'}{best}: nothing is missing that these recordings "
+                "could show."
+            )
+        case "law_too_poor":
+            other = law_title(found.material.law)
+            short = any(condition.name == "misfit_above_noise" for condition in found.conditions)
+            return f"{origin}, misses more than noise because the law is too poor: " + (
+                f"{other} comes nearer without any further physics{best}, though not to the noise."
+                if short
+                else f"{other} describes the same rubber without any further physics{best}."
+            )
+        case "unexplained":
+            sure = missing_lines(found)[:1] or [f"Nothing {catalogue(found)} explains it"]
+            return f"{origin}, misses more than noise. {sure[0]}."
+        case "faulty_data":
+            return "A diagnosis has to wait until the data are mended."
+        case "missing_physics":
+            if group_of(found) is not None:
+                return f"{origin}, leaves out {missing_physics(found)}."
+            if len(likely(found)) > 1:
+                return f"{origin}, leaves something out: most probably {listed(effects_with_chance(found))}."
+            return f"{origin}, leaves out {listed(effects_with_chance(found))}."
 
 
-def _law(diagnosis: Diagnosis) -> str:
+def _law(found: Diagnosis) -> str:
     """What became of the law beside the effects."""
-    if diagnosis.material.law != diagnosis.plain.law:
-        replaced = f"the law {diagnosis.material.law} in place of {diagnosis.plain.law}"
+    if found.material.law != found.plain.law:
+        replaced = f"the {law_title(found.material.law)} law in place of {law_title(found.plain.law)}"
         return f"Beside it stands {replaced}: the fall of the misfit is that of both."
-    if diagnosis.law_from == "coupons" and not diagnosis.law_fixed:
+    if found.law_from == "coupons" and not found.law_fixed:
         return (
             "Beside it the law is no longer that of the coupons, but identified from the recordings: the fall of the "
             "misfit is that of both."
@@ -74,51 +103,47 @@ def _law(diagnosis: Diagnosis) -> str:
     return ""
 
 
-def _effects(diagnosis: Diagnosis) -> str:
+def _effects(found: Diagnosis) -> list[str]:
     told = []
-    for one in diagnosis.effects:
-        values = ", ".join(
-            _value(name, quantity, shown(f"{one.name}.{name}", quantity, diagnosis.channels))
-            for name, quantity in one.parameters.items()
-        )
-        told.append(f"{one.summary.rstrip('.')} ({one.label}: {values}).")
-    return " ".join(told)
+    for one in found.effects:
+        values = parameters_text(one, found.channels)
+        sure = "" if one.probability >= _SURE else f", {chance(one.probability)}"
+        told.append(f"{one.summary.rstrip('.')} ({one.label}{sure}: {values}).")
+        if not one.plausible:
+            told += _ended([f"{one.label} is hardly plausible" + (f": {one.remark}" if one.remark else "")])
+    return told
 
 
-def _value(name: str, quantity: Quantity, door: ShownQuantity) -> str:
-    """A parameter by the name that the field has for it, where it has one; with the total where it adds to something.
-
-    The errors are to first order, of r = 1/x as of 1/(x + y) with a given y: their squares times that of x.
-    """
-    told, first = [], 0.0
-    for other, (value, unit) in derived(quantity).items():
-        first = first or value
-        std = value**2 / abs(first) * quantity.std / abs(quantity.value)
-        told.append(f"{other} = {value:.4g} ± {std:.2g}{tail(unit)}")
-    return ", ".join(told) or f"{name} = {door.value:.3g} ± {door.std:.2g}{tail(door.unit)}"
-
-
-def _gain(diagnosis: Diagnosis) -> str:
+def _gain(found: Diagnosis) -> str:
     told = []
-    for channel in diagnosis.channels:
-        text = (
-            f"{channel.name} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % of the force range "
-            f"(noise {channel.noise_percent:.2g} %"
+    for channel in found.channels:
+        if channel.before_percent == channel.after_percent:
+            continue
+        held = ", held out," if channel.held_out else ""
+        told.append(
+            f"{channel.name}{held} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % of the force "
+            f"range (noise {channel.noise_percent:.2g} %)"
         )
-        if np.isfinite(channel.held_out_before) and np.isfinite(channel.held_out_after):
-            text += f"; {channel.held_out_text}, held out: from {channel.held_out_before:.2g} "
-            text += f"to {channel.held_out_after:.2g} %"
-        told.append(text + ")")
-    what = "With it" if len(diagnosis.effects) == 1 else "With them" if diagnosis.effects else "With that law"
-    return f"{what} the misfit falls: " + ", ".join(told) + "."
+    what = "With it" if len(found.effects) == 1 else "With them" if found.effects else "With that law"
+    return f"{what} the misfit falls: {', '.join(told)}." if told else ""
 
 
-def _rivals(diagnosis: Diagnosis) -> str:
-    others = [" with ".join(map(spoken, one)) for one in diagnosis.rivals[1:]]
+def _rivals(found: Diagnosis) -> str:
+    """What else is possible, with its probability."""
+    others = [f"{together(one.effects)} ({chance(one.probability)})" for one in likely(found)[1:]]
     if not others:
         return ""
-    if diagnosis.verdict == "explained":
-        return f"What these recordings could not show if it were there: {', '.join(others)}."
-    if not diagnosis.effects:
-        return ""
-    return f"These recordings cannot tell it from: {', '.join(others)}."
+    if len(others) > _SETS:
+        others = [*others[: _SETS - 1], "others"]
+    if found.verdict == "explained":
+        return f"Not ruled out: {', '.join(others)}."
+    first = likely(found)[0]
+    return (
+        f"These recordings cannot tell {together(first.effects)} ({chance(first.probability)}) from: "
+        f"{'; '.join(others)}."
+    )
+
+
+def _ended(lines: Iterable[str]) -> list[str]:
+    """Sentences: each begins with a capital and ends with a full stop."""
+    return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]

@@ -4,133 +4,163 @@ from __future__ import annotations
 
 import math
 
-from bushcli.diagnosis.result import Diagnosis, Hypothesis
-from bushcli.effect import spoken
-from bushcli.report.diagnosis_words import (
-    amplitude_text,
-    derived_text,
-    effect_names,
-    shown,
-    strength,
-)
-from bushcli.report.quantity import number, percent, with_std
+from bushcli.diagnosis.result import Diagnosis, Trial
+from bushcli.report.diagnosis_names import model_title, short_chance, title
+from bushcli.report.diagnosis_values import derived_text, shown
+from bushcli.report.diagnosis_words import channel_label, fault_kind, unlikely
+from bushcli.report.quantity import number, percent
 from bushcli.report.tables import Row, Table
 
+# Effects that are less probable are named together in one row.
+SMALL = 0.01
+# The smallest set of models that is shown holds this much of the probability, as the rivals do.
+_CREDIBLE = 0.95
+_BAR = 24
+_EIGHTHS = " ▏▎▍▌▋▊▉"
 
-def effect_table(found: Diagnosis) -> Table:
-    """What was left out: each effect with its parameters, evidence and plausibility."""
+
+def probability_table(found: Diagnosis) -> Table:
+    """Probability of each effect as a bar of characters, the most probable first."""
+    ranked = sorted(found.probability.items(), key=lambda one: -one[1])
+    rows: list[Row] = [(title(name), bar(p), short_chance(p)) for name, p in ranked if p >= SMALL]
+    few = unlikely(found, SMALL)
+    if few and rows:
+        rows.append((f"{len(few)} others, each" if len(few) > 1 else few[0], bar(0.0), short_chance(0.0)))
+    return Table("Probability that it is there", ("", "", ""), tuple(rows), left=2)
+
+
+def bar(share: float, width: int = _BAR) -> str:
+    """A share as a bar of characters; what is not nothing is seen."""
+    eighths = max(round(8 * width * share), 1 if share > 0 else 0)
+    return "█" * (eighths // 8) + _EIGHTHS[eighths % 8].strip()
+
+
+def model_table(found: Diagnosis, most: int | None = None) -> Table:
+    """The smallest set of models that holds 95 % of the probability, or so many of it."""
+    rows: list[Row] = []
+    so_far = 0.0
+    for one in found.models:
+        if so_far >= _CREDIBLE or (most is not None and len(rows) >= most):
+            break
+        so_far += one.probability
+        rows.append(
+            (
+                model_title(one.law, one.effects),
+                short_chance(one.probability),
+                short_chance(so_far),
+                logarithm(one.log_evidence),
+                number(one.misfit),
+                percent(100 * one.form_error),
+            )
+        )
+    heads = ("model", "probability", "together", "ln evidence", "misfit/noise", "form error")
+    return Table("Models that hold 95 % of the probability together", heads, tuple(rows))
+
+
+def logarithm(value: float) -> str:
+    """Natural logarithm of an evidence, against that of the plain law."""
+    return f"{value:+.1f}" if math.isfinite(value) else "-"
+
+
+def effect_table(found: Diagnosis, brief: bool = False) -> Table:
+    """What was left out: each effect with its parameters, after the recordings and before them."""
     rows: list[Row] = []
     for effect in found.effects:
-        said = f"{number(effect.evidence, 2)} ({strength(effect.evidence)})"
-        first = [effect.label, said, "yes" if effect.plausible else "no"]
+        first = [effect.label, number(effect.evidence, 2)]
         for name, quantity in effect.parameters.items():
             door = shown(f"{effect.name}.{name}", quantity, found.channels)
-            rows.append(
-                (
-                    first[0],
-                    name,
-                    with_std(door.value, door.std),
-                    "-" if door.unit == "1" else door.unit,
-                    f"{number(door.lower)} to {number(door.upper)}",
-                    derived_text(quantity),
-                    *first[1:],
-                )
-            )
-            first = ["", "", ""]
-    heads = ("effect", "parameter", "value", "unit", "95 % interval", "that is", "evidence", "plausible")
-    return Table("Effects (evidence: change of BIC without it)", heads, tuple(rows), left=2)
+            own = [name, door.text, door.interval, door.prior_text]
+            if not brief:
+                far = "-" if quantity.prior is None else short_chance(quantity.prior_tail)
+                own += [far, derived_text(quantity), *first[1:]]
+            rows.append((first[0], *own))
+            first = ["", ""]
+    heads: Row = ("effect", "parameter", "value", "95 % interval", "before, 95 %")
+    if not brief:
+        heads = (*heads, "as far out", "that is", "evidence")
+    name = "" if brief else "Values with 95 % intervals, after the recordings and before them"
+    return Table(name, heads, tuple(rows), left=2)
+
+
+def source_table(found: Diagnosis) -> Table:
+    """Where what was known of the parameters comes from."""
+    rows = [
+        (effect.label, name, quantity.prior_source)
+        for effect in found.effects
+        for name, quantity in effect.parameters.items()
+        if quantity.prior_source
+    ]
+    return Table("", ("effect", "parameter", "source"), tuple(rows), left=3)
 
 
 def parameter_table(found: Diagnosis) -> Table:
-    """All parameters of the final model."""
+    """All parameters of the most probable model."""
     rows: list[Row] = []
     for name, quantity in found.parameters.items():
         door = shown(name, quantity, found.channels)
+        effect, _, own = name.rpartition(".")
         rows.append(
             (
-                name,
+                f"{title(effect)}: {own}" if effect else own,
                 quantity.meaning,
                 "-" if door.unit == "1" else door.unit,
-                number(door.value, 4),
-                number(door.std, 2),
-                f"{number(door.lower)} to {number(door.upper)}",
+                door.word or number(door.value, 4),
+                "-" if door.word else number(door.std, 2),
+                door.interval,
+                door.prior_text,
                 derived_text(quantity),
             )
         )
-    heads = ("parameter", "meaning", "unit", "value", "std error", "95 % interval", "that is")
-    title = f"Parameters of the final model: {found.material.law}"
-    if found.effects:
-        title += f" + {' + '.join(effect_names(found))}"
-    return Table(title, heads, tuple(rows), left=3)
+    heads = ("parameter", "meaning", "unit", "value", "std", "95 % interval", "prior 95 %", "that is")
+    return Table("Parameters of the most probable model", heads, tuple(rows), left=3)
 
 
 def misfit_table(found: Diagnosis) -> Table:
-    """Misfit of each channel before and after, on the data used and on those held out."""
-    any_held = any(channel.held_out.any() for channel in found.channels)
+    """Misfit before and after, noise, and the error that the formulas are taken to have."""
     rows = []
+    form = found.form_error.percent
     for one in found.channels:
-        row = [one.name, percent(one.before_percent), percent(one.after_percent), percent(one.noise_percent)]
-        if any_held:
-            row += [one.held_out_text or "-", percent(one.held_out_before), percent(one.held_out_after)]
-        rows.append(tuple(row))
+        row = [
+            channel_label(one),
+            percent(one.before_percent),
+            percent(one.after_percent),
+            percent(one.noise_percent),
+        ]
+        rows.append((*row, percent(form.get(one.name))) if form else tuple(row))
     heads: Row = ("channel", "before", "after", "noise")
-    if any_held:
-        heads = (*heads, "held out", "before", "after")
-    title = "Rms misfit, % of the force range"
-    return Table(title, heads, tuple(rows))
+    if form:
+        heads = (*heads, "form error")
+    return Table("Rms misfit, % of the force range", heads, tuple(rows))
 
 
-def hypothesis_table(found: Diagnosis, most: int | None = None) -> Table:
-    """All that could be tested, or so many of it."""
-    tested = [one for one in found.hypotheses if one.testable]
-    rows = [_hypothesis_row(found, one) for one in tested[:most]]
-    heads = ("hypothesis", "", "first estimate", "fall of chi2", "z", "p", "BIC", "misfit/noise")
-    title = "Hypotheses: score test beside the plain law, then BIC and misfit after the refit"
-    return Table(title, heads, tuple(rows), left=3)
+def trial_table(found: Diagnosis) -> Table:
+    """All models that were fitted, in the order of the search."""
+    rows = [_trial(i, one) for i, one in enumerate(found.searched.trials, start=1)]
+    heads = ("", "model", "remark", "predicted", "found", "misfit/noise")
+    return Table("Models in the order of the search (ln evidence)", heads, tuple(rows), left=3)
 
 
-def untested_table(found: Diagnosis) -> Table:
-    """What could not be tested, and why."""
-    rows = [(one.name, one.reason) for one in found.hypotheses if not one.testable]
-    return Table("Cannot be tested with these recordings", ("hypothesis", "why"), tuple(rows), left=2)
+def _trial(order: int, one: Trial) -> Row:
+    found = logarithm(one.log_evidence), number(one.misfit)
+    return (str(order), model_title(one.law, one.effects), one.text, logarithm(one.predicted), *found)
 
 
-def _hypothesis_row(found: Diagnosis, one: Hypothesis) -> Row:
-    state = "chosen" if one.chosen else "refitted" if one.refitted else ""
-    return (
-        one.name,
-        state,
-        amplitude_text(one, found.channels),
-        number(one.drop),
-        number(one.z, 2),
-        probability(one.p),
-        f"{one.bic:+.0f}" if math.isfinite(one.bic) else "-",
-        number(one.misfit),
-    )
+def untestable_table(found: Diagnosis) -> Table:
+    """What these recordings cannot show, and why."""
+    rows = [(title(name), reason) for name, reason in found.searched.untestable.items()]
+    return Table("Cannot be seen in these recordings", ("effect", "why"), tuple(rows), left=2)
 
 
-def path_table(found: Diagnosis, reasons: bool = False) -> Table:
-    """The selection, step by step, with what was done and why if that is wanted; BIC against the first step."""
-    first = next((stage.bic for stage in found.path if math.isfinite(stage.bic)), 0.0)
+def fault_table(found: Diagnosis) -> Table:
+    """What is wrong with the data, and what to do; what must be mended first on top."""
     rows = [
         (
-            str(i),
-            stage.action,
-            " + ".join((stage.law, *map(spoken, stage.effects))),
-            *([stage.text] if reasons else []),
-            f"{stage.bic - first:+.0f}" if math.isfinite(stage.bic) else "-",
-            number(stage.misfit),
-            number(stage.held_out),
+            one.channel,
+            fault_kind(one),
+            one.where,
+            "mend first" if one.fatal else f"{int(one.samples.sum())} samples left out",
+            one.remedy,
         )
-        for i, stage in enumerate(found.path, start=1)
+        for one in sorted(found.faults, key=lambda one: not one.fatal)
     ]
-    first_heads = ("step", "action", "model", *(["why"] if reasons else []))
-    heads = (*first_heads, "BIC", "misfit/noise", "held out/noise")
-    return Table("The selection (BIC: against step 1)", heads, tuple(rows), left=len(first_heads))
-
-
-def probability(p: float) -> str:
-    """Show a probability; what is practically none as a limit."""
-    if not math.isfinite(p):
-        return "-"
-    return "< 1e-9" if p < 1e-9 else f"{p:.0e}" if p < 1e-3 else f"{p:.2g}"
+    return Table("", ("channel", "fault", "where", "", "what to do"), tuple(rows), left=5)

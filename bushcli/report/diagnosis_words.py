@@ -1,191 +1,304 @@
-"""A diagnosis in words: its headline, names of models, and parameters in the units of the case file."""
+"""A diagnosis in words: its headline, what it cannot tell apart, what it assumed, how far it searched."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from bushcli.casefile.unit import outside, unit
-from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Hypothesis, Named, Quantity
-from bushcli.effect import EffectParameter, effect_name, effects, spoken
-from bushcli.report.quantity import listed, number, with_std
-from cases.mode import modes
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
+from bushcli.effect import effect_name
+from bushcli.faults import DataFault
+from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, said, title, together, within
+from bushcli.report.quantity import listed, percent
 
-# So many rivals go into the headline.
-_RIVALS = 3
-# Kass and Raftery (1995), Bayes factors, doi:10.1080/01621459.1995.10476572: 2 ln of the Bayes factor.
-_DECISIVE, _STRONG, _POSITIVE = 10.0, 6.0, 2.0
+# So many sets of effects go into the headline.
+_SETS = 3
+# A group is said in place of its members when this much of the probability is in it.
+_GROUP = 0.95
+# Unknown physics that is less probable than this is told with what is left, and is not called missing.
+_POSSIBLE = 0.05
+# Conditions that say what the faults of the data say.
+FAULTS = frozenset({"faulty_data", "bad_samples"})
+_KINDS = {
+    "sign": "wrong sign",
+    "unit": "wrong unit",
+    "swapped": "columns swapped",
+    "clipped": "values clipped",
+    "spikes": "single bad samples",
+    "stuck": "values stuck",
+    "time": "wrong times",
+}
 
 
 @dataclass(frozen=True)
-class ShownQuantity:
-    """A parameter in the units of the case file.
+class Likely:
+    """A set of effects of the smallest group of sets that holds 95 % of the probability.
 
     Attributes
     ----------
-    value, std, lower, upper : float
-    unit : str
-        "1" where there is none.
+    effects : tuple of str
+    probability : float
+        Sum over all models with these effects, whatever their law.
     """
 
-    value: float
-    std: float
-    lower: float
-    upper: float
-    unit: str
-
-    @property
-    def text(self) -> str:
-        """Value, standard error and unit: "0.31 ± 0.01 MPa"."""
-        return with_std(self.value, self.std) + tail(self.unit)
+    effects: tuple[str, ...]
+    probability: float
 
 
 def headline(found: Diagnosis) -> str:
     """One sentence, without its full stop."""
-    names = listed(effect_names(found))
+    law, best = law_title(found.material.law), best_probability(found)
     match found.verdict:
         case "explained":
-            return f"Explained: {found.material.law} meets the recordings to their noise"
-        case "missing_physics":
-            others = [model_name(rival) for rival in found.rivals[1:]]
-            if len(others) > _RIVALS:
-                others = [*others[: _RIVALS - 1], "others"]
-            either = "".join(f", or {name}" for name in others)
-            return f"Missing physics: {names}{either}" + (": these recordings cannot tell" if others else "")
+            return f"Explained: the {law} law alone describes the recordings{best}{_not_ruled_out(found)}"
         case "law_too_poor":
-            return f"Law too poor: {found.plain.law}; {found.material.law} does better without any effect"
+            better = f"the {law} law describes the recordings without any effect{best}"
+            return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}"
+        case "missing_physics":
+            # Two colons in a sentence would be one too many.
+            return f"Missing physics: {missing_physics(found).replace(': ', '; ', 1)}"
         case "unexplained":
-            return f"Unexplained: {nothing(found)} accounts for the misfit" + (
-                f"; {names} helps, but not enough" if names else ""
-            )
+            beside = f"; beside it {listed(effects_with_chance(found))}" if found.effects else ""
+            p = f" ({chance(found.probability[UNKNOWN])})" if UNKNOWN in found.probability else best
+            known = _not_ruled_out(found, [UNKNOWN])
+            return f"Unexplained: something is missing that is not {catalogue(found)}{p}{beside}{known}"
+        case "faulty_data":
+            fatal = [one for one in found.faults if one.fatal] or list(found.faults)
+            named = dict.fromkeys(f"{fault_kind(one)} in the {one.channel} channel" for one in fatal)
+            return f"Faulty data: {listed(list(named))}, to be mended first"
+
+
+def likely(found: Diagnosis) -> tuple[Likely, ...]:
+    """The smallest set of sets of effects that holds 95 % of the probability, the most probable model's first."""
+    if not found.models:
+        return ()
+    sets = (found.models[0].effects, *found.rivals)
+    return tuple(Likely(names, _probability(found, names)) for names in sets)
+
+
+def best_probability(found: Diagnosis) -> str:
+    """Probability of the most probable set of effects in brackets; nothing where nothing was compared."""
+    sets = likely(found)
+    return f" ({chance(sets[0].probability)})" if sets else ""
+
+
+def effects_with_chance(found: Diagnosis) -> list[str]:
+    """The effects of the most probable model, each with its own probability."""
+    return [f"{name} ({chance(p)})" for name, p in _named(found).items()]
 
 
 def effect_names(found: Diagnosis) -> list[str]:
-    """The effects that were found; with their channels where one is there twice."""
-    names = [effect_name(one.name) for one in found.effects]
+    """The effects of the most probable model within a sentence; with their channels where one is there twice."""
+    return list(_named(found))
+
+
+def _named(found: Diagnosis) -> dict[str, float]:
+    own = [effect_name(one.name) for one in found.effects]
+    named = {}
+    for one, name in zip(found.effects, own, strict=True):
+        where = f" ({', '.join(one.channels)})" if one.channels and own.count(name) > 1 else ""
+        named[f"{within(one.title)}{where}"] = one.probability
+    return named
+
+
+def catalogue(found: Diagnosis) -> str:
+    """Where the effects that were considered stand: "in the catalogue of effects"."""
+    if found.asked is None:
+        return "in the catalogue of effects"
+    return f"among the effects asked for ({listed([said(name) for name in found.asked])})"
+
+
+def group_of(found: Diagnosis) -> Group | None:
+    """The group that all likely sets share a member of, though not the same one; None where there is none."""
+    rests = _rests(found)
+    if len(rests) < 2:
+        return None
+    for group in sorted(found.groups, key=lambda one: (len(one.effects), -one.probability)):
+        members = {effect_name(name) for name in group.effects}
+        if group.probability >= _GROUP and all(
+            members & {effect_name(name) for name in rest.effects} for rest in rests
+        ):
+            return group
+    return None
+
+
+def group_text(group: Group) -> str:
+    """What a group says, with its probability: "dissipation (97 %): internal friction or viscoelasticity, ..."."""
+    p = f" ({chance(group.probability)})"
+    if group.name and group.text.startswith(group.name):
+        return f"{group.name}{p}{group.text[len(group.name) :]}"
+    return f"{group.text}{p}"
+
+
+def missing_physics(found: Diagnosis) -> str:
+    """What was left out: all that is certain, then the group, or the sets that cannot be told apart."""
+    sets = likely(found)
+    if len(sets) < 2:
+        return f"{listed(effect_names(found))}{best_probability(found)}"
+    common = set.intersection(*(set(one.effects) for one in sets))
+    sure = [
+        f"{name} ({chance(one.probability)})"
+        for name, one in zip(effect_names(found), found.effects, strict=True)
+        if one.name in common
+    ]
+    group = group_of(found)
+    if group is not None:
+        more = set.union(*(set(one.effects) for one in _rests(found)))
+        others = sorted(more - set(group.effects))
+        also = f"; perhaps also {listed([said(name) for name in others])}" if others else ""
+        return " and ".join([*sure, group_text(group)]) + also
+    nothing = "nothing else" if sure else "no effect"
+    rests = [f"{together(one.effects, nothing)} ({chance(one.probability)})" for one in _rests(found)]
+    if len(rests) > _SETS:
+        rests = [*rests[: _SETS - 1], "others"]
+    if sure:
+        return f"{listed(sure)}, with {', or with '.join(rests)}; these recordings cannot tell"
+    return f"{', or '.join(rests)}; these recordings cannot tell them apart"
+
+
+def _rests(found: Diagnosis) -> list[Likely]:
+    """The likely sets without what they all have."""
+    sets = likely(found)
+    common = set.intersection(*(set(one.effects) for one in sets)) if sets else set()
     return [
-        one.label if names.count(name) > 1 else name for one, name in zip(found.effects, names, strict=True)
+        Likely(tuple(name for name in one.effects if name not in common), one.probability) for one in sets
     ]
 
 
-def nothing(found: Diagnosis) -> str:
-    """What has been tried, where none of it helped."""
-    if found.asked is None:
-        return "nothing in the catalogue of effects"
-    return f"nothing among the effects asked for ({', '.join(found.asked)})"
+def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
+    """The other likely sets, except those that have one of these effects."""
+    others = [
+        f"{together(one.effects)} ({chance(one.probability)})"
+        for one in likely(found)[1:]
+        if not set(one.effects) & set(without)
+    ]
+    if len(others) > _SETS:
+        others = [*others[: _SETS - 1], "others"]
+    return f"; not ruled out: {', '.join(others)}" if others else ""
+
+
+def _probability(found: Diagnosis, names: Sequence[str]) -> float:
+    return sum(one.probability for one in found.models if set(one.effects) == set(names))
 
 
 def tone(found: Diagnosis) -> Literal["good", "bad", "plain"]:
     """How good the news is."""
-    tones: dict[str, Literal["good", "bad", "plain"]] = {"explained": "good", "unexplained": "bad"}
+    tones: dict[str, Literal["good", "bad", "plain"]] = {
+        "explained": "good",
+        "unexplained": "bad",
+        "faulty_data": "bad",
+    }
     return tones.get(found.verdict, "plain")
 
 
-def model_name(names: Sequence[str]) -> str:
-    """A set of effects: "mullins + friction", or "no effect"."""
-    return " + ".join(map(spoken, names)) or "no effect"
-
-
-def strength(evidence: float) -> str:
-    """What a difference of BIC is called."""
-    if not math.isfinite(evidence):
-        return "not weighed"
-    if evidence >= _DECISIVE:
-        return "decisive"
-    return "strong" if evidence >= _STRONG else "positive" if evidence >= _POSITIVE else "weak"
-
-
-def shown(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> ShownQuantity:
-    """A parameter of the final model at the door: angles in degrees.
-
-    Parameters
-    ----------
-    name
-        Full name, "mullins.m"; of the law without a point.
-    quantity
-    channels
-        Those of the diagnosis: a displacement of a rotational channel is an angle.
-    """
-    found = _parameter(name)
-    if found is not None and found.of_channel and _is_rotational(name, quantity, channels):
-        ends = [outside(found, v, rotational=True) for v in (quantity.value, quantity.std)]
-        ends += [outside(found, v, rotational=True) for v in (quantity.lower, quantity.upper)]
-        return ShownQuantity(ends[0], ends[1], ends[2], ends[3], unit(found, rotational=True))
-    factor, name_of_unit = _degrees(quantity.unit)
-    return ShownQuantity(
-        factor * quantity.value,
-        factor * quantity.std,
-        factor * quantity.lower,
-        factor * quantity.upper,
-        name_of_unit,
+def is_missing(found: Diagnosis) -> bool:
+    """Whether unknown physics is probable enough to be told as missing."""
+    return found.missing is not None and (
+        found.verdict == "unexplained" or found.missing.probability >= _POSSIBLE
     )
 
 
-def derived(quantity: Quantity) -> dict[str, tuple[float, str]]:
-    """The same parameter under the names by which the field knows it, at the door."""
-    return {
-        name: (_degrees(of)[0] * value, _degrees(of)[1]) for name, (value, of) in quantity.derived.items()
-    }
+def missing_lines(found: Diagnosis) -> list[str]:
+    """What the unknown physics looks like, with how much of the misfit it is."""
+    missing = found.missing
+    if missing is None:
+        return []
+    first = f"With a probability of {chance(missing.probability)} something is missing that is not {catalogue(found)}"
+    share = (
+        f"What no known effect explains is {percent(100 * missing.share)} of the misfit of the plain law (squared, "
+        "above the noise)"
+    )
+    return [first, share, *missing.text]
 
 
-def derived_text(quantity: Quantity) -> str:
-    """The same in words: "r = 3.2"."""
-    return ", ".join(f"{name} = {number(value)}{tail(of)}" for name, (value, of) in derived(quantity).items())
+def form_error_line(found: Diagnosis) -> str:
+    """How wrong the formulas are taken to be, and how much of what is left that explains; empty without models."""
+    form = found.form_error
+    if not found.models:
+        return ""
+    if not form.share > 0:
+        exact = "The formulas of the most probable model are taken to be exact"
+        return exact if UNKNOWN in found.models[0].effects else f"{exact}: what it leaves is noise"
+    by_channel = [f"{percent(value)} in {name}" for name, value in form.percent.items()]
+    size = f" (of the force range: {listed(by_channel)})" if by_channel else ""
+    only = "" if form.covers >= 0.5 else "only "
+    return (
+        f"The formulas of the most probable model are taken to be wrong by {percent(100 * form.share)} of the misfit "
+        f"of the plain law{size}; that covers {only}{_share(form.covers)} of what is left above the noise"
+    )
 
 
-def parameters_text(effect: Named, channels: Sequence[DiagnosedChannel]) -> str:
-    """All parameters of an effect in a line: "inverse_r 0.31 ± 0.01 (r = 3.2), m 0.10 ± 0.02 MPa"."""
-    parts = []
-    for name, quantity in effect.parameters.items():
-        also = derived_text(quantity)
-        text = shown(f"{effect.name}.{name}", quantity, channels).text
-        parts.append(f"{name} {text}" + (f" ({also})" if also else ""))
-    return ", ".join(parts)
+def rival_lines(found: Diagnosis) -> list[str]:
+    """What these recordings cannot tell apart: groups, then the sets of effects with their probabilities."""
+    lines = [f"{text[:1].upper()}{text[1:]}" for text in map(group_text, found.groups)]
+    sets = likely(found)
+    if len(sets) > 1:
+        names = "; ".join(f"{together(one.effects)} ({chance(one.probability)})" for one in sets)
+        lines.append(f"These recordings cannot tell apart: {names}")
+    return lines
 
 
-def amplitudes(hypothesis: Hypothesis, channels: Sequence[DiagnosedChannel]) -> dict[str, ShownQuantity]:
-    """First-order estimates of the score test by the effect's own names, at the door; without errors."""
-    doors = {}
-    for name, value in hypothesis.amplitude.items():
-        own = name.rpartition(".")[2]
-        full = f"{hypothesis.name}.{own}"
-        found = _parameter(full)
-        unit_ = found.unit if found else "1"
-        quantity = Quantity(value, math.nan, unit_, "", math.nan, math.nan, channels=hypothesis.channels)
-        doors[own] = shown(full, quantity, channels)
-    return doors
+def next_test_lines(found: Diagnosis) -> list[str]:
+    """The recording to make next, and how much it would tell."""
+    test = found.next_test
+    if test is None:
+        return []
+    bits = f"{test.information:.2f} of the {test.possible:.2f} bit of information that are open"
+    gain = f"It is expected to give {bits}, in about {max(test.minutes, 1.0):.0f} minutes"
+    return [test.text, gain] if test.possible > 0 else [test.text]
 
 
-def amplitude_text(hypothesis: Hypothesis, channels: Sequence[DiagnosedChannel]) -> str:
-    """The same in a line: "inverse_r 0.28"."""
-    doors = amplitudes(hypothesis, channels)
-    text = ", ".join(f"{name} {number(door.value, 2)}{tail(door.unit)}" for name, door in doors.items())
-    return text + (f" ({', '.join(hypothesis.channels)})" if hypothesis.channels and text else "")
+def searched_lines(found: Diagnosis) -> list[str]:
+    """How many models were fitted, whether that was all that matters, and which ones were lost."""
+    searched = found.searched
+    count = len(searched.trials)
+    if not count:
+        return []
+    fitted = f"{count} {'model was' if count == 1 else 'models were'} fitted"
+    why = {
+        "nothing left": "",
+        "budget": ": the time allowed was over",
+        "interrupted": ": the search was interrupted",
+    }[searched.ended]
+    if searched.complete:
+        lines = [f"{fitted}; no other can hold more than 1 % of the probability"]
+    else:
+        lines = [f"{fitted}; models that may hold {chance(searched.left)} of the probability were not{why}"]
+    if searched.lost:
+        lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
+    return lines
 
 
-def _parameter(name: str) -> EffectParameter | None:
-    effect, _, own = name.partition(".")
-    if effect_name(effect) not in effects():
-        return None
-    return next((p for p in effects()[effect_name(effect)].parameters if p.name == own), None)
+def fault_kind(fault: DataFault) -> str:
+    """What is wrong with the data, in two or three words."""
+    return _KINDS.get(fault.kind, fault.kind)
 
 
-def _is_rotational(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> bool:
-    effect, of = effects()[effect_name(name.partition(".")[0])], quantity.channels
-    acting = [one for one in channels if effect.acts_on(one.mode) and (of is None or one.name in of)]
-    return any(modes()[one.mode].rotational for one in acting)
+def fault_lines(found: Diagnosis) -> list[str]:
+    """What is wrong with the data, where, and what to do; a line each, those that must be mended first."""
+    lines = []
+    for one in sorted(found.faults, key=lambda one: not one.fatal):
+        left = int(one.samples.sum())
+        out = (
+            f"; {left} {'sample is' if left == 1 else 'samples are'} left out"
+            if left and not one.fatal
+            else ""
+        )
+        remedy = one.remedy.rstrip(".")
+        lines.append(f"{one.channel}: {fault_kind(one)}, {one.where.rstrip('.')}{out}. What to do: {remedy}")
+    return lines
 
 
-def _degrees(of: str) -> tuple[float, str]:
-    """Factor and unit at the door of a unit inside; "rad" may stand above or below the line."""
-    above, _, below = of.partition("/")
-    if above == "rad":
-        return math.degrees(1.0), of.replace("rad", "degrees", 1)
-    return (math.radians(1.0), f"{above}/degree") if below == "rad" else (1.0, of)
+def channel_label(channel: DiagnosedChannel) -> str:
+    """Its name, and that it was held out where it was."""
+    return f"{channel.name} (held out)" if channel.held_out else channel.name
 
 
-def tail(of: str) -> str:
-    """A unit behind a number; nothing where there is none."""
-    return "" if of == "1" else f" {of}"
+def unlikely(found: Diagnosis, limit: float) -> list[str]:
+    """Names of what is less probable than a limit, for people, in alphabetical order."""
+    return sorted(title(name) for name, p in found.probability.items() if p < limit and name != UNKNOWN)
+
+
+def _share(value: float) -> str:
+    return "all" if value >= 0.995 else percent(100 * value)

@@ -51,6 +51,10 @@ class Section:
         Paragraphs under the heading.
     plots : sequence of Markup
         SVG with its legend, all text in it escaped.
+    fold : str
+        What is clicked to see what is folded.
+    folded : sequence of Table
+        Folded away, at the end.
     """
 
     heading: str
@@ -59,6 +63,8 @@ class Section:
     note: str = ""
     lines: Sequence[str] = ()
     plots: Sequence[Markup] = ()
+    fold: str = ""
+    folded: Sequence[Table] = ()
 
 
 def direct_html(
@@ -138,15 +144,18 @@ def page(
     tone: str,
     sections: Sequence[Section],
     source: str = "",
+    warning: Section | None = None,
 ) -> str:
-    """Return the page of a result: verdict, problems, conditions, sections, provenance.
+    """Return the page of a result: verdict, warning, problems, conditions, sections, provenance.
 
     Parameters
     ----------
     source
         What the law was identified from, where that is not the coupon tests.
+    warning
+        What is to be read before all else, in a box.
     """
-    kept = [s for s in sections if s.pictures or s.tables or s.lines or s.plots]
+    kept = [s for s in sections if s.pictures or s.tables or s.lines or s.plots or s.folded]
     script = _script() if any(section.plots for section in kept) else ""
     return (
         _environment()
@@ -157,6 +166,7 @@ def page(
             headline=headline,
             lines=lines,
             tone=tone,
+            warning=warning,
             problems=result["problems"],
             conditions=conditions(case, material, source),
             path=str(case.path),

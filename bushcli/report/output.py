@@ -175,7 +175,8 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
     names = file_names([*(one.name for one in found.channels), *(one.name for one in found.maps)])
     files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
     for channel in found.channels:
-        files[f"{names[channel.name]}-diagnosis.csv"] = _diagnosed(channel)
+        missing = None if found.missing is None else found.missing.force.get(channel.name)
+        files[f"{names[channel.name]}-diagnosis.csv"] = _diagnosed(channel, missing)
     for one in found.maps:
         files[f"{names[one.name]}-bushing-map.vtu"] = _text(map_vtu(one))
     pictures = diagnosis_figures(found, names)
@@ -322,14 +323,21 @@ def _comparison(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
     )
 
 
-def _diagnosed(channel: DiagnosedChannel) -> Callable[[Path], None]:
-    """Recorded force, that of the plain law and that of the final model; with the time where there is one."""
+def _diagnosed(
+    channel: DiagnosedChannel, missing: np.ndarray[Any, Any] | None = None
+) -> Callable[[Path], None]:
+    """Recorded force, that of the plain law and of the most probable model, what is missing, which samples are faulty.
+
+    With the time where there is one.
+    """
     shown = quantities(channel.mode)
     q, force = shown.csv_names
     recorded = channel.recording
-    names = [q, f"recorded_{force}", f"plain_{force}", f"final_{force}", "held_out"]
+    names = [q, f"recorded_{force}", f"plain_{force}", f"final_{force}"]
     columns = [shown.shown(recorded.displacement), recorded.force, channel.before, channel.after]
-    columns.append(channel.held_out.astype(float))
+    if missing is not None:
+        names, columns = [*names, f"missing_{force}"], [*columns, missing]
+    names, columns = [*names, "faulty"], [*columns, channel.faulty.astype(float)]
     if recorded.time is not None:
         names, columns = ["time_s", *names], [recorded.time, *columns]
     return _table(names, columns)

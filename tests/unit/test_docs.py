@@ -181,8 +181,9 @@ IDENTIFIED = NAMED | {"leverage": "CHANNEL", "start": "NAME", "held_out": "MODE"
 
 # The same of a diagnosis.
 DIAGNOSED = {
-    "versions": "NAME", "timings_s": "NAME", "parameters": "NAME", "derived": "NAME", "amplitude": "NAME",
-    "before": "CHANNEL", "after": "CHANNEL", "noise": "CHANNEL", "held_out": "CHANNEL",
+    "versions": "NAME", "timings_s": "NAME", "parameters": "NAME", "derived": "NAME",
+    "probability": "NAME", "untestable": "NAME", "percent": "CHANNEL",
+    "before": "CHANNEL", "after": "CHANNEL", "noise": "CHANNEL",
     "held_out_before": "CHANNEL", "held_out_after": "CHANNEL",
 }  # fmt: skip
 

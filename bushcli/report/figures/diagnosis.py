@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis: curves, where in the record and in the bushing the misfit is, and the next test."""
+"""Pictures of a diagnosis: probabilities, values, curves, what is missing, both maps, and the next test."""
 
 from __future__ import annotations
 
@@ -11,10 +11,18 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.where.bins import KINDS, Bin
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
-from bushcli.report.figures.diagnosis_curves import changed, diagnosed_figure, diagnosed_title
+from bushcli.diagnosis.where.bins import KINDS, Bin
+from bushcli.report.figures.diagnosis_curves import (
+    BEST,
+    changed,
+    diagnosed_figure,
+    diagnosed_title,
+    force_range,
+)
 from bushcli.report.figures.diagnosis_map import map_figure, map_title
+from bushcli.report.figures.diagnosis_missing import missing_figure
+from bushcli.report.figures.diagnosis_probability import prior_figure, probability_figure, strips
 from bushcli.report.figures.picture import BLACK, BLUE, GREY, Picture, literal, new_figure, picture, style
 from bushcli.report.quantity import Quantities, quantities
 
@@ -35,6 +43,12 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
         Channel, and channels of a map -> name for their files.
     """
     drawn = []
+    if found.probability:
+        title = "Probability of each effect"
+        drawn.append(picture("probabilities", "probabilities", title, probability_figure(found)))
+    if strips(found):
+        title = "Values with 95 % intervals, after the recordings and before them"
+        drawn.append(picture("priors", "priors", title, prior_figure(found)))
     for channel in found.channels:
         file, title = names[channel.name], diagnosed_title(channel)
         figure = diagnosed_figure(found, channel)
@@ -42,6 +56,12 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
         title = f"{channel.name}: where in the record the simulation misses"
         figure = record_figure(found, channel)
         drawn.append(picture(f"{file}-record-map", "record_map", title, figure, channel.name))
+        profiles = [] if found.missing is None else found.missing.profiles
+        own = [one for one in profiles if one.channel == channel.name]
+        if own:
+            title = f"{channel.name}: what the most probable model leaves"
+            figure = missing_figure(channel, own)
+            drawn.append(picture(f"{file}-missing", "missing", title, figure, channel.name))
     for one in found.maps:
         file = f"{names[one.name]}-bushing-map"
         drawn.append(picture(file, "bushing_map", map_title(one), map_figure(one), one.name))
@@ -52,14 +72,14 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
 
 
 def record_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
-    """Draw the mean misfit by cycle, displacement and branch, with the plain law and with the final model."""
+    """Draw the mean misfit by cycle, displacement and branch, with the plain law and with the most probable model."""
     rows = [("plain law", [one for one in found.location.bins if one.channel == channel.name])]
     after = [one for one in found.remaining.bins if one.channel == channel.name]
     if after and changed(channel):
-        rows.append(("final model", after))
+        rows.append((BEST, after))
     kinds = [kind for kind in KINDS if any(one.branch == kind for _, bins in rows for one in bins)]
     units = quantities(channel.mode)
-    scale = 100.0 / float(np.ptp(channel.recording.force))
+    scale = 100.0 / force_range(channel)
     largest = max((abs(scale * one.mean) for one in rows[0][1]), default=_LEAST)
     norm = Normalize(-max(largest, _LEAST), max(largest, _LEAST))
     cycles = sorted({one.cycle for _, bins in rows for one in bins})

@@ -1,4 +1,4 @@
-"""Recording, plain law and final model of a diagnosed channel, with what is mismatched: to zoom, and as a picture."""
+"""Recording, plain law and most probable model of a channel, with what is mismatched: to zoom, and as a picture."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.where.record import Mismatch
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
+from bushcli.diagnosis.where.record import Mismatch
 from bushcli.diagnosis.words import sentence
 from bushcli.recording import branches
+from bushcli.report.diagnosis_words import channel_label
 from bushcli.report.figures.picture import (
     BLACK,
     BLUE,
@@ -37,6 +38,8 @@ _SEPARATE = 80
 # A plain law that leaves the recording by more than this share of its force range runs out of the picture.
 _LEAVES = 0.6
 _COLOURS = {"stiff": RED, "soft": GREEN}
+# How the curve after the diagnosis is called.
+BEST = "most probable model"
 
 
 def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
@@ -47,8 +50,12 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     few = len(q) <= _SEPARATE
     series = [Series("before", _label("plain law", channel.before_percent), path, channel.before)]
     if changed(channel):
-        series.append(Series("after", _label("final model", channel.after_percent), path, channel.after))
-    series.append(Series("recorded", "recorded", q, recorded.force, dots=few))
+        series.append(Series("after", _label(BEST, channel.after_percent), path, channel.after))
+    good = np.where(channel.faulty, np.nan, recorded.force)
+    series.append(Series("recorded", "recorded", q, good, dots=few))
+    if channel.faulty.any():
+        bad = np.where(channel.faulty, recorded.force, np.nan)
+        series.append(Series("faulty", "left out: faulty data", q, bad, dots=True))
     regions = []
     for i, mismatch in numbered(found, channel):
         outlines = [
@@ -56,7 +63,7 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
                 np.stack([q[run], recorded.force[run]], axis=1),
                 np.stack([path[run], channel.before[run]], axis=1),
             )
-            for run in _pieces(channel, mismatch.samples & np.isfinite(channel.before))
+            for run in _pieces(channel, mismatch.samples & _known(channel))
         ]
         worst = _worst(channel, mismatch)
         at = (float(q[worst]), float((recorded.force[worst] + channel.before[worst]) / 2))
@@ -76,15 +83,15 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
 
 def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
-    """Misfit over time (or the samples) before and after, against the noise."""
+    """Misfit over time (or the samples) before and after, against the noise; what was left out is interrupted."""
     x = _abscissa(channel)
-    before, after = misfit_percent(channel)
+    before, after = (np.where(channel.faulty, np.nan, one) for one in misfit_percent(channel))
     series = [Series("before", "plain law", x, before)]
     if changed(channel):
-        series.append(Series("after", "final model", x, after))
+        series.append(Series("after", BEST, x, after))
     regions = []
     for i, mismatch in numbered(found, channel):
-        runs = _runs(mismatch.samples & np.isfinite(before))
+        runs = _runs(mismatch.samples & _known(channel))
         outlines = [
             np.concatenate([np.stack([x[run], before[run]], axis=1), [[x[run][-1], 0.0], [x[run][0], 0.0]]])
             for run in runs
@@ -102,7 +109,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
     noise = 2 * channel.noise_percent
     nan = float("nan")
     bands = [(nan, nan, -noise, noise, "noise")]
-    bands += [(x[run][0], x[run][-1], nan, nan, "held") for run in _runs(channel.held_out)]
+    bands += [(*_around(x, run), nan, nan, "faulty") for run in _runs(channel.faulty, least=1)]
     misfits = [before, after, np.array([-1.3 * noise, 1.3 * noise])]
     return Plot(
         f"misfit-{found.channels.index(channel)}",
@@ -122,7 +129,8 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
 def diagnosed_title(channel: DiagnosedChannel) -> str:
     """What the picture shows."""
-    name = channel.name[:1].upper() + channel.name[1:]
+    name = channel_label(channel)
+    name = name[:1].upper() + name[1:]
     if not changed(channel):
         return f"{name}: {percent(channel.before_percent)} rms, noise {percent(channel.noise_percent)}"
     before, after = percent(channel.before_percent), percent(channel.after_percent)
@@ -135,6 +143,7 @@ def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
     drawn = {
         "recorded": {"color": BLACK, "lw": 0.9, "zorder": 3},
         "before": {"color": ORANGE, "lw": 1.6, "zorder": 2},
+        "faulty": {"color": RED, "lw": 0, "marker": "x", "ms": 5, "zorder": 3.5},
         "after": {"color": BLUE, "lw": 2.4, "alpha": 0.75, "zorder": 2.5},
     }
     with style():
@@ -146,7 +155,7 @@ def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
                 if key == "noise":
                     axes.axhspan(y0, y1, color=LIGHT, lw=0, label="noise (± 2 standard deviations)")
                 else:
-                    axes.axvspan(x0, x1, color="#fff3d6", lw=0, zorder=0)
+                    axes.axvspan(x0, x1, color="#fbe3d6", lw=0, zorder=0)
             for region in plot.regions:
                 outline = Path.make_compound_path(*(Path(points, closed=False) for points in region.outlines))
                 colour = _COLOURS[region.key]
@@ -164,7 +173,7 @@ def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
                 )
             for one in plot.series:
                 look = dict(drawn[one.key])
-                if one.dots:
+                if one.dots and one.key != "faulty":
                     look |= {"lw": 0, "marker": "o", "ms": 3.5}
                 axes.plot(one.x, one.y, label=one.label, **look)
             axes.set(xlabel=plot.x_label, ylabel=plot.y_label, xlim=plot.x, ylim=plot.y)
@@ -176,7 +185,7 @@ def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
 
 
 def changed(channel: DiagnosedChannel) -> bool:
-    """Whether the final model is another one than the plain law."""
+    """Whether the most probable model is another one than the plain law."""
     return not np.allclose(channel.before, channel.after, equal_nan=True)
 
 
@@ -187,9 +196,15 @@ def numbered(found: Diagnosis, channel: DiagnosedChannel) -> list[tuple[int, Mis
 
 def misfit_percent(channel: DiagnosedChannel) -> tuple[Array, Array]:
     """Simulated minus recorded force before and after, in percent of the recorded force range."""
-    unit = 100.0 / float(np.ptp(channel.recording.force))
     force = channel.recording.force
+    unit = 100.0 / force_range(channel)
     return unit * (channel.before - force), unit * (channel.after - force)
+
+
+def force_range(channel: DiagnosedChannel) -> float:
+    """Recorded force range; of good samples, where there are any."""
+    force = channel.recording.force
+    return float(np.ptp(force if channel.faulty.all() else force[~channel.faulty]))
 
 
 def _abscissa(channel: DiagnosedChannel) -> Array:
@@ -204,7 +219,7 @@ def _abscissa_label(channel: DiagnosedChannel) -> str:
 
 def _heading(found: Diagnosis, channel: DiagnosedChannel) -> str:
     """The channel's name, where there are several to be told apart."""
-    return channel.name if len(found.channels) > 1 else ""
+    return channel_label(channel) if len(found.channels) > 1 else ""
 
 
 def _label(what: str, rms: float) -> str:
@@ -217,13 +232,24 @@ def _sense(mismatch: Mismatch) -> str:
 
 def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> int:
     size = np.abs(channel.before - channel.recording.force)
-    return int(np.argmax(np.where(mismatch.samples & np.isfinite(size), size, -1.0)))
+    return int(np.argmax(np.where(mismatch.samples & _known(channel), size, -1.0)))
 
 
-def _runs(marked: NDArray[np.bool_]) -> list[slice]:
-    """Stretches of two or more neighbouring samples that are marked."""
+def _known(channel: DiagnosedChannel) -> NDArray[np.bool_]:
+    """Samples at which the plain law is compared with good data."""
+    return np.isfinite(channel.before) & ~channel.faulty
+
+
+def _runs(marked: NDArray[np.bool_], least: int = 2) -> list[slice]:
+    """Stretches of at least so many neighbouring samples that are marked."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
-    return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= 2]
+    return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= least]
+
+
+def _around(x: Array, run: slice) -> tuple[float, float]:
+    """From the middle of the gap before a stretch of samples to that behind it."""
+    ends = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
+    return float(ends[run.start]), float(ends[run.stop])
 
 
 def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]:
@@ -259,7 +285,8 @@ def _padded(values: Array, share: float) -> tuple[float, float]:
 
 
 def _force_limits(channel: DiagnosedChannel) -> tuple[float, float]:
-    both = np.concatenate([channel.recording.force, channel.after])
+    recorded = np.where(channel.faulty, np.nan, channel.recording.force)
+    both = np.concatenate([recorded, channel.after])
     low, high = float(np.nanmin(both)), float(np.nanmax(both))
     reach = _LEAVES * (high - low)
     before = channel.before

@@ -69,8 +69,8 @@ def test_it_renders_without_an_error_and_asks_the_network_for_nothing(page, fold
     assert asked[0] == (folder / "report.html").as_uri()
     assert all(address.startswith("data:image/") for address in asked[1:])
     assert page.value("[...document.images].every((i) => i.complete && i.naturalWidth > 100)")
-    # Record maps of two channels, a map in the bushing, the next test.
-    assert page.value("document.images.length") == 4
+    # Probabilities, priors, what is missing and a record map of two channels, a map in the bushing, the next test.
+    assert page.value("document.images.length") == 8
     assert page.value("document.documentElement.scrollWidth <= innerWidth")
 
 

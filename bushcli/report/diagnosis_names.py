@@ -1,0 +1,66 @@
+"""Effects, laws, models and probabilities of a diagnosis as people say them; identifiers stay in the JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bushcli.effect import effect_name, effects, rig_of
+from bushcli.report.quantity import listed
+
+UNKNOWN, NOTHING = "unknown", "nothing"
+# A probability beyond these is said as a limit: nothing is certain.
+_ALMOST_NEVER, _ALMOST_CERTAIN = 0.01, 0.99
+# Words that keep their capital within a sentence: people.
+_PEOPLE = frozenset({"Mullins"})
+_TITLES = {UNKNOWN: "Unknown physics", NOTHING: "Nothing missing"}
+
+
+def title(name: str) -> str:
+    """Return the name of an effect for people, as it begins a line: "Offset (radial)" of "offset@radial"."""
+    own, rig = effect_name(name), rig_of(name)
+    known = effects().get(own)
+    words = _TITLES.get(own) or getattr(known, "title", "") or own.replace("_", " ").capitalize()
+    words = " ".join(word.capitalize() if word.capitalize() in _PEOPLE else word for word in words.split())
+    return f"{words} ({rig})" if rig else words
+
+
+def within(words: str) -> str:
+    """Return a name as it stands within a sentence: "internal friction", but "Mullins softening"."""
+    first = words.split(maxsplit=1)[0] if words else ""
+    keeps = first in _PEOPLE or not first[1:].islower()
+    return words if keeps else words[:1].lower() + words[1:]
+
+
+def said(name: str) -> str:
+    """Return the name of an effect within a sentence: "internal friction", "unknown physics"."""
+    return within(title(name))
+
+
+def law_title(name: str) -> str:
+    """Return the name of a law, which is that of its authors: "Mooney-Rivlin", "neo-Hookean"."""
+    return "-".join(part if part == "neo" else part.capitalize() for part in name.split("_"))
+
+
+def together(names: Sequence[str], none: str = "no effect") -> str:
+    """Return a set of effects within a sentence: "Mullins softening with internal friction and offset"."""
+    first, *others = [said(name) for name in names] or [none]
+    return f"{first} with {listed(others)}" if others else first
+
+
+def model_title(law: str, names: Sequence[str]) -> str:
+    """Return a model as it stands in a table: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone"."""
+    return " + ".join((law_title(law), *map(said, names))) if names else f"{law_title(law)} alone"
+
+
+def chance(probability: float) -> str:
+    """Return a probability in words: "97 %", "more than 99 %", "less than 1 %"; never 0 or 100 %."""
+    return short_chance(probability).replace(">", "more than").replace("<", "less than")
+
+
+def short_chance(probability: float) -> str:
+    """Return the same for a table: "97 %", "> 99 %", "< 1 %"; a dash where there is none."""
+    if probability != probability:
+        return "-"
+    if probability < _ALMOST_NEVER:
+        return "< 1 %"
+    return "> 99 %" if probability > _ALMOST_CERTAIN else f"{100 * probability:.0f} %"

@@ -1,0 +1,145 @@
+"""Parameters of a diagnosis in the units of the case file: value, posterior, prior."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from bushcli.casefile.unit import outside, unit
+from bushcli.diagnosis.result import DiagnosedChannel, Named, Quantity
+from bushcli.effect import EffectParameter, effect_name, effects
+from bushcli.report.quantity import number, with_std
+from cases.mode import modes
+
+
+@dataclass(frozen=True)
+class ShownQuantity:
+    """A parameter in the units of the case file.
+
+    Attributes
+    ----------
+    value, std, lower, upper : float
+    unit : str
+        "1" where there is none.
+    prior : tuple of float, optional
+        95 % interval of the prior.
+    word : str
+        Value of a choice, in words for people.
+    """
+
+    value: float
+    std: float
+    lower: float
+    upper: float
+    unit: str
+    prior: tuple[float, float] | None = None
+    word: str = ""
+
+    @property
+    def text(self) -> str:
+        """Value, standard deviation and unit: "0.31 ± 0.01 MPa"; the word of a choice."""
+        return self.word or with_std(self.value, self.std) + tail(self.unit)
+
+    @property
+    def interval(self) -> str:
+        """95 % interval of the posterior."""
+        return "-" if self.word else span(self.lower, self.upper)
+
+    @property
+    def prior_text(self) -> str:
+        """95 % interval of the prior."""
+        return "-" if self.word or self.prior is None else span(*self.prior)
+
+
+def shown(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> ShownQuantity:
+    """A parameter of the most probable model at the door: angles in degrees.
+
+    Parameters
+    ----------
+    name
+        Full name, "mullins.m"; of the law without a point.
+    quantity
+    channels
+        Those of the diagnosis: a displacement of a rotational channel is an angle.
+    """
+    at, name_of_unit = _door(name, quantity, channels)
+    value, std, lower, upper = (at(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper))
+    prior = None if quantity.prior is None else (at(quantity.prior[0]), at(quantity.prior[1]))
+    return ShownQuantity(value, std, lower, upper, name_of_unit, prior, quantity.word.replace("_", " "))
+
+
+def derived(quantity: Quantity) -> dict[str, tuple[float, str]]:
+    """The same parameter under the names by which the field knows it, at the door."""
+    return {
+        name: (_degrees(of)[0] * value, _degrees(of)[1]) for name, (value, of) in quantity.derived.items()
+    }
+
+
+def derived_text(quantity: Quantity) -> str:
+    """The same in words: "r = 3.2"."""
+    return ", ".join(f"{name} = {number(value)}{tail(of)}" for name, (value, of) in derived(quantity).items())
+
+
+def parameters_text(effect: Named, channels: Sequence[DiagnosedChannel]) -> str:
+    """All parameters of an effect in a line, by the name that the field has for each where it has one.
+
+    The errors are to first order, of r = 1/x as of 1/(x + y) with a given y: their squares times that of x.
+    """
+    told = []
+    for name, quantity in effect.parameters.items():
+        known, first = derived(quantity) if quantity.value else {}, 0.0
+        for other, (value, of) in known.items():
+            first = first or value
+            std = value**2 / abs(first) * quantity.std / abs(quantity.value)
+            told.append(f"{other} = {value:.4g} ± {std:.2g}{tail(of)}")
+        if not known:
+            door = shown(f"{effect.name}.{name}", quantity, channels)
+            told.append(f"{name}: {door.word}" if door.word else f"{name} = {_given(door)}")
+    return ", ".join(told)
+
+
+def _given(door: ShownQuantity) -> str:
+    return f"{door.value:.3g} ± {door.std:.2g}{tail(door.unit)}"
+
+
+def tail(of: str) -> str:
+    """A unit behind a number; nothing where there is none."""
+    return "" if of == "1" else f" {of}"
+
+
+def span(lower: float, upper: float) -> str:
+    """An interval."""
+    return f"{number(lower)} to {number(upper)}"
+
+
+def _door(
+    name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]
+) -> tuple[Callable[[float], float], str]:
+    """How a value inside becomes one at the door, and its unit there."""
+    found = _parameter(name)
+    if found is not None and found.of_channel and _is_rotational(name, quantity, channels):
+        return lambda value: outside(found, value, rotational=True), unit(found, rotational=True)
+    factor, name_of_unit = _degrees(quantity.unit)
+    return lambda value: factor * value, name_of_unit
+
+
+def _parameter(name: str) -> EffectParameter | None:
+    effect, _, own = name.partition(".")
+    if effect_name(effect) not in effects():
+        return None
+    return next((p for p in effects()[effect_name(effect)].parameters if p.name == own), None)
+
+
+def _is_rotational(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> bool:
+    effect, of = effects()[effect_name(name.partition(".")[0])], quantity.channels
+    acting = [one for one in channels if effect.acts_on(one.mode) and (of is None or one.name in of)]
+    return any(modes()[one.mode].rotational for one in acting)
+
+
+def _degrees(of: str) -> tuple[float, str]:
+    """Factor and unit at the door of a unit inside; "rad" may stand above or below the line."""
+    above, _, below = of.partition("/")
+    if above == "rad":
+        return math.degrees(1.0), of.replace("rad", "degrees", 1)
+    return (math.radians(1.0), f"{above}/degree") if below == "rad" else (1.0, of)

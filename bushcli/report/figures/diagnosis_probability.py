@@ -1,0 +1,178 @@
+"""Pictures of how sure a diagnosis is: probabilities as bars, and each value with its posterior and its prior."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from textwrap import fill
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator
+
+from bushcli.diagnosis.result import Diagnosis
+from bushcli.effect import effect_name
+from bushcli.report.diagnosis_names import NOTHING, UNKNOWN, said, short_chance, title
+from bushcli.report.diagnosis_values import ShownQuantity, derived_text, shown
+from bushcli.report.figures.picture import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    RED,
+    literal,
+    log_ticks,
+    new_figure,
+    style,
+)
+
+# Effects that are less probable are named in a line under the bars.
+_SMALL = 0.01
+# Characters in a line of those.
+_LINE = 125
+# A prior that spans more than this is drawn on a logarithmic axis.
+_DECADES = 20.0
+# An axis that spans less has numbers between the powers of ten.
+_FEW_DECADES = 300.0
+_PALE = "#9fc5de"
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A parameter of an effect with its prior.
+
+    Attributes
+    ----------
+    effect, parameter : str
+        For people; the effect's name with its first parameter only.
+    also : str
+        The value as the field knows it.
+    shown : ShownQuantity
+    """
+
+    effect: str
+    parameter: str
+    also: str
+    shown: ShownQuantity
+
+
+def probability_figure(found: Diagnosis) -> Figure:
+    """Draw a bar per effect, the most probable on top; those of the most probable model in full colour."""
+    ranked = sorted(found.probability.items(), key=lambda one: -one[1])
+    drawn = [(name, p) for name, p in ranked if p >= _SMALL] or ranked[:1]
+    few = [said(name) for name, p in ranked if (name, p) not in drawn]
+    chosen = {effect_name(one.name) for one in found.effects}
+    note = fill(f"less than 1 %: {', '.join(few)}", _LINE) if few else ""
+    with style():
+        lines = note.count("\n") + bool(note)
+        figure = new_figure(8.6, 0.6 + 0.34 * len(drawn) + 0.19 * lines)
+        axes = figure.add_subplot()
+        axes.grid(False)
+        at = np.arange(len(drawn))
+        axes.barh(at, 100.0, color="#f1f2f4", height=0.62)
+        for i, (name, p) in enumerate(drawn):
+            colour = {UNKNOWN: RED, NOTHING: GREEN}.get(name, BLUE if name in chosen else _PALE)
+            axes.barh(i, 100 * p, color=colour, height=0.62)
+            axes.annotate(
+                short_chance(p),
+                (100.0, i),
+                (6, 0),
+                textcoords="offset points",
+                va="center",
+                annotation_clip=False,
+            )
+        axes.set_yticks(at, [literal(title(name)) for name, _ in drawn])
+        axes.set_ylim(len(drawn) - 0.5, -0.5)
+        axes.set_xlim(0, 100)
+        axes.set_xticks([0, 25, 50, 75, 95], ["0", "25", "50", "75", "95 %"])
+        axes.axvline(95, color=GREY, lw=0.8, ls=":", zorder=3)
+        axes.tick_params(axis="y", length=0)
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+        if note:
+            figure.supxlabel(literal(note), fontsize=8.5, color=GREY, x=0.01, ha="left")
+        return figure
+
+
+def strips(found: Diagnosis) -> list[Strip]:
+    """The parameters of the most probable model that had a prior and are numbers."""
+    rows = []
+    for effect in found.effects:
+        label = effect.label
+        for name, quantity in effect.parameters.items():
+            door = shown(f"{effect.name}.{name}", quantity, found.channels)
+            if door.prior is None or door.word or not math.isfinite(door.value):
+                continue
+            rows.append(Strip(label, name, derived_text(quantity), door))
+            label = ""
+    return rows
+
+
+def prior_figure(found: Diagnosis) -> Figure:
+    """Draw a line per parameter: where it was expected, where it lies now."""
+    rows = strips(found)
+    with style():
+        figure = new_figure(8.6, 0.55 + 0.72 * len(rows))
+        panels = figure.subplots(len(rows), 1, squeeze=False).ravel()
+        for axes, row in zip(panels, rows, strict=True):
+            _strip(axes, row)
+        handles, labels = panels[0].get_legend_handles_labels()
+        # The point last: it lies on the bars.
+        figure.legend(
+            [*handles[1:], handles[0]],
+            [*labels[1:], labels[0]],
+            loc="outside upper center",
+            ncols=3,
+            frameon=False,
+            fontsize=9,
+        )
+        return figure
+
+
+def _strip(axes: Axes, row: Strip) -> None:
+    one = row.shown
+    assert one.prior is not None
+    low, high = one.prior
+    logarithmic = low > 0 and one.value > 0 and one.lower > 0 and high > _DECADES * low
+    bands = [(low, high)]
+    # A prior of the absolute value allows both signs.
+    if low >= 0 and min(one.value, one.lower) < 0:
+        bands.append((-high, -low))
+    for i, (a, b) in enumerate(bands):
+        axes.barh(
+            0, b - a, left=a, height=0.8, color=LIGHT, label="95 % before the recordings" if i == 0 else None
+        )
+    lower, upper = (end if math.isfinite(end) else one.value for end in (one.lower, one.upper))
+    axes.barh(0, upper - lower, left=lower, height=0.34, color=BLUE, label="95 % with the recordings")
+    axes.plot(one.value, 0, "o", color="white", mec=BLUE, mew=1.6, ms=6, label="most probable", zorder=3)
+    ends = [v for band in bands for v in band] + [lower, upper, one.value]
+    if logarithmic:
+        axes.set_xscale("log")
+        axes.set_xlim(min(ends) / 1.6, max(ends) * 1.6)
+        log_ticks(axes.xaxis, *axes.get_xlim())
+        if max(ends) < _FEW_DECADES * min(ends):
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    else:
+        margin = 0.06 * (max(ends) - min(ends)) or 1.0
+        axes.set_xlim(min(ends) - margin, max(ends) + margin)
+        axes.xaxis.set_major_locator(MaxNLocator(6))
+    axes.set_ylim(-0.6, 0.6)
+    axes.grid(False)
+    name = f"{row.effect}\n{row.parameter}" if row.effect else row.parameter
+    axes.set_yticks([0], [literal(name)])
+    axes.tick_params(axis="y", length=0)
+    axes.tick_params(axis="x", labelsize=8.5)
+    also = f"\n({row.also})" if row.also else ""
+    axes.annotate(
+        literal(f"{one.text}{also}"),
+        (1.0, 0.5),
+        (8, 0),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        va="center",
+        fontsize=9.5,
+        annotation_clip=False,
+    )
+    for side in ("left", "top", "right"):
+        axes.spines[side].set_visible(False)
