@@ -60,7 +60,7 @@ class Kinematics:
         return self.F.T * self.F
 
 
-def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
+def axisymmetric(u: Scalar, R: Scalar, moved: Scalar | None = None) -> Kinematics:
     """Return the kinematics of an axisymmetric deformation without twist.
 
     Parameters
@@ -68,9 +68,11 @@ def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
     u : UFL vector, shape (2,)
         Displacement (u_r, u_z) in mm over a mesh of the (R, Z) half-plane.
     R : UFL scalar
-        Reference radius in mm.
+        Radius on the mesh, mm.
+    moved : UFL vector, shape (2,), optional
+        As of `cartesian`, in the half-plane.
     """
-    G = ufl.grad(u)
+    G, R, weight = _half_plane(u, R, moved)
     a, b, c, d = 1 + G[0, 0], G[0, 1], G[1, 0], 1 + G[1, 1]
     h = ufl.variable(1 + u[0] / R)  # hoop stretch
     F = ufl.as_matrix(((a, 0, b), (0, h, 0), (c, 0, d)))
@@ -88,7 +90,7 @@ def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
     return Kinematics(
         F=F,
         J=J,
-        weight=2 * ufl.pi * R,
+        weight=weight,
         measures=(area, trace, h),
         I1=s * (trace + h * h),
         I2=s * s * (area * area + h * h * trace),
@@ -107,7 +109,7 @@ def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
     )
 
 
-def axisymmetric_twist(u: Scalar, R: Scalar) -> Kinematics:
+def axisymmetric_twist(u: Scalar, R: Scalar, moved: Scalar | None = None) -> Kinematics:
     """Return the kinematics of an axisymmetric deformation with finite twist about the axis.
 
     The point (R, Theta, Z) moves to r = R + u_r, theta = Theta + phi, z = Z + u_z; F maps the cylindrical
@@ -118,21 +120,33 @@ def axisymmetric_twist(u: Scalar, R: Scalar) -> Kinematics:
     u : UFL vector, shape (3,)
         (u_r in mm, phi in rad, u_z in mm) over a mesh of the (R, Z) half-plane.
     R : UFL scalar
-        Reference radius in mm.
+        Radius on the mesh, mm.
+    moved : UFL vector, shape (2,), optional
+        As of `cartesian`, in the half-plane.
 
     References
     ----------
     Ogden (1997), Non-Linear Elastic Deformations, Dover, section 2.2 (deformation in cylindrical
     coordinates).
     """
-    G = ufl.grad(u)
+    G, R, weight = _half_plane(u, R, moved)
     r = R + u[0]
     F = (
         (1 + G[0, 0], 0, G[0, 1]),
         (r * G[1, 0], r / R, r * G[1, 1]),
         (G[2, 0], 0, 1 + G[2, 1]),
     )
-    return _general(F, 2 * ufl.pi * R)
+    return _general(F, weight)
+
+
+def _half_plane(u: Scalar, R: Scalar, moved: Scalar | None) -> tuple[Scalar, Scalar, Scalar]:
+    """Gradient by the coordinates of the stress-free half-plane, radius there, and its volume per area of the mesh."""
+    G = ufl.grad(u)
+    if moved is None:
+        return G, R, 2 * ufl.pi * R
+    M = ufl.Identity(2) + ufl.grad(moved)
+    R = R + moved[0]
+    return ufl.dot(G, ufl.inv(M)), R, 2 * ufl.pi * R * ufl.det(M)
 
 
 def cartesian(u: Scalar, moved: Scalar | None = None) -> Kinematics:

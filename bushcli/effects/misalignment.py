@@ -44,6 +44,7 @@ def feature() -> Feature:
 
 EFFECT = Effect(
     name="misalignment",
+    title="Misalignment of the sleeves",
     summary="The inner sleeve is off centre at rest: radial loading differs between + and -.",
     acts="assembly",
     parameters=(
