@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forms.kinematics import Moved
 from forms.law import Scalar
 from forms.potential import Attached
 from geometry.shape import Mirrors, Shape, Sleeve
@@ -79,8 +80,8 @@ class Feature:
     metal : callable, optional
         Parameters and an elastic sleeve -> its Young's modulus (MPa) in place of its own; None where that stays.
     stress_free : callable, optional
-        Parameters, coordinates on the mesh (UFL vector, (r, z) in the half-plane) and meshed shape -> displacement of
-        the stress-free body from the mesh, mm, in the components of the coordinates.
+        Parameters, coordinates on the mesh (UFL vector, (r, z) in the half-plane) and meshed shape -> where the
+        stress-free body is.
     resizes : bool
         Whether ``stress_free`` makes the sleeves longer or wider too: they then move as bodies of that size.
     dimensions : tuple of str
@@ -110,7 +111,7 @@ class Feature:
     swelling: Callable[[Values], Scalar] | None = None
     shape: Callable[[Shape, Mapping[str, float]], Shape] | None = None
     metal: Callable[[Values, Sleeve], Scalar | None] | None = None
-    stress_free: Callable[[Values, Scalar, Shape], Scalar] | None = None
+    stress_free: Callable[[Values, Scalar, Shape], Moved] | None = None
     resizes: bool = False
     reduction: Callable[[Array, str], Array] | None = None
     reduced: str = "outer"

@@ -135,7 +135,7 @@ class Model:
         u, p, *motions = ufl.split(self.state)
         moved = self._stress_free(self.features)
         self.strain = strain(self.setting, u, mesh, moved)
-        degree = QUADRATURE_DEGREE_PER_ORDER * mesh.displacement_order
+        degree = self.quadrature_degree
         dx = ufl.Measure("dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": degree})
         sleeves = {}
         for name, sleeve in mesh.sleeves.items():
@@ -184,15 +184,22 @@ class Model:
         share = self.stage if item.feature.assembled else 1
         return {key: share * self.marked[f"{item.name}.{key}"] for key in item.values}
 
-    def _stress_free(self, features: Sequence[Installed]) -> Any:
-        """Displacement of the stress-free body from the mesh; None where it is the mesh."""
+    @property
+    def quadrature_degree(self) -> int:
+        """Of the quadrature; what UFL estimates for a body that is not the mesh would be hundreds of points."""
+        return QUADRATURE_DEGREE_PER_ORDER * self.mesh.displacement_order
+
+    def _stress_free(self, features: Sequence[Installed]) -> kinematics.Moved | None:
+        """Where the stress-free body is; None where it is the mesh."""
         x = ufl.SpatialCoordinate(self.mesh.mesh)
         moved = [
             item.feature.stress_free(self._values(item), x, self.mesh.shape)
             for item in features
             if item.feature.stress_free is not None
         ]
-        return sum(moved[1:], moved[0]) if moved else None
+        if len(moved) < 2:
+            return moved[0] if moved else None
+        return kinematics.Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
 
     def _youngs_modulus(self, sleeve: Sleeve, values: Callable[[Installed], Mapping[str, Any]]) -> Any:
         """A sleeve's modulus (MPa), of the kind that the values are."""
@@ -203,16 +210,12 @@ class Model:
                     return modulus
         return sleeve.youngs_modulus
 
-    def _surfaces(self, u: Any, motion: Mapping[str, Any], moved: Any, degree: int) -> list[Any]:
+    def _surfaces(self, u: Any, motion: Mapping[str, Any], moved: kinematics.Moved | None, degree: int) -> list[Any]:
         mesh = self.mesh
         x, normal = ufl.SpatialCoordinate(mesh.mesh), ufl.FacetNormal(mesh.mesh)
         weight: Any = 1
         if moved is not None:
-            # Nanson's formula: what becomes of an area of the mesh.
-            M = ufl.Identity(len(x)) + ufl.grad(moved)
-            area = ufl.det(M) * ufl.dot(ufl.inv(M).T, normal)
-            weight = ufl.sqrt(ufl.dot(area, area))
-            x = x + moved
+            weight, x = moved.area(normal), x + moved.displacement
         if self.setting.kinematics != "cartesian":
             weight = 2 * ufl.pi * x[0] * weight
 
@@ -343,13 +346,15 @@ class Model:
         moved = self._stress_free([item for item in self.features if item.feature.resizes])
         if moved is None or self.setting.kinematics != "cartesian" or not self.mode.rotational:
             return None
-        return self._at_constrained(moved)
+        return self._at_constrained(moved.displacement)
 
     def _resizing(self, name: str) -> Array:
         """Derivative of `_resized` by a parameter."""
         if name not in self._resizings:
             moved = self._stress_free([item for item in self.features if item.feature.resizes])
-            self._resizings[name] = self._at_constrained(expand_derivatives(ufl.diff(moved, self.marked[name])))
+            assert moved is not None
+            slope = expand_derivatives(ufl.diff(moved.displacement, self.marked[name]))
+            self._resizings[name] = self._at_constrained(slope)
         return self._resizings[name]()
 
     def _at_constrained(self, vector: Any) -> Callable[[], Array]:
@@ -475,7 +480,8 @@ class Model:
     @cached_property
     def volume(self) -> float:
         """Volume of the modelled part (mm^3), metal included."""
-        form = fem.form(self.strain.weight * ufl.dx(self.mesh.mesh), jit_options=options())
+        dx = ufl.dx(self.mesh.mesh, metadata={"quadrature_degree": self.quadrature_degree})
+        form = fem.form(self.strain.weight * dx, jit_options=options())
         return float(self.comm.allreduce(fem.assemble_scalar(form)))
 
     @cached_property
@@ -506,7 +512,7 @@ class Model:
         return float(self.comm.allreduce(part)) * self.multiplicity
 
 
-def strain(setting: Setting, u: Any, mesh: NamedMesh, moved: Any = None) -> kinematics.Kinematics:
+def strain(setting: Setting, u: Any, mesh: NamedMesh, moved: kinematics.Moved | None = None) -> kinematics.Kinematics:
     """The kinematics that a setting asks for, of a displacement on a mesh whose stress-free shape may be moved."""
     if setting.kinematics == "cartesian":
         return kinematics.cartesian(u, moved)

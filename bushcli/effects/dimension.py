@@ -24,22 +24,40 @@ from geometry.shape import Shape
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Values
+    from forms.kinematics import Moved
     from forms.law import Scalar
 
 
-def _moved(values: Values, x: Scalar, shape: Shape) -> Scalar:
+def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
     """Move what is outside by the change of thickness, what is inside not at all, and heights in proportion."""
     import ufl
+
+    from forms.kinematics import Moved
 
     if not isinstance(shape, Ring):
         raise TypeError(f"a {type(shape).__name__} has no rubber of a thickness and a length")
     solid = len(x) == 3
-    r = ufl.sqrt(x[0] ** 2 + x[1] ** 2) if solid else x[0]
-    share = ufl.min_value(ufl.max_value((r - shape.inner_radius) / shape.thickness, 0), 1)
-    outwards = values["thickness"] * share
+    r, z = (ufl.sqrt(x[0] ** 2 + x[1] ** 2), x[2]) if solid else (x[0], x[1])
+    share, steep = (r - shape.inner_radius) / shape.thickness, 1 / shape.thickness
+    if shape.elastic_sleeves:
+        steep = ufl.conditional(ufl.And(share > 0, share < 1), steep, 0)
+        share = ufl.min_value(ufl.max_value(share, 0), 1)
     longest = 2 * float(shape.half_length(np.array([0.0, 1.0])).max())
-    along = values["length"] * x[2 if solid else 1] / longest
-    return ufl.as_vector([outwards * x[0] / r, outwards * x[1] / r, along] if solid else [outwards, along])
+    # Stretches from the mesh along r, around the axis, and along z.
+    across, along = 1 + values["thickness"] * steep, 1 + values["length"] / longest
+    around = 1 + values["thickness"] * share / r
+    if not solid:
+        displacement = ufl.as_vector([values["thickness"] * share, values["length"] * z / longest])
+        return Moved(displacement, ((1 / across, 0), (0, 1 / along)), across * along)
+    c, s = x[0] / r, x[1] / r
+    displacement = ufl.as_vector([(around - 1) * x[0], (around - 1) * x[1], values["length"] * z / longest])
+    shear = (1 / across - 1 / around) * c * s
+    inverse = (
+        (c**2 / across + s**2 / around, shear, 0),
+        (shear, s**2 / across + c**2 / around, 0),
+        (0, 0, 1 / along),
+    )
+    return Moved(displacement, inverse, across * around * along)
 
 
 def feature() -> Feature:
