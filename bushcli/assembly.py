@@ -16,8 +16,11 @@ def installed(active: Sequence[ActiveEffect]) -> list[Installed]:
     active
         Effects of one channel; parameters without a value get their start value.
     """
-    return [
-        Installed(one.name, one.effect.feature(), one.started().values)
-        for one in active
-        if one.effect.feature is not None
-    ]
+    found = []
+    for one in active:
+        if one.effect.feature is not None:
+            values = one.started().values
+            words = {p.name: p.choice(values[p.name]) for p in one.effect.parameters if p.choices}
+            numbers = {name: value for name, value in values.items() if name not in words}
+            found.append(Installed(one.name, one.effect.feature(**words), numbers))
+    return found

@@ -22,6 +22,7 @@ def as_text(kind: str) -> str:
     for entry in as_json(kind):
         lines = [f"{entry['name']}  {entry['summary']}"]
         if "acts" in entry:
+            lines[0] = f"{entry['name']}  {entry['title']}. {entry['summary']}"
             lines[0] += f"  ({entry['acts']}: {', '.join(entry['modes'])})"
         if "displacement" in entry:
             lines[0] += f"  ({entry['specimen']}: {entry['displacement']}, {entry['force']})"
@@ -39,6 +40,8 @@ def as_text(kind: str) -> str:
 def _words(item: dict[str, Any]) -> list[str]:
     """What is said of a parameter or a dimension, in order."""
     words = [str(item[key]) for key in ("name", "unit", "default", "meaning", "bounds") if item.get(key)]
+    if item.get("choices"):
+        words.append(f"one of {', '.join(item['choices'])}")
     if item.get("off") is not None:
         words.append(f"off = {item['off']:g}")
     if item.get("reciprocal"):
@@ -110,15 +113,17 @@ def _effects() -> list[dict[str, Any]]:
     return [
         {
             "name": effect.name,
+            "title": effect.title,
             "summary": effect.summary,
             "acts": effect.acts,
             "modes": [mode for mode in modes() if effect.acts_on(mode)],
             "parameters": [
                 {
                     "name": p.name,
-                    "unit": p.unit,
+                    "unit": "" if p.choices else p.unit,
                     "meaning": p.meaning + (" (optional)" if p.optional else ""),
-                    "bounds": f"[{p.lower:g}, {p.upper:g}]",
+                    "bounds": "" if p.choices else f"[{p.lower:g}, {p.upper:g}]",
+                    "choices": list(p.choices),
                     "off": p.off,
                     "reciprocal": dict(zip(("name", "unit"), p.reciprocal, strict=True))
                     if p.reciprocal

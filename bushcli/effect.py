@@ -26,7 +26,7 @@ from bushcli.prior import Prior
 from cases.mode import modes
 from forms.law import UnknownName
 from geometry.ring import Ring
-from geometry.shape import Shape
+from geometry.shape import Mirrors, Shape
 
 if TYPE_CHECKING:
     from cases.feature import Feature
@@ -71,8 +71,8 @@ class EffectParameter:
     adds_to : str
         Attribute of the material to whose reciprocal the value is added: a bulk modulus, to a compliance.
     of_channel : bool
-        Whether the parameter is a displacement (mm), a force (N) or a stiffness (N/mm) of the channel: in a
-        rotational mode it is then an angle, a moment or N mm per angle; degrees in the case file, rad inside.
+        Whether the parameter belongs to one channel. Where it is a displacement (mm), a force (N, N/s) or a stiffness
+        (N/mm) it is in a rotational mode an angle, a moment or N mm per angle; degrees in the case file, rad inside.
     share : float
         Of a parameter of a channel, a typical value over the largest displacement, force or their quotient that is
         recorded there, whichever has its unit.
@@ -82,8 +82,13 @@ class EffectParameter:
         Of a parameter of a channel, the largest size that a diagnosis considers, over the same as ``share``: beyond
         it is something else.
     of_mesh : bool
-        Whether it is a dimension of the mesh: a model is built for its value, there is no derivative by it, and a fit
-        holds it.
+        Whether a model is built for its value, as for a dimension of the mesh or a choice: there is no derivative by
+        it, and a fit holds it.
+    choices : tuple of str
+        Words that the case file has in place of a number, for a parameter that is a choice; its value is the index of
+        one of them. Such a parameter is ``of_mesh`` and has no unit.
+    twins : tuple of (str, str)
+        Choices that are each other's mirror image about z = 0.
     prior : Prior
         What is known of it before any recording.
     """
@@ -106,11 +111,35 @@ class EffectParameter:
     samples: float = 0.0
     most: float = math.inf
     of_mesh: bool = False
+    choices: tuple[str, ...] = ()
+    twins: tuple[tuple[str, str], ...] = ()
     prior: Prior | None = None
 
     def admits(self, value: float) -> bool:
-        """Whether ``value`` is a finite number within the bounds."""
+        """Whether ``value`` is a finite number within the bounds, and the index of a choice where there are choices."""
+        if self.choices and value not in range(len(self.choices)):
+            return False
         return math.isfinite(value) and self.lower <= value <= self.upper
+
+    def choice(self, value: float) -> str:
+        """Return the word for a value of a parameter that is a choice."""
+        return self.choices[round(value)]
+
+    def distinct(self, shape: Shape, acting: Collection[str], broken: Mirrors = frozenset()) -> tuple[str, ...]:
+        """Return the choices that differ in some of the modes ``acting``: of mirror images that do not, the first.
+
+        Parameters
+        ----------
+        shape
+        acting
+            Names of modes.
+        broken
+            Planes of symmetry that other effects take from the shape.
+        """
+        planes = shape.mirror_planes - broken
+        alike = all(modes()[name].looks_the_same(planes) for name in acting)
+        images = {image for _, image in self.twins} if alike else set()
+        return tuple(choice for choice in self.choices if choice not in images)
 
 
 @dataclass(frozen=True)
@@ -163,22 +192,27 @@ class RigChange:
     drive : callable, optional
         ``drive(q, given) -> Signal``: displacement (n,) behind the effect from the one before it, along the path.
     parallel : callable, optional
-        ``parallel(q, force, given) -> Signal``: force that moves the bushing by q, from the force without the effect.
-        It acts on each sample by itself.
+        ``parallel(q, force, time, given) -> Signal``: force that moves the bushing by q, from the force without the
+        effect. It acts on each sample by itself.
     spring : str, optional
         Name of the parameter that is the compliance of a spring in series.
     clock : str, optional
         Name of the parameter that is the time by which the force is logged late.
     read : callable, optional
-        ``read(force, given) -> Signal``: force as it is logged.
+        ``read(force, time, given) -> Signal``: force as it is logged.
     order : int
+
+    Notes
+    -----
+    ``time`` is of the samples (n,), s since the recording began; None where it has none, which an effect that
+    ``needs_time`` never sees.
     """
 
     drive: Callable[[Signal, Given], Signal] | None = None
-    parallel: Callable[[Signal, Signal, Given], Signal] | None = None
+    parallel: Callable[[Signal, Signal, Array | None, Given], Signal] | None = None
     spring: str | None = None
     clock: str | None = None
-    read: Callable[[Signal, Given], Signal] | None = None
+    read: Callable[[Signal, Array | None, Given], Signal] | None = None
     order: int = 0
 
 
@@ -189,6 +223,8 @@ class Effect:
     Attributes
     ----------
     name : str
+    title : str
+        What people call it, to begin a sentence with.
     summary : str
         What it means, in one sentence.
     acts : {"rubber", "assembly", "rig"}
@@ -206,19 +242,24 @@ class Effect:
         "bushing", "coupon".
     needs_sleeves : bool
         Whether it acts on two coaxial sleeves, which not every bushing has.
-    rigid : tuple of str
-        Sleeves that must not be elastic, by their key in the case file.
+    rigid : tuple of (str, tuple of str)
+        Sleeves that must not be elastic, by their key in the case file, each with the choices for which that holds;
+        without choices for all of them.
     needs_time : bool
         Whether it has no meaning without the time of the recording or of the program.
     needs_fixed_law : bool
         Whether a law that is identified from the same recordings can do all that it does.
+    needs_free_channel : bool
+        Whether a law that is identified from the same recordings can do all that it does where every channel has it.
     feature : callable, optional
-        Gives its change of the finite-element model; it imports what that is written in only when called.
+        Gives its change of the finite-element model; it imports what that is written in only when called. Parameters
+        that are choices are its arguments, by name and in words.
     rig : RigChange, optional
         Its change of the curve.
     """
 
     name: str
+    title: str
     summary: str
     acts: Literal["rubber", "assembly", "rig"]
     parameters: tuple[EffectParameter, ...]
@@ -228,10 +269,11 @@ class Effect:
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
     needs_sleeves: bool = False
-    rigid: tuple[str, ...] = ()
+    rigid: tuple[tuple[str, tuple[str, ...]], ...] = ()
     needs_time: bool = False
     needs_fixed_law: bool = False
-    feature: Callable[[], Feature] | None = None
+    needs_free_channel: bool = False
+    feature: Callable[..., Feature] | None = None
     rig: RigChange | None = None
 
     def parameter(self, name: str) -> EffectParameter:
@@ -256,6 +298,21 @@ class Effect:
     def amplitudes(self) -> tuple[EffectParameter, ...]:
         """The parameters that switch the effect off."""
         return tuple(p for p in self.parameters if p.off is not None)
+
+    def is_told_from_law(self, having: Collection[str], channels: Collection[str], law_held: bool) -> bool:
+        """Whether the effect does anything that a law identified from the same recordings cannot do.
+
+        Parameters
+        ----------
+        having
+            Names of the channels that have it.
+        channels
+            Names of all channels.
+        law_held
+            Whether the law is held to something else, such as coupons.
+        """
+        everywhere = set(channels) <= set(having)
+        return law_held or not (self.needs_fixed_law or (self.needs_free_channel and everywhere))
 
     def acts_on(self, mode: str) -> bool:
         """Whether the effect acts on a mode."""
@@ -284,17 +341,32 @@ def spoken(name: str) -> str:
     return f"{effect_name(name)} ({rig})" if rig else name
 
 
-def unsuited(effect: Effect, shape: Shape, others: Collection[str] = ()) -> tuple[tuple[str, str], ...]:
-    """Why a specimen cannot have an effect beside others (their names), each with what would do; none where it can."""
+def unsuited(
+    effect: Effect, shape: Shape, others: Collection[str] = (), values: Mapping[str, float] | None = None
+) -> tuple[tuple[str, str], ...]:
+    """Why a specimen cannot have an effect beside others, each reason with what would do; none where it can.
+
+    Parameters
+    ----------
+    effect
+    shape
+    others
+        Names of the other effects.
+    values
+        Of the effect's parameters, as far as they are given.
+    """
     if shape.specimen != "bushing":
         return ()
     if effect.needs_sleeves and not isinstance(shape, Ring):
         what = f"a {type(shape).name} has no coaxial sleeves"
         return ((what, "another shape, or without this effect"),)
+    given = values or {}
+    chosen = {p.choice(given.get(p.name, p.start)) for p in effect.parameters if p.choices}
     found = [
         (f"there is no model of it with an elastic {name}", "a rigid one")
-        for name in effect.rigid
-        if name in shape.elastic_sleeves or "sleeve_compliance" in others
+        for name, choices in effect.rigid
+        if (not choices or chosen & set(choices))
+        and (name in shape.elastic_sleeves or "sleeve_compliance" in others)
     ]
     if effect.name == "sleeve_compliance" and len(shape.elastic_sleeves) == 2:
         expected = "[geometry] without them; or change their youngs_modulus"

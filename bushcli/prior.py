@@ -18,7 +18,7 @@ from typing import Literal
 
 from scipy.special import erf, erfinv
 
-Shape = Literal["half_normal", "normal", "log_normal", "log_uniform"]
+Shape = Literal["half_normal", "normal", "log_normal", "log_uniform", "choice"]
 Of = Literal[
     "",
     "duration",
@@ -31,12 +31,12 @@ Of = Literal[
     "length",
     "shear",
     "1/shear",
-    "1/duration",
+    "force/duration",
 ]
 Scales = Mapping[str, float]
 """What priors are relative to, by name: duration and interval between samples (s), largest travel (mm or rad), largest
 force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of the rubber (mm),
-shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear" needs "shear"."""
+shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear" and "force/duration" are quotients of them."""
 
 # A log-uniform prior has half-normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5
@@ -51,12 +51,13 @@ class Prior:
 
     Attributes
     ----------
-    shape : {"half_normal", "normal", "log_normal", "log_uniform"}
+    shape : {"half_normal", "normal", "log_normal", "log_uniform", "choice"}
         A half-normal is of amplitudes that cannot be negative, a normal of those of either sign, both about `center`.
         A log-normal or log-uniform parameter is positive; where `signed`, its absolute value has this prior, and both
-        signs are equally probable.
+        signs are equally probable. A choice is one of the numbers 0, 1, 2, ..., all equally probable.
     low : float
-        Standard deviation of a (half-)normal; median of a log-normal; lower end of a log-uniform.
+        Standard deviation of a (half-)normal; median of a log-normal; lower end of a log-uniform; how many choices
+        there are.
     high : float
         Standard deviation of the natural logarithm of a log-normal; upper end of a log-uniform.
     of : str
@@ -92,11 +93,16 @@ class Prior:
         """What the prior's numbers are multiplied with."""
         if not self.of:
             return 1.0
-        numerator, _, denominator = self.of.partition("/")
-        return 1.0 / float(scales[denominator]) if denominator else float(scales[numerator])
+        above, _, below = self.of.partition("/")
+        return (1.0 if above == "1" else float(scales[above])) / (float(scales[below]) if below else 1.0)
 
     def log_density(self, value: float, scales: Scales) -> float:
-        """Natural logarithm of the density at `value`, per unit of the parameter; -inf where it has none."""
+        """Natural logarithm of the density at `value`, per unit of the parameter; -inf where it has none.
+
+        Of a choice it is that of the probability.
+        """
+        if self.shape == "choice":
+            return -math.log(self.low) if value in range(round(self.low)) else -math.inf
         unit = self.unit(scales)
         x = value / unit
         if not self.is_logarithmic:
@@ -121,6 +127,8 @@ class Prior:
         A logarithmic prior is differentiated without the Jacobian 1/value: the maximum a posteriori is that in the
         logarithm of the parameter, which does not run towards zero.
         """
+        if self.shape == "choice":
+            return 0.0
         unit = self.unit(scales)
         x = value / unit
         if not self.is_logarithmic:
@@ -131,6 +139,8 @@ class Prior:
 
     def curvature(self, value: float, scales: Scales) -> float:
         """Precision of the prior at `value`, 1 / variance per unit of the parameter squared; at least 0."""
+        if self.shape == "choice":
+            return 0.0
         unit = self.unit(scales)
         if not self.is_logarithmic:
             return 1.0 / (self.low * unit) ** 2
@@ -173,7 +183,9 @@ class Prior:
         return 0.0, 0.0
 
     def median(self, scales: Scales) -> float:
-        """Median, of the absolute value where the prior is signed or normal about zero."""
+        """Median, of the absolute value where the prior is signed or normal about zero; of a choice the first."""
+        if self.shape == "choice":
+            return 0.0
         unit = self.unit(scales)
         if self.shape == "log_normal":
             return self.low * unit
@@ -187,7 +199,9 @@ class Prior:
         )
 
     def range(self, scales: Scales) -> tuple[float, float]:
-        """Interval of 95 %, of the absolute value where the prior is signed."""
+        """Interval of 95 %, of the absolute value where the prior is signed; all of a choice."""
+        if self.shape == "choice":
+            return 0.0, self.low - 1.0
         unit = self.unit(scales)
         if self.shape == "log_normal":
             factor = math.exp(QUANTILE * self.high)
@@ -205,6 +219,8 @@ class Prior:
         Far out is away from the center; for a logarithmic prior, on the same side of the median, counted twice. It is
         0.05 at the ends of `range`, and for an amplitude that is half-normal at its upper end.
         """
+        if self.shape == "choice":
+            return 1.0 if value in range(round(self.low)) else 0.0
         unit = self.unit(scales)
         x = value / unit
         if not self.is_logarithmic:

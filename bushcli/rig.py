@@ -82,7 +82,13 @@ def spring(active: Sequence[ActiveEffect], columns: Sequence[str]) -> Signal:
     return total
 
 
-def parallel(active: Sequence[ActiveEffect], q: Signal, force: Signal, columns: Sequence[str]) -> Signal:
+def parallel(
+    active: Sequence[ActiveEffect],
+    q: Signal,
+    force: Signal,
+    columns: Sequence[str],
+    time: Array | None = None,
+) -> Signal:
     """Return the force that moves the bushing and all that stands beside it, sample by sample.
 
     Parameters
@@ -92,10 +98,12 @@ def parallel(active: Sequence[ActiveEffect], q: Signal, force: Signal, columns: 
         Displacement (n,) and force (n,) of the bushing alone, each with derivatives (n, P). For the stiffness add a
         column of any other name, in which the slope of q is 1 and that of the force dF/dq.
     columns
+    time
+        Of the samples (n,), s since the recording began.
     """
     for change, given in _changes(active, columns):
         if change.parallel is not None:
-            force = change.parallel(q, force, given)
+            force = change.parallel(q, force, time, given)
     return force
 
 
@@ -140,9 +148,11 @@ def reading(
         if time is None:
             raise ValueError("a force without time cannot be logged late or at other times")
         force = _late(time, force, lag, time if at is None else at, corners)
+    logged_at = time if at is None else at
+    elapsed = None if time is None or logged_at is None else logged_at - time[0]
     for change, given in _changes(active, columns):
         if change.read is not None:
-            force = change.read(force, given)
+            force = change.read(force, elapsed, given)
     return force
 
 
@@ -161,7 +171,7 @@ def sampled(
     interpolation
         Times (m,) -> matrix (m, nodes) that takes values at the nodes to these times.
     times
-        Of the samples (m,).
+        Of the samples (m,); the recording begins with the first.
     force
         Carried by the rig, at the nodes.
     columns
@@ -181,7 +191,7 @@ def sampled(
     logged = Signal(matrix @ force.value, slope)
     for change, given in _changes(active, columns):
         if change.read is not None:
-            logged = change.read(logged, given)
+            logged = change.read(logged, times - times[0], given)
     return logged
 
 
@@ -210,12 +220,13 @@ def elastic_response(
     driven, compliance = bushing_path(active, travel, columns), spring(active, columns)
     # The stiffness is carried as the derivative by one more column, whose name is no parameter's.
     local = ("", *columns)
+    elapsed = None if travel.time is None else travel.time - travel.time[0]
 
     def carried(q: Array) -> tuple[Array, Array, Array]:
         force, stiffness, slope = response(q)
         itself = np.zeros((len(q), len(local)))
         itself[:, 0] = 1.0
-        total = parallel(active, Signal(q, itself), Signal(force, np.column_stack([stiffness, slope])), local)
+        total = parallel(active, Signal(q, itself), Signal(force, np.column_stack([stiffness, slope])), local, elapsed)
         return total.value, total.slope[:, 0], total.slope[:, 1:]
 
     q = _shared(driven.value, float(compliance.value), carried)
@@ -229,8 +240,8 @@ def elastic_response(
 
 def _changes(active: Sequence[ActiveEffect], columns: Sequence[str]) -> list[tuple[RigChange, Given]]:
     """Return the changes of the rig in their order, each with its parameters."""
-    found = [(one.effect.rig, _given(one, columns)) for one in active if one.effect.rig is not None]
-    return sorted(found, key=lambda pair: pair[0].order)
+    ordered = sorted(active, key=lambda one: (0 if one.effect.rig is None else one.effect.rig.order, one.name))
+    return [(one.effect.rig, _given(one, columns)) for one in ordered if one.effect.rig is not None]
 
 
 def _given(one: ActiveEffect, columns: Sequence[str]) -> Given:

@@ -135,6 +135,9 @@ class Simulation:
         found = []
         for one in self.active:
             values = {p.name: parameters.get(one.full_name(p), one.values[p.name]) for p in one.parameters}
+            for p in one.parameters:
+                if p.choices and values[p.name] != one.values[p.name]:
+                    raise ValueError(f"{one.full_name(p)} is a choice: another one needs another model")
             found.append(replace(one, values=values))
         return tuple(found)
 
@@ -220,7 +223,7 @@ class Simulation:
         series = None
         if float(compliance.value) != 0.0 or np.any(compliance.slope):
             rates = dict(zip(names, map(float, compliance.slope), strict=True))
-            series = Series(float(compliance.value), rates, _carried(active, names))
+            series = Series(float(compliance.value), rates, _carried(active, names, self._clock[0]))
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
         # What stands beside the bushing, or is logged late, does not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
@@ -228,7 +231,8 @@ class Simulation:
         history = self._march(program, inner, path_rates, series, keep_states, progress)
         q = Signal(history.displacement, _spread(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, _spread(history.sensitivity, inner, names, len(history.force)))
-        total = rig.parallel(active, q, force, names)
+        began = self._clock[0]
+        total = rig.parallel(active, q, force, names, steps.time - began)
         logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
         return Answer(logged.value, logged.slope, history)
 
@@ -328,16 +332,17 @@ def _curve(history: History, odd: bool, inner: tuple[str, ...], names: tuple[str
     return response
 
 
-def _carried(active: Sequence[ActiveEffect], names: tuple[str, ...]) -> Callable[[float, float], Carried]:
-    """What springs in series carry, one state at a time."""
+def _carried(
+    active: Sequence[ActiveEffect], names: tuple[str, ...], began: float
+) -> Callable[[float, float, float], Carried]:
+    """What springs in series carry, one state at a time; the recording began at the time `began`."""
     local = ("", " ", *names)
 
-    def carried(q: float, force: float) -> Carried:
+    def carried(q: float, force: float, time: float) -> Carried:
         rows = np.zeros((2, 1, len(local)))
         rows[0, 0, 0] = rows[1, 0, 1] = 1.0
-        total = rig.parallel(
-            active, Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1]), local
-        )
+        moved, pushed = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
+        total = rig.parallel(active, moved, pushed, local, np.array([time - began]))
         slope = total.slope[0]
         return Carried(
             float(total.value[0]),

@@ -46,7 +46,9 @@ def plates(shape: Shape) -> tuple[Installed, ...]:
     one_end = frozenset[Literal["x", "y", "z"]]({"z"} if len(ends) == 1 else ())
     return (
         Installed(
-            "snubber", Feature(surface=surface, follows=rides, breaks=one_end), {"gap": shape.snubber.gap}
+            "snubber",
+            Feature(surface=surface, follows="inner" if rides else "", breaks=one_end),
+            {"gap": shape.snubber.gap},
         ),
     )
 
@@ -63,8 +65,12 @@ def _height(place: Place, rides: bool, sign: float) -> Scalar:
     if not rides:
         return sign * (place.x[axis] + place.u[last])
     if place.kinematics != "cartesian":
-        return sign * (place.x[axis] + place.u[last] - place.motion[last])
+        return sign * (place.x[axis] + place.u[last] - place.motion["inner"][last])
     # The motion is rigid, X -> R X + t, and continued over the mesh: R and t are read off it anywhere.
-    R = ufl.Identity(3) + ufl.grad(place.motion)
-    t = place.x + place.motion - ufl.dot(R, place.x)
+    motion = place.motion["inner"]
+    slope = ufl.grad(motion)
+    if not isinstance(place.x, ufl.SpatialCoordinate):
+        slope = ufl.dot(slope, ufl.inv(ufl.grad(place.x)))
+    R = ufl.Identity(3) + slope
+    t = place.x + motion - ufl.dot(R, place.x)
     return sign * ufl.dot(ufl.dot(R, ufl.as_vector([0, 0, 1])), place.x + place.u - t)

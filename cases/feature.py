@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forms.kinematics import Moved
 from forms.law import Scalar
 from forms.potential import Attached
 from geometry.shape import Mirrors, Shape, Sleeve
@@ -31,18 +32,18 @@ class Place:
     ----------
     u : UFL vector
         Displacement unknowns of the setting.
-    motion : UFL vector, or None
-        Rigid motion of the driven sleeve, continued over the whole mesh, in the components of u; for features that
-        ask for it (`Feature.follows`).
+    motion : mapping of str to UFL vector
+        Motion of a boundary, "inner" or "outer", continued over the whole mesh, in the components of u; of those that
+        features ask for (`Feature.follows`).
     x : UFL vector
-        Reference coordinates, mm.
+        Coordinates in the stress-free body, mm.
     normal : UFL vector
-        Outward unit normal of the reference boundary.
+        Outward unit normal of the mesh's boundary.
     ds : callable
         Measure of a named boundary: ``ds("outer")``, or ``ds("outer", degree)`` for a quadrature of that degree; None
         where the mesh has no such boundary.
     weight : UFL scalar
-        Area per length (or area) of the boundary's mesh.
+        Area of the stress-free boundary per length (or area) of its mesh.
     kinematics : str
         Of the setting (`cases.mode.Setting`).
     shear_modulus : UFL scalar
@@ -52,7 +53,7 @@ class Place:
     """
 
     u: Scalar
-    motion: Scalar
+    motion: Mapping[str, Scalar]
     x: Scalar
     normal: Scalar
     ds: Callable[..., Any]
@@ -79,8 +80,10 @@ class Feature:
     metal : callable, optional
         Parameters and an elastic sleeve -> its Young's modulus (MPa) in place of its own; None where that stays.
     stress_free : callable, optional
-        Parameters, coordinates on the mesh (UFL vector, 3-D) and meshed shape -> displacement of the stress-free body
-        from the mesh, mm.
+        Parameters, coordinates on the mesh (UFL vector, (r, z) in the half-plane) and meshed shape -> where the
+        stress-free body is.
+    resizes : bool
+        Whether ``stress_free`` makes the sleeves longer or wider too: they then move as bodies of that size.
     dimensions : tuple of str
         Parameters that are dimensions of the mesh: they change with the model only, and have no derivative.
     reduction : callable, optional
@@ -92,8 +95,8 @@ class Feature:
         Parameters and `Place` -> surface energies, UFL forms of rank 0.
     released : tuple of str
         Boundaries whose bond is the surface energy's affair, not a prescribed displacement.
-    follows : bool
-        Whether a surface energy needs the motion of the driven sleeve.
+    follows : str
+        Boundary whose motion a surface energy needs: "inner", "outer", or empty.
     springs : float
         Stiffness per area of its stiffest springs, in shear moduli per thickness: they leave rounding in the residual.
     breaks : frozenset of str
@@ -108,13 +111,14 @@ class Feature:
     swelling: Callable[[Values], Scalar] | None = None
     shape: Callable[[Shape, Mapping[str, float]], Shape] | None = None
     metal: Callable[[Values, Sleeve], Scalar | None] | None = None
-    stress_free: Callable[[Values, Scalar, Shape], Scalar] | None = None
+    stress_free: Callable[[Values, Scalar, Shape], Moved] | None = None
+    resizes: bool = False
     reduction: Callable[[Array, str], Array] | None = None
     reduced: str = "outer"
     surface: Callable[[Values, Place], Sequence[Scalar]] | None = None
     dimensions: tuple[str, ...] = ()
     released: tuple[str, ...] = ()
-    follows: bool = False
+    follows: str = ""
     springs: float = 0.0
     breaks: Mirrors = frozenset()
     assembled: bool = False

@@ -117,7 +117,8 @@ class LocalStiffness:
         parts = model.comm.allgather((names, geometry.x[nodes][..., :dimension]))
         names, places = (np.concatenate([part[i] for part in parts]) for i in range(2))
         _, first, corners = np.unique(names, return_index=True, return_inverse=True)
-        weight = model.strain.weight * self._piece * ufl.dx(model.mesh.mesh)
+        dx = ufl.dx(model.mesh.mesh, metadata={"quadrature_degree": model.quadrature_degree})
+        weight = model.strain.weight * self._piece * dx
         return Cells(
             places.reshape(-1, dimension)[first],
             corners.reshape(names.shape),

@@ -225,8 +225,9 @@ def _march(
 ) -> History:
     targets = program.displacement if series is None else program.displacement.copy()
     prescribed = program.displacement
-    shared = _Shared(series, float(np.abs(prescribed).max())) if series is not None else None
     times = np.zeros(len(targets)) if program.time is None else program.time
+    span = float(np.abs(prescribed).max())
+    shared = _Shared(series, span, float(times[0])) if series is not None else None
     rows: list[tuple[float, float, float, int]] = []
     attempts: list[Attempt] = []
     states: list[Array] = []
@@ -236,7 +237,7 @@ def _march(
     if model.internal is not None:
         model.internal.reset()
     if model.assembled:
-        attempts += _assemble(model, solver, sensitivity)
+        attempts += _assemble(model, solver, sensitivity, float(times[0]))
     known = _Path()
     known.add(0.0, model.state.x.array.copy())
     q, now = 0.0, float(times[0])
@@ -288,7 +289,9 @@ def _march(
             newton += outcome.iterations
             if attempts[-1].accepted:
                 if shared is not None and goal == target:
-                    better = shared.better(goal, solver.force, float(prescribed[number]))
+                    better = shared.better(
+                        goal, solver.force, float(times[number]), float(prescribed[number])
+                    )
                     if better is not None and math.isnan(better):
                         raise NotConverged(history(), goal, "DIVERGED_SERIES", q)
                     if better is not None:
@@ -302,7 +305,7 @@ def _march(
                 if observer is not None and q == target:
                     observer(solver)
                 if model.internal is not None:
-                    sensitivity.follow(solver, number, share)
+                    sensitivity.follow(solver, number, share, now)
                     model.internal.commit()
                 if q == target:
                     break
@@ -326,7 +329,7 @@ def _march(
         record(newton)
         if sensitivity.names:
             if model.internal is None:
-                sensitivity.follow(solver, number, 1.0)
+                sensitivity.follow(solver, number, 1.0, now)
             derivatives.append(sensitivity.at)
             path_derivatives.append(sensitivity.rates)
         if progress is not None:
@@ -339,8 +342,13 @@ ASSEMBLY_STEPS = 4
 RELAXED = 1e12
 
 
-def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives) -> list[Attempt]:
-    """Bring the parameters of the assembly to their values, the sleeve at rest; the rubber relaxes."""
+def _assemble(
+    model: Model, solver: Equilibrium, sensitivity: _Derivatives, began: float
+) -> list[Attempt]:
+    """Bring the parameters of the assembly to their values, the sleeve at rest; the rubber relaxes.
+
+    The program begins at the time `began`.
+    """
     attempts: list[Attempt] = []
     model.duration.value = RELAXED
     done, step, taken = 0.0, 1.0 / ASSEMBLY_STEPS, 1.0
@@ -365,7 +373,7 @@ def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives) -> l
             model.stage.value = 1.0
             raise unsolved(outcome.reason, attempts)
     if model.internal is not None:
-        sensitivity.follow(solver, 0, 0.0)
+        sensitivity.follow(solver, 0, 0.0, began)
         model.internal.commit()
     return attempts
 
@@ -373,11 +381,11 @@ def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives) -> l
 class _Shared:
     """Displacement that a bushing takes of what is prescribed to it and a spring: the secant method, step by step."""
 
-    def __init__(self, series: Series, span: float) -> None:
+    def __init__(self, series: Series, span: float, began: float) -> None:
         self._series, self._close = series, CLOSE * span
         # The last equilibrium, and dq over the prescribed displacement's change there.
         self._q = self._prescribed = 0.0
-        self._share = 1.0 / (1.0 + series.compliance * series.carried(0.0, 0.0).by_displacement)
+        self._share = 1.0 / (1.0 + series.compliance * series.carried(0.0, 0.0, began).by_displacement)
         self._trials: list[tuple[float, float]] = []
 
     def first(self, prescribed: float) -> float:
@@ -385,9 +393,9 @@ class _Shared:
         self._trials = []
         return self._q + self._share * (prescribed - self._prescribed)
 
-    def better(self, q: float, force: float, prescribed: float) -> float | None:
+    def better(self, q: float, force: float, time: float, prescribed: float) -> float | None:
         """A better displacement than this one; None where it is good, NaN where the search is given up."""
-        excess = self._series.excess(q, force, prescribed)
+        excess = self._series.excess(q, force, time, prescribed)
         self._trials.append((q, excess))
         if len(self._trials) > MOST_TRIALS:
             return math.nan
@@ -418,13 +426,13 @@ class _Derivatives:
         self.at: Array = np.zeros(len(self.names))
         self.rates: Array = np.zeros(len(self.names))
 
-    def follow(self, solver: Equilibrium, number: int, share: float) -> None:
-        """Take the step just found, which went this share of the way left to a target."""
+    def follow(self, solver: Equilibrium, number: int, share: float, time: float) -> None:
+        """Take the step just found, which went this share of the way left to a target and ended at this time."""
         if not self.names:
             return
         for name, targets in self._targets.items():
             self._now[name] += share * (float(targets[number]) - self._now[name])
-        self.at, self.rates = self._sensitivity(solver, self._now, self._series)
+        self.at, self.rates = self._sensitivity(solver, self._now, self._series, time)
 
 
 def _times(program: Program, displacement: Array) -> Array:

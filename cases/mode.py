@@ -78,6 +78,25 @@ class Mode:
     reversed_by: Literal["x", "y", "z"] | None = None
     needs_compressibility: bool = False
 
+    def looks_the_same(self, planes: frozenset[Literal["x", "y", "z"]]) -> bool:
+        """Whether the motion is its own mirror image about z = 0, by itself or with another of these planes.
+
+        Where it is, something at the upper end of a body with these planes of symmetry gives the same curve as at the
+        lower end.
+        """
+        if "z" not in planes:
+            return False
+        # Linear in the coordinates but for a constant: four points tell all.
+        x = np.column_stack([np.zeros(3), np.eye(3)])
+        q = 0.3
+        motion = self.solid.motion(x, q)
+        for other in (None, *sorted(planes - {"z"})):
+            sign = np.ones((3, 1))
+            sign[[2] if other is None else [2, "xyz".index(other)]] = -1.0
+            if np.allclose(sign * self.solid.motion(sign * x, q), motion, atol=1e-12):
+                return True
+        return False
+
 
 @cache
 def modes() -> Mapping[str, Mode]:

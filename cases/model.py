@@ -23,6 +23,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
+from ufl.algorithms import expand_derivatives
 
 from cases.feature import Installed, Place
 from cases.internal import Internal
@@ -101,10 +102,10 @@ class Model:
         self.features = tuple(features)
         self.setting = setting_for(mode, mesh.dimension)
         self.comm = mesh.mesh.comm
-        # Where a surface energy refers to the driven sleeve, its motion is a third field, prescribed everywhere: what
+        # Where a surface energy refers to a sleeve, that sleeve's motion is one more field, prescribed everywhere: what
         # holds for the other prescribed unknowns (work, tangent, derivatives) then holds for it too.
-        self._follows = any(item.feature.follows for item in self.features)
-        self.space = fem.functionspace(mesh.mesh, _element(mesh, self.setting, self._follows))
+        self._followed = sorted({item.feature.follows for item in self.features} - {""})
+        self.space = fem.functionspace(mesh.mesh, _element(mesh, self.setting, len(self._followed)))
         self.state = fem.Function(self.space)
         values = dict(parameters) | {"compliance": 1.0 / bulk_modulus}
         for item in self.features:
@@ -119,6 +120,7 @@ class Model:
         self._tangent = fem.form(self.potential.tangent, jit_options=options())
         self._energy = fem.form(self.potential.energy, jit_options=options())
         self._constrained = self._constraints()
+        self._resizings: dict[str, Callable[[], Array]] = {}
         self._prescribed = fem.Function(self.space)
         self._bc = fem.dirichletbc(self._prescribed, self._constrained.dofs)
         # The modelled part is one of this many equal parts; equal faces of a coupon share the work.
@@ -130,15 +132,10 @@ class Model:
 
     def _potential(self) -> Potential:
         mesh = self.mesh
-        u, p, *motion = ufl.split(self.state)
-        x = ufl.SpatialCoordinate(mesh.mesh)
-        moved = [
-            item.feature.stress_free(self._values(item), x, mesh.shape)
-            for item in self.features
-            if item.feature.stress_free is not None and self.setting.kinematics == "cartesian"
-        ]
-        self.strain = strain(self.setting, u, mesh, sum(moved[1:], moved[0]) if moved else None)
-        degree = QUADRATURE_DEGREE_PER_ORDER * mesh.displacement_order
+        u, p, *motions = ufl.split(self.state)
+        moved = self._stress_free(self.features)
+        self.strain = strain(self.setting, u, mesh, moved)
+        degree = self.quadrature_degree
         dx = ufl.Measure("dx", mesh.mesh, subdomain_data=mesh.cells, metadata={"quadrature_degree": degree})
         sleeves = {}
         for name, sleeve in mesh.sleeves.items():
@@ -175,7 +172,7 @@ class Model:
             branches=attached,
             internal=None if self.internal is None else self.internal.values,
             duration=self.duration,
-            surfaces=self._surfaces(u, motion[0] if motion else None, degree),
+            surfaces=self._surfaces(u, dict(zip(self._followed, motions, strict=True)), moved, degree),
         )
         made = Potential(body)
         if self.internal is not None:
@@ -187,6 +184,23 @@ class Model:
         share = self.stage if item.feature.assembled else 1
         return {key: share * self.marked[f"{item.name}.{key}"] for key in item.values}
 
+    @property
+    def quadrature_degree(self) -> int:
+        """Of the quadrature; what UFL estimates for a body that is not the mesh would be hundreds of points."""
+        return QUADRATURE_DEGREE_PER_ORDER * self.mesh.displacement_order
+
+    def _stress_free(self, features: Sequence[Installed]) -> kinematics.Moved | None:
+        """Where the stress-free body is; None where it is the mesh."""
+        x = ufl.SpatialCoordinate(self.mesh.mesh)
+        moved = [
+            item.feature.stress_free(self._values(item), x, self.mesh.shape)
+            for item in features
+            if item.feature.stress_free is not None
+        ]
+        if len(moved) < 2:
+            return moved[0] if moved else None
+        return kinematics.Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
+
     def _youngs_modulus(self, sleeve: Sleeve, values: Callable[[Installed], Mapping[str, Any]]) -> Any:
         """A sleeve's modulus (MPa), of the kind that the values are."""
         for item in self.features:
@@ -196,9 +210,14 @@ class Model:
                     return modulus
         return sleeve.youngs_modulus
 
-    def _surfaces(self, u: Any, motion: Any, degree: int) -> list[Any]:
+    def _surfaces(self, u: Any, motion: Mapping[str, Any], moved: kinematics.Moved | None, degree: int) -> list[Any]:
         mesh = self.mesh
-        x = ufl.SpatialCoordinate(mesh.mesh)
+        x, normal = ufl.SpatialCoordinate(mesh.mesh), ufl.FacetNormal(mesh.mesh)
+        weight: Any = 1
+        if moved is not None:
+            weight, x = moved.area(normal), x + moved.displacement
+        if self.setting.kinematics != "cartesian":
+            weight = 2 * ufl.pi * x[0] * weight
 
         def ds(name: str, degree: int = degree) -> Any:
             if name not in mesh.boundary:
@@ -216,9 +235,9 @@ class Model:
                 u=u,
                 motion=motion,
                 x=x,
-                normal=ufl.FacetNormal(mesh.mesh),
+                normal=normal,
                 ds=ds,
-                weight=1 if self.setting.kinematics == "cartesian" else 2 * ufl.pi * x[0],
+                weight=weight,
                 kinematics=self.setting.kinematics,
                 shear_modulus=self.law.shear_modulus(**{name: self.marked[name] for name in self._law_names}),
                 shape=mesh.shape,
@@ -273,12 +292,13 @@ class Model:
                     values.update(
                         {int(d): (component, points[o], driven, name) for d, o in zip(dofs, own, strict=True)}
                     )
-        if self._follows:
+        for field, name in enumerate(self._followed, start=2):
+            driven = name in self.mode.driven
             for component in range(components):
-                part = space.sub(2).sub(component)
+                part = space.sub(field).sub(component)
                 collapsed, dofs = part.collapse()
                 points = collapsed.tabulate_dof_coordinates()
-                values |= {int(d): (component, points[i], True, "") for i, d in enumerate(dofs)}
+                values |= {int(d): (component, points[i], driven, name) for i, d in enumerate(dofs)}
         # The pressure has no work to do in a metal sleeve, where the energy does not contain it.
         for dof in self._idle_pressures():
             values[dof] = (-1, np.zeros(3), False, "")
@@ -307,11 +327,54 @@ class Model:
 
     # -- the motion ----------------------------------------------------------------------------------------------
 
-    def _along_sleeve(self, motion: Any, q: float) -> Array:
+    def _along_sleeve(self, motion: Any, q: float, by: str = "") -> Array:
+        """Motion of the constrained unknowns, or its derivative by a parameter that resizes the sleeve."""
         c = self._constrained
         dimension = 3 if self.setting.kinematics == "cartesian" else 2
-        displacement = motion(c.x[:, :dimension].T, q)
+        x = c.x[:, :dimension].T
+        if self._resized is not None:
+            x = x + self._resized()
+        displacement = motion(x, q)
+        if by:
+            # A rigid motion is linear in the coordinates but for a constant.
+            displacement = motion(x + self._resizing(by), q) - displacement
         return np.where(c.driven, displacement[c.component, np.arange(len(c.dofs))], 0.0)
+
+    @cached_property
+    def _resized(self) -> Callable[[], Array] | None:
+        """Displacement of the constrained unknowns' points from mesh to resized body, (3, n); where rotation needs it."""
+        moved = self._stress_free([item for item in self.features if item.feature.resizes])
+        if moved is None or self.setting.kinematics != "cartesian" or not self.mode.rotational:
+            return None
+        return self._at_constrained(moved.displacement)
+
+    def _resizing(self, name: str) -> Array:
+        """Derivative of `_resized` by a parameter."""
+        if name not in self._resizings:
+            moved = self._stress_free([item for item in self.features if item.feature.resizes])
+            assert moved is not None
+            slope = expand_derivatives(ufl.diff(moved.displacement, self.marked[name]))
+            self._resizings[name] = self._at_constrained(slope)
+        return self._resizings[name]()
+
+    def _at_constrained(self, vector: Any) -> Callable[[], Array]:
+        """Makes the values (3, n) of a UFL vector at the points of the constrained unknowns, with the present parameters."""
+        dofs = self._constrained.dofs
+        block = np.zeros(len(self.state.x.array), dtype=np.int64)
+        for field in (0, *range(2, 2 + len(self._followed))):
+            space, parent = self.space.sub(field).collapse()
+            block[parent] = np.arange(len(parent)) // 3
+        function = fem.Function(space)
+        points = space.element.interpolation_points
+        expression = fem.Expression(
+            vector, points() if callable(points) else points, jit_options=options()
+        )
+
+        def values() -> Array:
+            function.interpolate(expression)
+            return np.asarray(function.x.array.reshape(-1, 3)[block[dofs]].T)
+
+        return values
 
     def impose(self, q: float) -> None:
         """Give every constrained unknown of the state the value it has at q (mm or rad) and this stage of assembly."""
@@ -335,19 +398,33 @@ class Model:
             found[f"{item.name}.{next(iter(item.values))}"] = rate
         return found
 
-    def boundary_rate(self, name: str) -> Array | None:
-        """Derivative of the constrained unknowns by a parameter, over all local unknowns; None for zero."""
-        if name not in self._reductions:
-            return None
-        rate = np.zeros_like(self.state.x.array)
-        rate[self._constrained.dofs] = float(self.stage.value) * self._reductions[name]
-        return rate
+    def boundary_rate(self, name: str, q: float) -> Array | None:
+        """Derivative of the constrained unknowns at q by a parameter, over all local unknowns; None for zero."""
+        if name in self._reductions:
+            return self._over_all(float(self.stage.value) * self._reductions[name])
+        if self.resizes(name):
+            return self._over_all(self._along_sleeve(self.setting.motion, q, by=name))
+        return None
+
+    def boundary_bend(self, name: str, q: float) -> Array | None:
+        """Derivative of `rate` by a parameter, over all local unknowns; None for zero."""
+        return self._over_all(self._along_sleeve(self.setting.rate, q, by=name)) if self.resizes(name) else None
+
+    def resizes(self, name: str) -> bool:
+        """Whether a sleeve's motion depends on a parameter because its size does."""
+        return self._resized is not None and any(
+            item.feature.resizes and name.startswith(f"{item.name}.") for item in self.features
+        )
 
     def rate(self, q: float) -> Array:
         """Derivative of the constrained unknowns with respect to q, over all local unknowns (zero elsewhere)."""
-        rate = np.zeros_like(self.state.x.array)
-        rate[self._constrained.dofs] = self._along_sleeve(self.setting.rate, q)
-        return rate
+        return self._over_all(self._along_sleeve(self.setting.rate, q))
+
+    def _over_all(self, constrained: Array) -> Array:
+        """Values of the constrained unknowns among all local ones, zero elsewhere."""
+        values = np.zeros_like(self.state.x.array)
+        values[self._constrained.dofs] = constrained
+        return values
 
     def set_parameters(self, parameters: Mapping[str, float], bulk_modulus: float | None = None) -> None:
         """Change parameters by name ("compliance" and those of features too) without building anything again.
@@ -403,7 +480,8 @@ class Model:
     @cached_property
     def volume(self) -> float:
         """Volume of the modelled part (mm^3), metal included."""
-        form = fem.form(self.strain.weight * ufl.dx(self.mesh.mesh), jit_options=options())
+        dx = ufl.dx(self.mesh.mesh, metadata={"quadrature_degree": self.quadrature_degree})
+        form = fem.form(self.strain.weight * dx, jit_options=options())
         return float(self.comm.allreduce(fem.assemble_scalar(form)))
 
     @cached_property
@@ -434,28 +512,28 @@ class Model:
         return float(self.comm.allreduce(part)) * self.multiplicity
 
 
-def strain(setting: Setting, u: Any, mesh: NamedMesh, moved: Any = None) -> kinematics.Kinematics:
+def strain(setting: Setting, u: Any, mesh: NamedMesh, moved: kinematics.Moved | None = None) -> kinematics.Kinematics:
     """The kinematics that a setting asks for, of a displacement on a mesh whose stress-free shape may be moved."""
     if setting.kinematics == "cartesian":
         return kinematics.cartesian(u, moved)
     radius = ufl.SpatialCoordinate(mesh.mesh)[0]
     if setting.kinematics == "axisymmetric":
-        return kinematics.axisymmetric(u, radius)
-    return kinematics.axisymmetric_twist(u, radius)
+        return kinematics.axisymmetric(u, radius, moved)
+    return kinematics.axisymmetric_twist(u, radius, moved)
 
 
 def _constant(mesh: NamedMesh, value: float) -> Any:
     return fem.Constant(mesh.mesh, PETSc.ScalarType(value))
 
 
-def _element(mesh: NamedMesh, setting: Setting, follows: bool) -> Any:
+def _element(mesh: NamedMesh, setting: Setting, followed: int) -> Any:
     cell = mesh.mesh.basix_cell()
     order = mesh.displacement_order
     components = 2 if setting.kinematics == "axisymmetric" else 3
     displacement = basix.ufl.element("Lagrange", cell, order, shape=(components,))
     pressure = ("DG", 0) if order == 1 else ("Lagrange", order - 1)
     fields = [displacement, basix.ufl.element(pressure[0], cell, pressure[1])]
-    return basix.ufl.mixed_element([*fields, displacement] if follows else fields)
+    return basix.ufl.mixed_element([*fields, *[displacement] * followed])
 
 
 def _mirror_components(mirrors: Mirrors, components: int) -> dict[str, tuple[int, ...] | None]:

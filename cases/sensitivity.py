@@ -81,6 +81,7 @@ class Sensitivity:
         solver: Equilibrium,
         path_rates: Mapping[str, float] | None = None,
         series: Series | None = None,
+        time: float = 0.0,
     ) -> tuple[Array, Array]:
         """Derivatives of the force and of the sleeve's displacement, shape (names,) each, at the present equilibrium.
 
@@ -94,16 +95,18 @@ class Sensitivity:
             Parameter -> derivative of the prescribed displacement, for those that move it.
         series
             A spring through which the sleeve is driven: what is prescribed is then of both together.
+        time
+            s, as in the program; for the spring.
         """
         model, prescribed = self.model, path_rates or {}
         self._rate.x.array[:] = solver.tangent_rate()
         stiffness = self._stiffness(solver.q) if series is not None or any(prescribed.values()) else 0.0
         forces, rates = np.zeros(len(self.names)), np.zeros(len(self.names))
         for i, name in enumerate(self.names):
-            work = self._marched(i, name) if model.path_dependent else self._work(name)
+            work = self._marched(i, name, solver.q) if model.path_dependent else self._work(name, solver.q)
             rates[i] = prescribed.get(name, 0.0)
             if series is not None:
-                rates[i] = series.rate(name, solver.q, solver.force, stiffness, rates[i], work)
+                rates[i] = series.rate(name, solver.q, solver.force, time, stiffness, rates[i], work)
             forces[i] = work + stiffness * rates[i]
             if model.path_dependent:
                 self._remember(solver, i, name, float(rates[i]))
@@ -111,15 +114,20 @@ class Sensitivity:
 
     # -- without memory ------------------------------------------------------------------------------------------
 
-    def _work(self, name: str) -> float:
+    def _work(self, name: str, q: float) -> float:
         """Work on v of the residual's derivative, times the multiplicity."""
         form, total = self._works[name], 0.0
         if form is not None:
             total += float(self.model.comm.allreduce(fem.assemble_scalar(form)))
-        boundary = self.model.boundary_rate(name)
+        boundary = self.model.boundary_rate(name, q)
         if boundary is not None:
             total += self._dot(self._assembled(self._action, self._rate.x.array), boundary)
-        return total * self.model.multiplicity
+        return (total + self._bent(name, q)) * self.model.multiplicity
+
+    def _bent(self, name: str, q: float) -> float:
+        """Work of the reactions on what a parameter changes of the sleeve's rate; of all ranks."""
+        bend = self.model.boundary_bend(name, q)
+        return 0.0 if bend is None else self._dot(self._assembled(self._residual, bend), bend)
 
     @cached_property
     def _works(self) -> dict[str, Any]:
@@ -141,7 +149,7 @@ class Sensitivity:
 
     # -- with memory ---------------------------------------------------------------------------------------------
 
-    def _marched(self, i: int, name: str) -> float:
+    def _marched(self, i: int, name: str, q: float) -> float:
         """Derivative of the force at fixed displacement; leaves the residual's in `_force`."""
         model = self.model
         internal = model.internal
@@ -155,14 +163,14 @@ class Sensitivity:
             local.set(0.0)
         for form in forms:
             petsc.assemble_vector(force, form)
-        boundary = model.boundary_rate(name)
+        boundary = model.boundary_rate(name, q)
         if boundary is not None:
             self._moved.x.array[:] = boundary
             petsc.assemble_vector(force, self._action)
         force.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
         size = force.getLocalSize()
         work = float(force.array_r @ self._rate.x.array[:size])
-        return float(model.comm.allreduce(work)) * model.multiplicity
+        return (float(model.comm.allreduce(work)) + self._bent(name, q)) * model.multiplicity
 
     def _remember(self, solver: Equilibrium, i: int, name: str, path_rate: float) -> None:
         """Bring the derivative of the memory up to date, from the force that `_marched` left."""
@@ -171,7 +179,7 @@ class Sensitivity:
         assert internal is not None
         force.array_w[model.owned_constrained] = 0.0
         self._moved.x.array[:] = path_rate * self._rate.x.array
-        boundary = model.boundary_rate(name)
+        boundary = model.boundary_rate(name, solver.q)
         if boundary is not None:
             self._moved.x.array[:] += boundary
         if force.norm() > 0.0:

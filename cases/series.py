@@ -40,24 +40,26 @@ class Series:
     compliance_rates : mapping
         Parameter -> derivative of it.
     carried : callable
-        ``carried(q, Q) -> Carried``.
+        ``carried(q, Q, time) -> Carried``, time in s as in the program.
     """
 
     compliance: float
     compliance_rates: Mapping[str, float]
-    carried: Callable[[float, float], Carried]
+    carried: Callable[[float, float, float], Carried]
 
-    def excess(self, q: float, force: float, prescribed: float) -> float:
+    def excess(self, q: float, force: float, time: float, prescribed: float) -> float:
         """How far bushing and spring together go beyond what is prescribed."""
-        return q + self.compliance * self.carried(q, force).force - prescribed
+        return q + self.compliance * self.carried(q, force, time).force - prescribed
 
     def rate(
-        self, name: str, q: float, force: float, stiffness: float, prescribed: float, work: float
+        self, name: str, q: float, force: float, time: float, stiffness: float, prescribed: float, work: float
     ) -> float:
         """dq/dc of the bushing with respect to a parameter.
 
         Parameters
         ----------
+        time
+            s, as in the program.
         prescribed
             Derivative of the prescribed displacement.
         work
@@ -65,7 +67,7 @@ class Series:
         stiffness
             dQ/dq at fixed memory.
         """
-        at, c = self.carried(q, force), self.compliance
+        at, c = self.carried(q, force, time), self.compliance
         own = self.compliance_rates.get(name, 0.0) * at.force
         load = c * (at.by_force * work + at.by_parameter.get(name, 0.0))
         return (prescribed - own - load) / (1.0 + c * (at.by_displacement + at.by_force * stiffness))

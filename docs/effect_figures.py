@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 
 from bushcli.active import ActiveEffect
+from bushcli.casefile.unit import written
 from bushcli.effect import effects
 from bushcli.simulation import Simulation
 from cases.mode import modes
@@ -29,9 +30,12 @@ SHOWN = {
     "bump_stop": ("axial", {"stiffness": 400.0, "gap": 4.0}),
     "compressibility": ("radial", {"compliance": 0.01}),
     "cure_shrinkage": ("radial", {"shrinkage": 0.02}),
-    "debonding": ("radial", {"length": 8.0}),
+    "debonding": ("radial", {"length": 8.0, "bond": 0.0}),
+    "dimension": ("radial", {"thickness": 1.0, "length": 0.0}),
+    "drift": ("axial", {"rate": 2.0}),
     "free_play": ("axial", {"half_width": 0.4}),
     "friction": ("axial", {"g": 0.5, "slip": 0.1}),
+    "gain": ("axial", {"error": 0.15}),
     "misalignment": ("radial", {"offset": 1.0}),
     "mullins": ("axial", {"inverse_r": 0.4, "m": 0.03, "beta": 0.1}),
     "offset": ("axial", {"force": 100.0, "displacement": -0.3}),
@@ -41,6 +45,7 @@ SHOWN = {
     "swaging": ("radial", {"reduction": 0.5}),
     "time_lag": ("axial", {"lag": 1.0}),
     "viscoelasticity": ("axial", {"g1": 0.4, "tau1": 8.0}),
+    "warming": ("axial", {"amount": 0.3, "tau": 30.0}),
 }
 
 
@@ -76,7 +81,9 @@ def main(names: list[str]) -> None:
         axes.axvline(0.0, color="0.85", lw=0.8, zorder=0)
         axes.set_xlabel("displacement, mm")
         axes.set_ylabel("force, kN")
-        told = ", ".join(f"{key} = {value:g}" for key, value in values.items())
+        told = ", ".join(
+            f"{key} = {written(effects()[name].parameter(key), value, False)}" for key, value in values.items()
+        )
         axes.set_title(f"{mode}: {told}", fontsize=9)
         axes.legend(frameon=False, fontsize=9)
         axes.spines[["top", "right"]].set_visible(False)

@@ -103,7 +103,7 @@ def effect_text(effect: Effect) -> str:
         (
             f"`{p.name}`" + (f", or `{p.reciprocal[0]}` = 1/`{p.name}`" if p.reciprocal else ""),
             _units(p),
-            f"{p.lower:g} to {p.upper:g}",
+            ", ".join(f'`"{choice}"`' for choice in p.choices) or f"{p.lower:g} to {p.upper:g}",
             "" if p.off is None else f"{p.off:g}",
             p.meaning + (" (optional)" if p.optional else ""),
         )
@@ -111,6 +111,7 @@ def effect_text(effect: Effect) -> str:
     ]
     acts = [mode for mode in modes() if effect.acts_on(mode)]
     facts = [
+        f"- in words: {effect.title}",
         f"- acts on: {'all modes' if len(acts) == len(modes()) else ', '.join(acts)}",
         f"- a recording must contain: {effect.needs}",
         f"- looks like: {', '.join(f'[{name}](#{name})' for name in effect.rivals)}",

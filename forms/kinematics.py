@@ -21,6 +21,49 @@ from forms.symmetric import Symmetric
 
 
 @dataclass(frozen=True)
+class Moved:
+    """Where the stress-free body is, seen from the mesh: X + displacement(X).
+
+    Attributes
+    ----------
+    displacement : UFL vector
+        mm, in the coordinates of the mesh: (R, Z) of the half-plane, or x, y, z.
+    inverse : tuple of tuples of UFL scalars
+        Rows of M^-1, with M the gradient of X + displacement(X); plain zeros where it vanishes.
+    ratio : UFL scalar
+        det M: area (or volume) of the stress-free body over that of the mesh.
+    """
+
+    displacement: Scalar
+    inverse: tuple[tuple[Scalar, ...], ...]
+    ratio: Scalar
+
+    @classmethod
+    def by(cls, displacement: Scalar) -> Moved:
+        """Derive the gradient, which makes larger kernels than one that is given in closed form."""
+        n = len(displacement)
+        M = ufl.Identity(n) + ufl.grad(displacement)
+        inverse = ufl.inv(M)
+        return cls(
+            displacement, tuple(tuple(inverse[i, j] for j in range(n)) for i in range(n)), ufl.det(M)
+        )
+
+    def gradient(self, u: Scalar) -> tuple[tuple[Scalar, ...], ...]:
+        """Gradient of a vector by the coordinates of the stress-free body, row by row."""
+        G, n = ufl.grad(u), range(len(self.inverse))
+        return tuple(
+            tuple(sum(G[i, k] * self.inverse[k][j] for k in n if not _is_zero(self.inverse[k][j])) for j in n)
+            for i in range(len(u))
+        )
+
+    def area(self, normal: Scalar) -> Scalar:
+        """Area of a piece of the stress-free surface over that of the mesh with this unit normal (Nanson)."""
+        n = range(len(self.inverse))
+        turned = [sum(self.inverse[k][j] * normal[k] for k in n if not _is_zero(self.inverse[k][j])) for j in n]
+        return self.ratio * ufl.sqrt(sum(part * part for part in turned))
+
+
+@dataclass(frozen=True)
 class Kinematics:
     """A deformation and its measures, all UFL expressions.
 
@@ -60,7 +103,7 @@ class Kinematics:
         return self.F.T * self.F
 
 
-def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
+def axisymmetric(u: Scalar, R: Scalar, moved: Moved | None = None) -> Kinematics:
     """Return the kinematics of an axisymmetric deformation without twist.
 
     Parameters
@@ -68,10 +111,12 @@ def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
     u : UFL vector, shape (2,)
         Displacement (u_r, u_z) in mm over a mesh of the (R, Z) half-plane.
     R : UFL scalar
-        Reference radius in mm.
+        Radius on the mesh, mm.
+    moved : Moved, optional
+        The stress-free half-plane, where it is not the mesh's.
     """
-    G = ufl.grad(u)
-    a, b, c, d = 1 + G[0, 0], G[0, 1], G[1, 0], 1 + G[1, 1]
+    G, R, weight = _half_plane(u, R, moved)
+    a, b, c, d = 1 + G[0][0], G[0][1], G[1][0], 1 + G[1][1]
     h = ufl.variable(1 + u[0] / R)  # hoop stretch
     F = ufl.as_matrix(((a, 0, b), (0, h, 0), (c, 0, d)))
     area = ufl.variable(a * d - b * c)  # of the half-plane
@@ -88,7 +133,7 @@ def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
     return Kinematics(
         F=F,
         J=J,
-        weight=2 * ufl.pi * R,
+        weight=weight,
         measures=(area, trace, h),
         I1=s * (trace + h * h),
         I2=s * s * (area * area + h * h * trace),
@@ -107,7 +152,7 @@ def axisymmetric(u: Scalar, R: Scalar) -> Kinematics:
     )
 
 
-def axisymmetric_twist(u: Scalar, R: Scalar) -> Kinematics:
+def axisymmetric_twist(u: Scalar, R: Scalar, moved: Moved | None = None) -> Kinematics:
     """Return the kinematics of an axisymmetric deformation with finite twist about the axis.
 
     The point (R, Theta, Z) moves to r = R + u_r, theta = Theta + phi, z = Z + u_z; F maps the cylindrical
@@ -118,40 +163,58 @@ def axisymmetric_twist(u: Scalar, R: Scalar) -> Kinematics:
     u : UFL vector, shape (3,)
         (u_r in mm, phi in rad, u_z in mm) over a mesh of the (R, Z) half-plane.
     R : UFL scalar
-        Reference radius in mm.
+        Radius on the mesh, mm.
+    moved : Moved, optional
+        The stress-free half-plane, where it is not the mesh's.
 
     References
     ----------
     Ogden (1997), Non-Linear Elastic Deformations, Dover, section 2.2 (deformation in cylindrical
     coordinates).
     """
-    G = ufl.grad(u)
+    G, R, weight = _half_plane(u, R, moved)
     r = R + u[0]
     F = (
-        (1 + G[0, 0], 0, G[0, 1]),
-        (r * G[1, 0], r / R, r * G[1, 1]),
-        (G[2, 0], 0, 1 + G[2, 1]),
+        (1 + G[0][0], 0, G[0][1]),
+        (r * G[1][0], r / R, r * G[1][1]),
+        (G[2][0], 0, 1 + G[2][1]),
     )
-    return _general(F, 2 * ufl.pi * R)
+    return _general(F, weight)
 
 
-def cartesian(u: Scalar, moved: Scalar | None = None) -> Kinematics:
+def _half_plane(
+    u: Scalar, R: Scalar, moved: Moved | None
+) -> tuple[tuple[tuple[Scalar, ...], ...], Scalar, Scalar]:
+    """Gradient by the coordinates of the stress-free half-plane, radius there, and its volume per area of the mesh."""
+    if moved is None:
+        return _rows(u, 2), R, 2 * ufl.pi * R
+    R = R + moved.displacement[0]
+    return moved.gradient(u), R, 2 * ufl.pi * R * moved.ratio
+
+
+def _rows(u: Scalar, dimension: int) -> tuple[tuple[Scalar, ...], ...]:
+    """Gradient of a vector on the mesh, row by row."""
+    G = ufl.grad(u)
+    return tuple(tuple(G[i, j] for j in range(dimension)) for i in range(len(u)))
+
+
+def _is_zero(value: Scalar) -> bool:
+    return isinstance(value, int) and value == 0
+
+
+def cartesian(u: Scalar, moved: Moved | None = None) -> Kinematics:
     """Return the kinematics of a 3-D displacement ``u``, shape (3,), in mm.
 
     Parameters
     ----------
     u
         Displacement from the stress-free shape.
-    moved : UFL vector, shape (3,), optional
-        Displacement of the stress-free shape from the mesh, so that X + moved(X) is where a point rests without stress.
+    moved : Moved, optional
+        The stress-free shape, where it is not the mesh's.
     """
-    G = ufl.grad(u)
-    weight: Scalar = 1.0
-    if moved is not None:
-        M = ufl.Identity(3) + ufl.grad(moved)
-        G, weight = ufl.dot(G, ufl.inv(M)), ufl.det(M)
-    F = tuple(tuple(G[i, j] + (1 if i == j else 0) for j in range(3)) for i in range(3))
-    return _general(F, weight)
+    G = _rows(u, 3) if moved is None else moved.gradient(u)
+    F = tuple(tuple(G[i][j] + (1 if i == j else 0) for j in range(3)) for i in range(3))
+    return _general(F, 1.0 if moved is None else moved.ratio)
 
 
 def principal(e1: Scalar, e2: Scalar) -> Kinematics:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bushcli.active import ActiveEffect
-from bushcli.casefile.unit import outside
+from bushcli.casefile.unit import written
 from bushcli.source import Source
 from cases.mode import modes
 from forms.law import laws
@@ -211,7 +211,7 @@ def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
     return {
         "name": active.effect.name,
         "parameters": {
-            name: outside(active.effect.parameter(name), value, turned)
+            name: written(active.effect.parameter(name), value, turned)
             for name, value in active.values.items()
         },
         "channels": None if active.channels is None else list(active.channels),

@@ -55,14 +55,14 @@ def build(
             findings.append(Finding((*keys, "name"), what, expected=wanted))
             continue
         findings += _channels(effect, table, keys, channels)
-        others = [name for other, _ in tables if (name := other.name) != effect.name]
-        for what, expected in () if shape is None else unsuited(effect, shape, others):
-            at = (*keys, "name")
-            findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
         plain = ActiveEffect(effect, channels=names)
         on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
         values, wrong = _values(effect, table, keys, any(modes()[channel.mode].rotational for channel in on))
         findings += wrong
+        others = [name for other, _ in tables if (name := other.name) != effect.name]
+        for what, expected in () if shape is None else unsuited(effect, shape, others, values):
+            at = (*keys, "name")
+            findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
         active.append(replace(plain, values=values))
     return list(told_apart(active)), findings
 
@@ -97,7 +97,7 @@ def _channels(
         what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {there}"
         yield Finding((*keys, "name"), what, expected=", ".join(acts))
     turned = [channel for channel in on if modes()[channel.mode].rotational]
-    if turned and len(turned) < len(on) and effect.of_channel:
+    if turned and len(turned) < len(on) and any(unit(p, True) != p.unit for p in effect.parameters):
         straight = next(channel for channel in on if channel not in turned)
         what = (
             f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {turned[0].name} in degrees"
@@ -113,7 +113,7 @@ def _channels(
 def _values(
     effect: Effect, table: EffectTable, keys: Keys, rotational: bool
 ) -> tuple[dict[str, float], list[Finding]]:
-    """Return the values that are given, by the parameters' own names, in internal units."""
+    """Return the values that are given, by the parameters' own names, in internal units; a choice always has one."""
     values: dict[str, float] = {}
     findings: list[Finding] = []
     own = {p.name: p for p in effect.parameters}
@@ -121,12 +121,21 @@ def _values(
     known = [
         name for p in effect.parameters for name in ([p.reciprocal[0]] if p.reciprocal else []) + [p.name]
     ]
+    # A choice that is not made is the usual one: it cannot be identified.
+    chosen = {p.name: p.start for p in effect.parameters if p.choices}
     for name, given in table.parameters.items():
         at = (*keys, "parameters", name)
         parameter = own.get(name) or reciprocal.get(name)
         if parameter is None:
             what = f"{dotted(at)} is not a parameter of {effect.name}"
             findings.append(Finding(at, what, nearest(name, known), ", ".join(known)))
+        elif parameter.choices:
+            if given in parameter.choices:
+                chosen[name] = float(parameter.choices.index(str(given)))
+            else:
+                findings.append(unknown_name(at, given, parameter.choices, f"choice of {name}"))
+        elif isinstance(given, str):
+            findings.append(Finding(at, f"{dotted(at)} = {shown(given)} is not a number"))
         elif parameter.name in values:
             what = f"{dotted(at)} is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
             findings.append(Finding(at, what, expected="give one of them"))
@@ -137,7 +146,7 @@ def _values(
             if not parameter.admits(value):
                 what = f"{dotted(at)} = {shown(given)} is out of bounds"
                 findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational)))
-    return values, findings
+    return values | chosen, findings
 
 
 def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool) -> str:

@@ -21,6 +21,17 @@ def _column(value: Any) -> str | int:
 ColumnKey = Annotated[str | int, PlainValidator(_column)]
 
 
+def _value(value: Any) -> float | str:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    raise ValueError("neither a number nor a word")
+
+
+Value = Annotated[float | str, PlainValidator(_value)]
+
+
 class Table(BaseModel):
     """A table of the case file: unknown keys are refused, numbers are not read from texts."""
 
@@ -111,8 +122,8 @@ class EffectTable(Table):
     """``[[effects]]``."""
 
     name: str = Field(description="an effect, see bushcli list effects")
-    parameters: dict[str, float] = Field(
-        default_factory=dict, description="by name, or by the name of 1/value"
+    parameters: dict[str, Value] = Field(
+        default_factory=dict, description="by name, or by the name of 1/value; a choice by its word"
     )
     channels: list[Name] | None = Field(
         default=None, min_length=1, description="channels that have it; all that it acts on when absent"

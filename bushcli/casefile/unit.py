@@ -14,17 +14,23 @@ _ROTATIONAL = {
     "mm": ("degrees", math.radians(1.0)),
     "N": ("N mm", 1.0),
     "N/mm": ("N mm/degree", math.degrees(1.0)),
+    "N/s": ("N mm/s", 1.0),
 }
 
 
 def unit(parameter: EffectParameter, rotational: bool) -> str:
     """Return the unit in which the case file has a parameter, on channels of rotational or other modes."""
-    return _ROTATIONAL[parameter.unit][0] if parameter.of_channel and rotational else parameter.unit
+    return _rotational(parameter)[0] if rotational else parameter.unit
 
 
 def inside(parameter: EffectParameter, value: float, rotational: bool) -> float:
     """Return the case file's value in N, mm, MPa, s, rad."""
     return value * _factor(parameter, rotational)
+
+
+def written(parameter: EffectParameter, value: float, rotational: bool) -> float | str:
+    """Return an internal value as the case file has it: a number, or the word for a choice."""
+    return parameter.choice(value) if parameter.choices else outside(parameter, value, rotational)
 
 
 def outside(parameter: EffectParameter, value: float, rotational: bool) -> float:
@@ -42,9 +48,15 @@ def turning(
         one.full_name(p): p
         for one in active
         for p in one.parameters
-        if p.of_channel and any(one.acts_on(name, mode) for name, mode in rotational)
+        if p.unit != _rotational(p)[0] and any(one.acts_on(name, mode) for name, mode in rotational)
     }
 
 
 def _factor(parameter: EffectParameter, rotational: bool) -> float:
-    return _ROTATIONAL[parameter.unit][1] if parameter.of_channel and rotational else 1.0
+    return _rotational(parameter)[1] if rotational else 1.0
+
+
+def _rotational(parameter: EffectParameter) -> tuple[str, float]:
+    """Unit in a rotational mode and its factor; a parameter that is not the channel's, or a ratio, keeps its own."""
+    own = (parameter.unit, 1.0)
+    return _ROTATIONAL.get(parameter.unit, own) if parameter.of_channel else own

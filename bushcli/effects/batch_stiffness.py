@@ -12,11 +12,11 @@ doi:10.3390/polym13040538: the modulus of one recipe depends on mixing and dispe
 
 import numpy as np
 
-from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
 from bushcli.prior import Prior
 
 
-def parallel(q: Signal, force: Signal, given: Given) -> Signal:
+def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
     """Return exp(log_factor) times the force."""
     factor = np.exp(given["log_factor"].value)
     return force * Signal(factor, factor * given["log_factor"].slope)
@@ -24,6 +24,7 @@ def parallel(q: Signal, force: Signal, given: Given) -> Signal:
 
 EFFECT = Effect(
     name="batch_stiffness",
+    title="Another batch of rubber",
     summary="The bushing is of another batch than the coupons: one factor on all its curves.",
     acts="rubber",
     parameters=(
@@ -45,7 +46,7 @@ EFFECT = Effect(
         ),
     ),
     needs="coupon tests that the law is held to",
-    rivals=("debonding",),
+    rivals=("debonding", "dimension"),
     needs_fixed_law=True,
     source="Robertson and Hardman (2021), Nature of carbon black reinforcement, doi:10.3390/polym13040538",
     rig=RigChange(parallel=parallel, order=0),

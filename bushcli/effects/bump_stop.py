@@ -10,11 +10,11 @@ Shaw and Holmes (1983), A periodically forced piecewise linear oscillator, J. So
 doi:10.1016/0022-460X(83)90407-8.
 """
 
-from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
 from bushcli.prior import Prior
 
 
-def parallel(q: Signal, force: Signal, given: Given) -> Signal:
+def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
     """Return the force with that of the stop."""
     over = q - given["gap"]
     engaged = over.value > 0.0 if given["gap"].value >= 0.0 else over.value < 0.0
@@ -25,6 +25,7 @@ _GAPS = tuple(round(0.05 * i, 2) for i in range(8, 20))
 
 EFFECT = Effect(
     name="bump_stop",
+    title="Bump stop",
     summary="A one-sided stop engages after a gap: a knee in the curve.",
     acts="rig",
     parameters=(

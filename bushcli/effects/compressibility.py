@@ -30,6 +30,7 @@ def feature() -> Feature:
 
 EFFECT = Effect(
     name="compressibility",
+    title="Compressibility of the rubber",
     summary="The rubber's volume gives: confined directions are softer than those of pure shear.",
     acts="rubber",
     parameters=(
@@ -55,7 +56,7 @@ EFFECT = Effect(
         ),
     ),
     needs="a radial channel beside an axial or a torsional one",
-    rivals=("rig_compliance", "sleeve_compliance"),
+    rivals=("debonding", "gain", "rig_compliance", "sleeve_compliance"),
     source="Gent and Lindley (1959), Compression of bonded rubber blocks, doi:10.1243/PIME_PROC_1959_173_022_02",
     specimens=frozenset({"bushing", "coupon"}),
     feature=feature,

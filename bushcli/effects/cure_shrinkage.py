@@ -30,6 +30,7 @@ def feature() -> Feature:
 
 EFFECT = Effect(
     name="cure_shrinkage",
+    title="Cure shrinkage",
     summary="The rubber shrank between bonded sleeves when it cooled and is left in tension.",
     acts="assembly",
     parameters=(
@@ -50,7 +51,7 @@ EFFECT = Effect(
         ),
     ),
     needs="a radial channel beside an axial or a torsional one",
-    rivals=("swaging",),
+    rivals=("gain", "swaging"),
     source="Vujosevic and Lubarda (2002), Finite-strain thermoelasticity, doi:10.2298/TAM0229379V",
     feature=feature,
 )

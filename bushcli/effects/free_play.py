@@ -26,6 +26,7 @@ def drive(q: Signal, given: Given) -> Signal:
 
 EFFECT = Effect(
     name="free_play",
+    title="Free play in the rig",
     summary="A dead band about zero: the rig moves before the bushing does.",
     acts="rig",
     parameters=(

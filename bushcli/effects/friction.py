@@ -36,6 +36,7 @@ def feature() -> Feature:
 
 EFFECT = Effect(
     name="friction",
+    title="Internal friction",
     summary="Filled rubber slips inside: the same loop at every rate, stiff just after each reversal.",
     acts="rubber",
     parameters=(

@@ -21,18 +21,28 @@ from geometry.shape import Shape
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Values
+    from forms.kinematics import Moved
     from forms.law import Scalar
 
 
-def _moved(values: Values, x: Scalar, shape: Shape) -> Scalar:
+def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
     """Move what is inside the rubber by the offset, what is outside not at all, and what is between in proportion."""
     import ufl
+
+    from forms.kinematics import Moved
 
     if not isinstance(shape, Ring):
         raise TypeError(f"a {type(shape).__name__} has no inner sleeve to be off centre")
     r = ufl.sqrt(x[0] ** 2 + x[1] ** 2)
-    share = ufl.min_value(ufl.max_value((shape.outer_radius - r) / shape.thickness, 0), 1)
-    return ufl.as_vector([values["offset"] * share, 0, 0])
+    share, steep = (shape.outer_radius - r) / shape.thickness, -1 / (shape.thickness * r)
+    if shape.elastic_sleeves:
+        steep = ufl.conditional(ufl.And(share > 0, share < 1), steep, 0)
+        share = ufl.min_value(ufl.max_value(share, 0), 1)
+    # M = I + offset e_x (x) grad(share), whose inverse is Sherman and Morrison's.
+    slope = [values["offset"] * steep * x[i] for i in (0, 1)]
+    ratio = 1 + slope[0]
+    inverse = ((1 / ratio, -slope[1] / ratio, 0), (0, 1, 0), (0, 0, 1))
+    return Moved(ufl.as_vector([values["offset"] * share, 0, 0]), inverse, ratio)
 
 
 def feature() -> Feature:
@@ -44,6 +54,7 @@ def feature() -> Feature:
 
 EFFECT = Effect(
     name="misalignment",
+    title="Misalignment of the sleeves",
     summary="The inner sleeve is off centre at rest: radial loading differs between + and -.",
     acts="assembly",
     parameters=(

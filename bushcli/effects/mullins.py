@@ -33,6 +33,7 @@ def feature() -> Feature:
 
 EFFECT = Effect(
     name="mullins",
+    title="Mullins softening",
     summary="Reloading below the largest earlier deformation is softer than the first loading.",
     acts="rubber",
     parameters=(
@@ -48,8 +49,8 @@ EFFECT = Effect(
             prior=Prior(
                 "half_normal",
                 0.4,
-                source="published r of 1.5 to 5: Ogden and Roxburgh (1999), doi:10.1098/rspa.1999.0431, "
-                "and those who fitted their model since",
+                source="engineering judgement from published fits with r of 1.5 to 5 of the model of Ogden and "
+                "Roxburgh (1999), doi:10.1098/rspa.1999.0431",
             ),
         ),
         EffectParameter(
@@ -80,12 +81,13 @@ EFFECT = Effect(
             prior=Prior(
                 "half_normal",
                 0.1,
-                source="published fits of 0 to 0.1, after Mars (2004), doi:10.2346/1.2186778",
+                source="engineering judgement from published fits with beta of 0 to 0.1; the parameter is that of "
+                "Mars (2004), doi:10.2346/1.2186778",
             ),
         ),
     ),
     needs="a reload below an earlier peak; first loadings to growing amplitudes tell m and beta",
-    rivals=("friction", "viscoelasticity"),
+    rivals=("friction", "viscoelasticity", "warming"),
     source="Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect, doi:10.1098/rspa.1999.0431",
     specimens=frozenset({"bushing", "coupon"}),
     feature=feature,

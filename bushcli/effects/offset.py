@@ -9,7 +9,7 @@ ASTM D638-14, Standard test method for tensile properties of plastics, annex A1 
 doi:10.1520/D0638-14.
 """
 
-from bushcli.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
 from bushcli.prior import Prior
 
 # Whoever looks at a recording sees that its zero is off by a tenth of its range. Larger ones stand for what shifts the
@@ -23,13 +23,14 @@ def drive(q: Signal, given: Given) -> Signal:
     return q - given["displacement"]
 
 
-def read(force: Signal, given: Given) -> Signal:
+def read(force: Signal, time: Array | None, given: Given) -> Signal:
     """Return the force as it is logged."""
     return force + given["force"]
 
 
 EFFECT = Effect(
     name="offset",
+    title="Zero offset",
     summary="Force and displacement do not read zero at rest.",
     acts="rig",
     parameters=(
@@ -61,7 +62,7 @@ EFFECT = Effect(
         ),
     ),
     needs="curvature that differs between + and - tells the two apart; two amplitudes tell them from permanent set",
-    rivals=("free_play", "misalignment", "permanent_set"),
+    rivals=("drift", "free_play", "misalignment", "permanent_set"),
     source="ASTM D638-14, annex A1 (toe compensation), doi:10.1520/D0638-14",
     rig=RigChange(drive=drive, read=read, order=0),
 )

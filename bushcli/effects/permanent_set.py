@@ -36,6 +36,7 @@ def _running_maximum(q: Signal, sign: int) -> Signal:
 
 EFFECT = Effect(
     name="permanent_set",
+    title="Permanent set",
     summary="After unloading the bushing stays displaced by a share of its largest excursion.",
     acts="rubber",
     parameters=(

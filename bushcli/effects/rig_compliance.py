@@ -16,6 +16,7 @@ from cases.mode import modes
 
 EFFECT = Effect(
     name="rig_compliance",
+    title="Compliance of the rig",
     summary="The rig gives too: a spring in series with the bushing.",
     acts="rig",
     parameters=(

@@ -58,6 +58,7 @@ def feature() -> Feature:
 
 EFFECT = Effect(
     name="sleeve_compliance",
+    title="Compliant sleeves",
     summary="The sleeves are not rigid: confined rubber pushes them out of shape.",
     acts="assembly",
     parameters=(

@@ -47,6 +47,7 @@ def feature() -> Feature:
 
 EFFECT = Effect(
     name="swaging",
+    title="Swaging of the outer sleeve",
     summary="The outer sleeve was drawn in before the test and leaves the rubber compressed.",
     acts="assembly",
     parameters=(
@@ -68,7 +69,7 @@ EFFECT = Effect(
         ),
     ),
     needs="a radial channel beside an axial or a torsional one",
-    rivals=("cure_shrinkage",),
+    rivals=("cure_shrinkage", "dimension", "gain"),
     source="Hill (1977), Load-deflection relations of long cylindrical rubber bushes, doi:10.1002/app.1977.070210602",
     needs_sleeves=True,
     feature=feature,

@@ -15,6 +15,7 @@ from bushcli.prior import Prior
 
 EFFECT = Effect(
     name="time_lag",
+    title="Time lag between the signals",
     summary="Force is logged late against displacement: a false loop whose width goes with the rate.",
     acts="rig",
     parameters=(

@@ -36,6 +36,8 @@ TYPICAL = {
     "rig_compliance.compliance": 5e-4,
     "time_lag.lag": 0.137,
     "permanent_set.set": 0.06,
+    "drift.rate": 1.7,
+    "warming.tau": 11.0,
 }
 
 
@@ -141,6 +143,8 @@ def test_the_order_in_which_effects_are_named_plays_no_part() -> None:
 @pytest.mark.parametrize("one", ALL, ids=lambda one: one.name)
 def test_an_effect_says_what_it_is(one: Effect) -> None:
     assert one.summary.endswith(".")
+    assert one.title[0].isupper()
+    assert not one.title.endswith(".")
     assert "doi:10." in one.source
     assert one.needs
     assert one.amplitudes
@@ -192,6 +196,8 @@ def test_every_parameter_has_a_prior_with_its_source(one: Effect) -> None:
         # A reference, a standard, or a confession.
         assert len(prior.source) > 20, parameter.name
         # What is known must not contradict itself: where a fit begins, what is usual and what is admitted.
+        assert parameter.of_mesh or not parameter.choices
+        assert len(parameter.choices) == (prior.low if prior.shape == "choice" else 0)
         assert prior.tail(parameter.start, SCALES) > 1e-4, parameter.name
         assert math.isfinite(prior.log_density(parameter.start, SCALES)), parameter.name
         low, high = prior.range(SCALES)
@@ -202,7 +208,7 @@ def test_every_parameter_has_a_prior_with_its_source(one: Effect) -> None:
         if parameter.lower >= 0.0:
             assert not prior.signed, parameter.name
             assert prior.shape != "normal", parameter.name
-        if prior.of in ("travel", "force", "stiffness"):
+        if prior.of in ("travel", "force", "stiffness", "force/duration"):
             assert parameter.of_channel, parameter.name
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -31,7 +32,14 @@ DIGITS = {"friction": 1e-5, "sleeve_compliance": 2e-5, "debonding": 5e-5}
 BARELY_ON = {"debonding": {"length": 0.1}}
 # Rigid metal is metal 240 times as stiff as steel, which gives by so much of the force (`sleeve_compliance.RIGID`).
 NOT_QUITE_OFF = {"sleeve_compliance": 4e-6}
-FEATURES = [one for one in effects().values() if one.feature is not None]
+# Each effect with each of its choices.
+FEATURES = [
+    (one, dict(zip((p.name for p in choices), words, strict=True)))
+    for one in effects().values()
+    if one.feature is not None
+    for choices in [[p for p in one.parameters if p.choices]]
+    for words in product(*(p.choices for p in choices))
+]
 RUBBER = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 500.0)
 # Springs that hold a bond, and metal, leave more rounding than rubber does.
 SHARP = 1e-10
@@ -57,7 +65,12 @@ def model_with(active: list[ActiveEffect], mode: str) -> Model:
 
 
 def full(one: Effect, values: dict[str, float]) -> dict[str, float]:
-    return {f"{one.name}.{key}": value for key, value in values.items()}
+    """By full names, without choices: the model is made for them."""
+    return {f"{one.name}.{key}": value for key, value in values.items() if not one.parameter(key).choices}
+
+
+def each(case: tuple[Effect, dict[str, str]]) -> str:
+    return "-".join([case[0].name, *case[1].values()])
 
 
 @dataclass(frozen=True)
@@ -87,12 +100,19 @@ class Prepared:
 
 
 @cache
-def prepared(name: str) -> Prepared:
+def prepared_by_name(name: str, *words: str) -> Prepared:
     one = effects()[name]
-    started = ActiveEffect(one).started()
+    codes = dict(zip((p.name for p in one.parameters if p.choices), words, strict=True))
+    started = ActiveEffect(
+        one, {key: float(one.parameter(key).choices.index(word)) for key, word in codes.items()}
+    ).started()
     return Prepared(
         one, model_with([started], mode_of(one)), dict(started.values), dict(started.off().values)
     )
+
+
+def prepared(case: tuple[Effect, dict[str, str]]) -> Prepared:
+    return prepared_by_name(case[0].name, *case[1].values())
 
 
 @cache
@@ -127,27 +147,31 @@ def check_slopes(case: Prepared, at: dict[str, float], digits: float) -> None:
         assert good[-2:] == [True, True], (name, exact[:, column], found)
 
 
-@pytest.mark.parametrize("one", FEATURES, ids=lambda one: one.name)
-def test_an_effect_that_is_off_leaves_the_plain_model(one: Effect) -> None:
-    case = prepared(one.name)
+EACH = pytest.mark.parametrize("chosen", FEATURES, ids=each)
+
+
+@EACH
+def test_an_effect_that_is_off_leaves_the_plain_model(chosen: tuple[Effect, dict[str, str]]) -> None:
+    case, one = prepared(chosen), chosen[0]
     plain = plain_force(mode_of(one), case.model.path_dependent)
     digits = NOT_QUITE_OFF.get(one.name, 1e-6)
     np.testing.assert_allclose(case.force(case.off), plain, atol=digits * np.abs(plain).max(), rtol=0)
 
 
-@pytest.mark.parametrize("one", FEATURES, ids=lambda one: one.name)
-def test_an_effect_acts(one: Effect) -> None:
-    case = prepared(one.name)
-    plain = plain_force(mode_of(one), case.model.path_dependent)
+@EACH
+def test_an_effect_acts(chosen: tuple[Effect, dict[str, str]]) -> None:
+    case = prepared(chosen)
+    plain = plain_force(mode_of(chosen[0]), case.model.path_dependent)
     assert np.abs(case.force(case.typical) - plain).max() > 1e-4 * np.abs(plain).max()
 
 
-@pytest.mark.parametrize("one", FEATURES, ids=lambda one: one.name)
-def test_slopes_where_it_is_off(one: Effect) -> None:
-    case = prepared(one.name)
-    check_slopes(case, case.off | BARELY_ON.get(one.name, {}), DIGITS.get(one.name, 1e-6))
+@EACH
+def test_slopes_where_it_is_off(chosen: tuple[Effect, dict[str, str]]) -> None:
+    case, name = prepared(chosen), chosen[0].name
+    check_slopes(case, case.off | BARELY_ON.get(name, {}), DIGITS.get(name, 1e-6))
 
 
-@pytest.mark.parametrize("one", FEATURES, ids=lambda one: one.name)
-def test_slopes_where_it_acts(one: Effect) -> None:
-    check_slopes(prepared(one.name), prepared(one.name).typical, DIGITS.get(one.name, 1e-6))
+@EACH
+def test_slopes_where_it_acts(chosen: tuple[Effect, dict[str, str]]) -> None:
+    case = prepared(chosen)
+    check_slopes(case, case.typical, DIGITS.get(chosen[0].name, 1e-6))
