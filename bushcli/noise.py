@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 # Standard deviations from which on a sample counts as a spike: of 1e6 samples of normal noise less than one does.
 _SPIKE = 5.0
+# Windows below which a median is too uncertain to call anything a spike.
+_ENOUGH = 20
 
 
 def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int_] | None = None) -> float:
@@ -56,7 +58,9 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     within = np.ones(len(residuals), dtype=bool)
     if groups is not None and (alike := groups[order:] == groups[:-order]).sum() >= n / 2:
         within = alike
-    kept = within & ~_spiked(residuals, weights)
+    if within.sum() < _ENOUGH:
+        return _spread(np.abs(residuals[within]))
+    kept = within & ~_spiked(residuals, np.where(within[:, None], weights, 0.0))
     # Where a large part stands out it is no handful of bad samples, and leaving it out would say "no noise".
     return _spread(np.abs(residuals[kept if kept.sum() >= 0.7 * within.sum() else within]))
 
@@ -83,17 +87,18 @@ def _spiked(residuals: Array, weights: Array) -> NDArray[np.bool_]:
     residuals : (m,) array
         Divided differences.
     weights : (m, p + 1) array
-        Of the samples in each window.
+        Of the samples in each window; 0 in windows that do not count.
     """
     m, width = weights.shape
     height, power = np.zeros(m + width - 1), np.zeros(m + width - 1)
     for j in range(width):
-        # Least squares for the height of a spike at each sample, from the windows that hold the sample.
+        # Least squares for the height of a spike at each sample, from the windows that hold the sample, over its
+        # own size where residuals are 1: few windows, as at the ends, say little of the height.
         height[j : j + m] += weights[:, j] * residuals
         power[j : j + m] += weights[:, j] ** 2
-    height /= power
-    size = np.abs(height)
-    high = size > _SPIKE * 1.4826 * float(np.median(size))
+    known = power > 0.0
+    size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=known))
+    high = size > _SPIKE * 1.4826 * float(np.median(size[known]))
     # The windows of a spike let its neighbours stand out as well: the highest among them is the spike.
     padded = np.pad(size, width - 1)
     high &= size == sliding_window_view(padded, 2 * width - 1).max(axis=1)
