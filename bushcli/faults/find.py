@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from bushcli.casefile import Case
 from bushcli.faults.fault import DataFault, Mask, places
@@ -14,8 +16,13 @@ from bushcli.faults.signal import abscissa, slope
 from bushcli.faults.spikes import spikes
 from bushcli.recording import Recording, branches, force_noise
 
+Array = NDArray[np.float64]
+
 # With more than this share of its samples clipped a recording lacks the forces that it was made for.
 _MOST_CLIPPED = 0.1
+# A sudden motion makes a peak of force, as at a step that relaxes: up to this many times the stiffness of the whole
+# recording, which a bump stop or the corner of a friction loop exceeds some threefold.
+_BESIDE = 3.0
 
 
 def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault, ...]:
@@ -95,6 +102,13 @@ def _samples(recording: Recording) -> Iterator[DataFault]:
     yield from _spikes(recording, taken)
 
 
+def _unsteady(displacement: Array) -> Array:
+    """Return by how much the steps of a displacement (n,) differ from two before to two after each sample."""
+    steps = np.pad(np.diff(displacement), 2, mode="edge")
+    window = sliding_window_view(steps, 4)
+    return np.asarray(np.ptp(window, axis=1))
+
+
 def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
     """Yield spikes of the displacement and of the force, among samples that have no other fault."""
     x, kept = abscissa(recording), np.flatnonzero(~taken)
@@ -106,7 +120,8 @@ def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
     still[jumps] = np.interp(x[jumps], x[~jumps], still[~jumps])
     whole = Recording(recording.mode, still, recording.force, recording.time)
     branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(whole))])
-    spiked[kept] = spikes(recording.force[kept], x[kept], branch[kept])
+    explained = _BESIDE * abs(slope(still[kept], recording.force[kept])) * _unsteady(still[kept])
+    spiked[kept] = spikes(recording.force[kept], x[kept], branch[kept], explained)
     # Where both jump together the bushing was moved: that is no fault of a sensor.
     both = jumps & spiked
     for bad, what in ((spiked & ~both, "force"), (jumps & ~both, "displacement")):

@@ -82,7 +82,8 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
     bad = np.zeros(len(force), dtype=bool)
     step = quantum(force)
     # Neighbours of noisy samples fall on the same step of the converter with this probability.
-    chance = min(step / (2.0 * np.sqrt(np.pi) * noise), 1.0) if noise > 0 else 1.0
+    # Where noise is smaller than a step it is the converter's own, and says nothing of chance.
+    chance = step / (2.0 * np.sqrt(np.pi) * noise) if noise > step else 1.0
     for start, stop in repetitions(force):
         length = stop - start
         if clip[start:stop].any():

@@ -1,9 +1,9 @@
 """Single bad samples of a signal: neither what came before nor what follows foretells them.
 
-From the samples before a sample, and from those after it, a parabola is extrapolated to it. At a kink (a knee,
-a reversal, the start of a hold) one of the two foretells the sample; over a step each foretells one side of it;
-where the signal bends sharply they miss it in opposite directions. A spike of one to three samples is missed
-by both, in the same direction. It also stands out from how well the parabolas foretell the samples next to it.
+From the samples before a sample, and from those after it, a parabola and straight lines through fewer samples are
+extrapolated to it; the nearest forecast of each side counts. At a kink (a knee, a reversal, the start of a hold)
+one side foretells the sample; over a step each side foretells one end of it; where the signal bends sharply they
+miss it in opposite directions. A spike of one to three samples is missed by both, in the same direction. It also stands out from how well the parabolas foretell the samples next to it.
 What a miss means is measured on the recording itself, so that noise with memory, a hum or a coarse converter
 only make the search less sharp. The largest spike is taken out first, and the rest judged again without it.
 
@@ -28,6 +28,8 @@ Mask = NDArray[np.bool_]
 
 WIDEST = 3
 _SAMPLES, _LEAST = 9, 5
+# Samples of the straight lines that serve between two kinks.
+_ON_LINES = (4, 3)
 # Both extrapolations miss a sample of normal noise by more than 4 standard deviations with a probability of some
 # 1e-6: the two share the sample's own noise. Where only one of them stays inside the branch it bears that alone.
 _BOTH, _ALONE = 4.0, 6.0
@@ -55,7 +57,7 @@ class _Miss:
     clean: Mask
 
 
-def spikes(values: Array, x: Array, branch: NDArray[np.int_]) -> Mask:
+def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array | float = 0.0) -> Mask:
     """Return which samples of a signal are spikes.
 
     Parameters
@@ -65,6 +67,8 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_]) -> Mask:
         Strictly increasing: time or sample number.
     branch : (n,) array of int
         Number of the branch that each sample is of; between branches the signal may have a kink.
+    explained : (n,) array or float
+        By how much the signal may stand out at each sample for another reason, in its own unit.
 
     Returns
     -------
@@ -75,10 +79,11 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_]) -> Mask:
     bad = np.zeros(n, dtype=bool)
     if n < _FEWEST:
         return bad
-    floor = max(_SMALLEST * float(np.ptp(np.sort(values)[n // 50 : n - n // 50])), _STEPS * quantum(values))
+    smallest = _SMALLEST * float(np.ptp(np.sort(values)[n // 50 : n - n // 50]))
+    floor = np.maximum(max(smallest, _STEPS * quantum(values)), np.broadcast_to(explained, n))
     for _ in range(n):
         kept = np.flatnonzero(~bad)
-        found = _largest(values[kept], x[kept], branch[kept], floor)
+        found = _largest(values[kept], x[kept], branch[kept], floor[kept])
         if not len(found):
             return bad
         bad[kept[found]] = True
@@ -87,7 +92,7 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_]) -> Mask:
     return np.zeros(n, dtype=bool)
 
 
-def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: float) -> NDArray[np.intp]:
+def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array) -> NDArray[np.intp]:
     """Return the samples of those spikes that are the largest for some samples around."""
     n = len(values)
     left = [_miss(values, x, branch, gap) for gap in range(1, WIDEST + 1)]
@@ -109,7 +114,7 @@ def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: float) ->
     return np.array(samples, dtype=np.intp)
 
 
-def _agreed(left: _Miss, right: _Miss, floor: float) -> Array:
+def _agreed(left: _Miss, right: _Miss, floor: Array) -> Array:
     """Return by how many standard deviations (n,) both sides miss each sample in one direction; 0 if they do not."""
     with np.errstate(invalid="ignore"):
         same = left.score * right.score > 0
@@ -140,7 +145,45 @@ def _nearby(left: _Miss, right: _Miss, width: int) -> Array:
 
 
 def _miss(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
-    """Extrapolate to each sample from up to 9 samples that end ``gap`` samples before it."""
+    """Extrapolate to each sample from samples that end ``gap`` samples before it; the nearest forecast counts."""
+    found = _by_parabola(values, x, branch, gap)
+    score, size = found.score, found.size
+    for samples in _ON_LINES:
+        other, miss = _by_line(values, x, samples, gap)
+        with np.errstate(invalid="ignore"):
+            nearer = ~(np.abs(other) >= np.abs(score))
+            # Forecasts on both sides of the sample: it is no outlier.
+            between = other * score < 0
+        score = np.where(between, 0.0, np.where(nearer, other, score))
+        size = np.where(between, 0.0, np.where(nearer, miss, size))
+    return _Miss(np.where(np.isnan(found.score), np.nan, score), size, found.clean)
+
+
+def _by_line(values: Array, x: Array, samples: int, gap: int) -> tuple[Array, Array]:
+    """Extrapolate straight lines through a few samples: scores and misses (n,), nan where there are too few."""
+    n, first = len(values), gap + samples - 1
+    score, size = np.full(n, np.nan), np.full(n, np.nan)
+    count = n - first
+    y = sliding_window_view(values, samples)[:count]
+    u = sliding_window_view(x, samples)[:count]
+    centre = u.mean(axis=1)
+    u = u - centre[:, None]
+    power = np.einsum("ij,ij->i", u, u)
+    ahead = x[first:] - centre
+    forecast = y.mean(axis=1) + np.einsum("ij,ij->i", u, y) / power * ahead
+    size[first:] = values[first:] - forecast
+    score[first:] = size[first:] / np.sqrt(1.0 + 1.0 / samples + ahead**2 / power)
+    return score / _scale(score[first:], values), size
+
+
+def _scale(score: Array, values: Array) -> float:
+    """Return the standard deviation of scores; signals that are exact to the last digit have next to none."""
+    spread = 1.4826 * float(np.median(np.abs(score))) if len(score) else 0.0
+    return max(spread, 1e-9 * float(np.ptp(values)), 1e-300)
+
+
+def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
+    """Extrapolate parabolas through up to 9 samples, of the branch alone where it has 5 of them."""
     n = len(values)
     at = np.arange(n)[:, None] - gap - np.arange(_SAMPLES)[None, :]
     there = at >= 0
@@ -159,11 +202,8 @@ def _miss(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
     size = values - np.einsum("ni,ni->n", weights, values[at])
     score = size / np.sqrt(1.0 + np.einsum("ni,ni->n", weights, weights))
     judged = known & clean
-    scale = 1.4826 * float(np.median(np.abs(score[judged]))) if judged.any() else 0.0
-    # Signals that are exact to the last digit have no scatter; the floor then decides alone.
-    scale = max(scale, 1e-9 * float(np.ptp(values)), 1e-300)
     nan = np.where(known, 0.0, np.nan)
-    return _Miss(score / scale + nan, size + nan, judged)
+    return _Miss(score / _scale(score[judged], values) + nan, size + nan, judged)
 
 
 def _mirrored(miss: _Miss) -> _Miss:
