@@ -144,7 +144,11 @@ class Prior:
         if self.shape == "log_uniform":
             return math.sqrt(self.low * self.high) * unit
         size = self.low * math.sqrt(2.0) * float(erfinv(0.5)) * unit
-        return self.center * unit + size if self.shape == "half_normal" or self.center == 0.0 else self.center * unit
+        return (
+            self.center * unit + size
+            if self.shape == "half_normal" or self.center == 0.0
+            else self.center * unit
+        )
 
     def range(self, scales: Scales) -> tuple[float, float]:
         """Interval of 95 %, of the absolute value where the prior is signed."""

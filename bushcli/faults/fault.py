@@ -65,8 +65,9 @@ def masks(faults: Iterable[DataFault], recording: Recording) -> Mask:
 
 def condition(fault: DataFault) -> Condition:
     """Return a fault as a condition of a result: "faulty_data" where it is fatal, else "bad_samples"."""
-    name = "faulty_data" if fault.fatal else "bad_samples"
-    return Condition(name, f"{fault.channel}: {fault.where}", fault.remedy)
+    return Condition(
+        "faulty_data" if fault.fatal else "bad_samples", f"{fault.channel}: {fault.where}", fault.remedy
+    )
 
 
 def places(recording: Recording, samples: Sequence[int] | NDArray[np.intp]) -> str:

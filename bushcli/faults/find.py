@@ -24,6 +24,8 @@ _MOST_CLIPPED = 0.1
 # recording, which a bump stop or the corner of a friction loop exceeds some threefold.
 _BESIDE = 3.0
 
+_LEFT_OUT = "`bushcli diagnose` leaves these samples out; for other commands delete their rows"
+
 
 def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault, ...]:
     """Return what is wrong with recordings and is no physics, the fatal faults first.
@@ -73,14 +75,14 @@ def _samples(recording: Recording) -> Iterator[DataFault]:
     clip = clipped(recording.force, recording.displacement, noise)
     if clip.any():
         fatal = bool(clip.mean() > _MOST_CLIPPED)
-        left = "" if fatal else "; these samples are left out"
         at = places(recording, np.flatnonzero(clip))
         yield DataFault(
             recording.name,
             "clipped",
             f"{clip.sum()} of {len(clip)} samples repeat the same extreme force while the displacement goes on "
-            f"({at}){left}",
-            "record it again with a larger range of the load cell or its amplifier, or use a smaller travel",
+            f"({at})",
+            "record it again with a larger range of the load cell or its amplifier, or with a smaller travel"
+            + ("" if fatal else f"; {_LEFT_OUT}"),
             fatal,
             clip,
         )
@@ -93,8 +95,8 @@ def _samples(recording: Recording) -> Iterator[DataFault]:
                 recording.name,
                 "stuck",
                 f"{held.sum()} of {len(held)} samples repeat the {what} before them while the test goes on "
-                f"({places(recording, np.flatnonzero(held))}); these samples are left out",
-                "look for lost telegrams between sensor and logger; the fit goes on without these samples",
+                f"({places(recording, np.flatnonzero(held))})",
+                f"look for lost telegrams between sensor and logger; {_LEFT_OUT}",
                 False,
                 held,
             )
@@ -130,8 +132,8 @@ def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
                 recording.name,
                 "spikes",
                 f"{bad.sum()} of {n} samples of the {what} stand far off the curve on both sides of them "
-                f"({places(recording, np.flatnonzero(bad))}); these samples are left out",
-                "look for a loose contact or a disturbed cable; the fit goes on without these samples",
+                f"({places(recording, np.flatnonzero(bad))})",
+                f"look for a loose contact or a disturbed cable; {_LEFT_OUT}",
                 False,
                 bad,
             )

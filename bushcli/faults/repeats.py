@@ -141,9 +141,7 @@ def _catches_up(values: Array, x: Array, start: int, stop: int) -> bool:
     steps = np.concatenate([np.diff(values[before]), np.diff(values[after])])
     strides = np.concatenate([np.diff(x[before]), np.diff(x[after])])
     jump, stride = values[stop] - values[stop - 1], x[stop] - x[stop - 1]
-    least = max(
-        _JUMP * float(np.abs(steps).max()), _STEPS * quantum(values), _SHARE * float(np.ptp(values))
-    )
+    least = max(_JUMP * float(np.abs(steps).max()), _STEPS * quantum(values), _SHARE * float(np.ptp(values)))
     if abs(jump) < least or abs(stride) > 2.0 * float(np.abs(strides).max()):
         return False
     expected = 0.5 * (slope(x[before], values[before]) + slope(x[after], values[after]))

@@ -40,11 +40,11 @@ _FALLING = -0.5
 # and what is usual.
 _TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
 _USUAL = 0.3
-# Travel from which on the unit is wrong whatever the stiffness is.
-_IMPOSSIBLE = {"length": (2e-5, 30.0), "angle": (1e-6, 2.0 * math.pi), "strain": (1e-6, 100.0)}
-# Moduli of two channels of one bushing differ by more than this only where one of the units is wrong; the factor of
-# the unit that mends it brings them as near as the second number.
-_APART, _TOGETHER = 15.0, 2.0
+# Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over 0.01 mm.
+_IMPOSSIBLE = {"length": (1e-3, 30.0), "angle": (1e-6, 2.0 * math.pi), "strain": (1e-6, 100.0)}
+# Intervals of the moduli of two channels of one bushing are further apart than this only where one of the units is
+# wrong (degrees and radians are a factor of 57); the unit that mends it brings them as near as the second number.
+_APART, _TOGETHER = 8.0, 2.0
 # Exchanged channels: as recorded their moduli are this far apart, exchanged at most as far as the second number.
 _EXCHANGED, _AGREE = 3.0, 1.3
 

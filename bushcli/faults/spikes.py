@@ -1,11 +1,12 @@
 """Single bad samples of a signal: neither what came before nor what follows foretells them.
 
-From the samples before a sample, and from those after it, a parabola and straight lines through fewer samples are
-extrapolated to it; the nearest forecast of each side counts. At a kink (a knee, a reversal, the start of a hold)
-one side foretells the sample; over a step each side foretells one end of it; where the signal bends sharply they
-miss it in opposite directions. A spike of one to three samples is missed by both, in the same direction. It also stands out from how well the parabolas foretell the samples next to it.
-What a miss means is measured on the recording itself, so that noise with memory, a hum or a coarse converter
-only make the search less sharp. The largest spike is taken out first, and the rest judged again without it.
+From the samples before a sample, and from those after it, a parabola and straight lines through fewer samples
+are extrapolated to it; the nearest forecast of each side counts. At a kink (a knee, a reversal, the start of a
+hold) one side foretells the sample; over a step each side foretells one end of it; where the signal bends
+sharply they miss it in opposite directions. A spike of one to three samples is missed by both, in the same
+direction, and by more than the samples next to it are. What a miss means is measured on the recording itself,
+so that noise with memory, a hum or a coarse converter only make the search less sharp. The largest spike is
+taken out first, and the rest judged again without it.
 
 References
 ----------
@@ -139,7 +140,9 @@ def _nearby(left: _Miss, right: _Miss, width: int) -> Array:
     before = np.where(left.clean, np.abs(left.score), 0.0)
     after = np.where(right.clean, np.abs(right.score), 0.0)
     most_before = sliding_window_view(np.pad(before, (_NEARBY, 0)), _NEARBY).max(axis=1)[:n]
-    most_after = sliding_window_view(np.pad(after, (0, _NEARBY + width)), _NEARBY).max(axis=1)[width : width + n]
+    most_after = sliding_window_view(np.pad(after, (0, _NEARBY + width)), _NEARBY).max(axis=1)[
+        width : width + n
+    ]
     most = np.maximum(most_before, most_after)
     return np.asarray(np.sqrt(np.maximum(most**2 - _NOISE_NEARBY**2, 0.0)))
 

@@ -51,7 +51,7 @@ def unit_stiffness(shape: Shape, mode: str) -> tuple[float, float] | None:
         return None if factor is None else (factor, factor)
     if not isinstance(shape, Ring):
         return None
-    lengths = 2.0 * shape.half_length(np.linspace(0.0, 1.0, 21))
+    lengths = 2.0 * shape.half_length(np.linspace(0.0, 1.0, 21, dtype=np.float64))
     low = _annulus(shape.inner_radius, shape.outer_radius, float(lengths.min()), mode)
     high = _annulus(shape.inner_radius, shape.outer_radius, float(lengths.max()), mode)
     if low is None or high is None:

@@ -47,7 +47,7 @@ def column(table: TextTable, source: Source, mode: Mode, quantity: Quantity) -> 
             expected = 'a strain? say so: units = {displacement = "strain"} or "percent"'
             raise RecordingError(Problem(f"{table.path}:{table.lines[row]}", what, "", expected))
         values = values - 1.0
-    return index, values
+    return index, -values if quantity in source.reverse else values
 
 
 def unit(table: TextTable, source: Source, mode: Mode, quantity: Quantity) -> str:
