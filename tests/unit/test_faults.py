@@ -57,7 +57,9 @@ def recorded(mode: str = "axial", n: int = 400, seed: int = 0, correlation: floa
 
 
 def changed(recording: Recording, displacement=1.0, force=1.0) -> Recording:
-    return replace(recording, displacement=displacement * recording.displacement, force=force * recording.force)
+    return replace(
+        recording, displacement=displacement * recording.displacement, force=force * recording.force
+    )
 
 
 def kinds(faults) -> list[tuple[str, str, bool]]:
@@ -300,7 +302,9 @@ def answer(body: str, q, rng):
         kept, branch, limit = math.exp(-1 / rng.choice([1.0, 6.0, 40.0])), np.zeros(len(q)), 150.0
         for i in range(1, len(q)):
             step = 0.6 * (force[i] - force[i - 1]) if body == "viscous" else 900 * (q[i] - q[i - 1])
-            branch[i] = kept * branch[i - 1] + math.sqrt(kept) * step if body == "viscous" else branch[i - 1] + step
+            branch[i] = (
+                kept * branch[i - 1] + math.sqrt(kept) * step if body == "viscous" else branch[i - 1] + step
+            )
             if body == "friction":
                 branch[i] = np.clip(branch[i], -limit, limit)
         return force + branch
