@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Standard deviations from which on a sample counts as a spike: of 1e6 samples of normal noise less than one does.
+# Standard deviations from which on a sample counts as a spike: of 1e6 samples of normal noise less than one
+# does.
 _SPIKE = 5.0
 # Windows below which a median is too uncertain to call anything a spike.
 _ENOUGH = 20
@@ -92,8 +93,8 @@ def _spiked(residuals: Array, weights: Array) -> NDArray[np.bool_]:
     m, width = weights.shape
     height, power = np.zeros(m + width - 1), np.zeros(m + width - 1)
     for j in range(width):
-        # Least squares for the height of a spike at each sample, from the windows that hold the sample, over its
-        # own size where residuals are 1: few windows, as at the ends, say little of the height.
+        # Least squares for the height of a spike at each sample, from the windows that hold the sample, over
+        # its own size where residuals are 1: few windows, as at the ends, say little of the height.
         height[j : j + m] += weights[:, j] * residuals
         power[j : j + m] += weights[:, j] ** 2
     known = power > 0.0

@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 
 # With more than this share of its samples clipped a recording lacks the forces that it was made for.
 _MOST_CLIPPED = 0.1
-# A sudden motion makes a peak of force, as at a step that relaxes: up to this many times the stiffness of the whole
-# recording, which a bump stop or the corner of a friction loop exceeds some threefold.
+# A sudden motion makes a peak of force, as at a step that relaxes: up to this many times the stiffness of the
+# whole recording, which a bump stop or the corner of a friction loop exceeds some threefold.
 _BESIDE = 3.0
 
 _LEFT_OUT = "`bushcli diagnose` leaves these samples out; for other commands delete their rows"

@@ -20,7 +20,8 @@ _RUN_IN_NOISE, _RUN = 5, 4
 _CHANCE = 1e-3
 # Samples on each side from which the usual step is taken.
 _BESIDE = 5
-# A jump out of a run is this many times the largest step beside it, steps of the converter, share of the range.
+# A jump out of a run is this many times the largest step beside it, steps of the converter, share of the
+# range.
 _JUMP, _STEPS, _SHARE = 3.0, 4.0, 5e-3
 # A jump makes up for the run: between these multiples of what the steps beside it foretell.
 _MADE_UP = (0.5, 2.0)

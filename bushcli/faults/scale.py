@@ -1,9 +1,10 @@
 """Whether a recording's sign and size can be rubber's at all: sign, units, exchanged columns and channels.
 
-The stiffness that was recorded and the closed forms of `bushcli.faults.stiffness` give a shear modulus. Rubber of
-30 to 90 Shore A has one of 0.4 to 7 MPa (Gent 1958: Young's modulus 1.1 to 21 MPa, a third of it for a rubber that
-keeps its volume), soft gels and hard compounds 0.1 to 10 MPa. A modulus outside by more than any effect in the
-catalogue can make is no rubber's; a fault is stated only where a change of unit brings it back.
+The stiffness that was recorded and the closed forms of `bushcli.faults.stiffness` give a shear modulus.
+Rubber of 30 to 90 Shore A has one of 0.4 to 7 MPa (Gent 1958: Young's modulus 1.1 to 21 MPa, a third of it
+for a rubber that keeps its volume), soft gels and hard compounds 0.1 to 10 MPa. A modulus outside by more
+than any effect in the catalogue can make is no rubber's; a fault is stated only where a change of unit brings
+it back.
 
 References
 ----------
@@ -36,16 +37,19 @@ Array = NDArray[np.float64]
 _RUBBER, _PRETENDED = (0.1, 10.0), (0.03, 30.0)
 # A force falls with the displacement where their correlation is below this; a loop of half the range has 0.8.
 _FALLING = -0.5
-# Travel over rubber thickness (axial, radial), strain of a coupon or rotation in rad that somebody would record,
-# and what is usual.
+# Travel over rubber thickness (axial, radial), strain of a coupon or rotation in rad that somebody would
+# record, and what is usual.
 _TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
 _USUAL = 0.3
-# Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over 0.01 mm.
+# Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over
+# 0.01 mm.
 _IMPOSSIBLE = {"length": (1e-3, 30.0), "angle": (1e-6, 2.0 * math.pi), "strain": (1e-6, 100.0)}
-# Intervals of the moduli of two channels of one bushing are further apart than this only where one of the units is
-# wrong (degrees and radians are a factor of 57); the unit that mends it brings them as near as the second number.
+# Intervals of the moduli of two channels of one bushing are further apart than this only where one of the
+# units is wrong (degrees and radians are a factor of 57); the unit that mends it brings them as near as the
+# second number.
 _APART, _TOGETHER = 8.0, 2.0
-# Exchanged channels: as recorded their moduli are this far apart, exchanged at most as far as the second number.
+# Exchanged channels: as recorded their moduli are this far apart, exchanged at most as far as the second
+# number.
 _EXCHANGED, _AGREE = 3.0, 1.3
 
 

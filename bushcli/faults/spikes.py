@@ -31,11 +31,12 @@ WIDEST = 3
 _SAMPLES, _LEAST = 9, 5
 # Samples of the straight lines that serve between two kinks.
 _ON_LINES = (4, 3)
-# Both extrapolations miss a sample of normal noise by more than 4 standard deviations with a probability of some
-# 1e-6: the two share the sample's own noise. Where only one of them stays inside the branch it bears that alone.
+# Both extrapolations miss a sample of normal noise by more than 4 standard deviations with a probability of
+# some 1e-6: the two share the sample's own noise. Where only one of them stays inside the branch it bears
+# that alone.
 _BOTH, _ALONE = 4.0, 6.0
-# By how much a spike exceeds what the extrapolations miss nearby beyond noise. A relaxation that loses two thirds
-# from sample to sample still makes a ratio of 3.
+# By how much a spike exceeds what the extrapolations miss nearby beyond noise. A relaxation that loses two
+# thirds from sample to sample still makes a ratio of 3.
 _OVER_NEARBY, _NEARBY, _NOISE_NEARBY = 4.0, 6, 3.0
 # No fit notices a smaller spike: share of the range, and steps of the converter.
 _SMALLEST, _STEPS = 3e-3, 3.0

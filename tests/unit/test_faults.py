@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from bushcli.casefile import Case, Material, MeshOptions, load_case
-from bushcli.errors import RecordingError
+from bushcli.direct import _check_travel
+from bushcli.errors import InputError, RecordingError
 from bushcli.faults import condition, find_faults, masks
 from bushcli.faults.stiffness import unit_stiffness
 from bushcli.recording import Recording, force_noise, read_coupon, read_recording
@@ -151,6 +152,12 @@ def test_closed_forms_give_the_published_numbers():
     assert 0.8 * math.radians(unit_stiffness(shape, "torsional")[0]) == pytest.approx(940, abs=5)
     assert [0.8 * k for k in unit_stiffness(shape, "radial")] == pytest.approx([674, 4317], abs=0.5)
     assert unit_stiffness(shape, "volumetric") is None
+
+
+def test_a_travel_through_the_rubber_is_refused_with_the_remedy_of_its_unit():
+    case, wrong = bushing(), changed(recorded("radial"), 1e3)
+    with pytest.raises(InputError, match=r"mm, but the rubber .*units = \{ displacement = \"um\" \}"):
+        _check_travel(case, [wrong], find_faults(case, [wrong]))
 
 
 # -- faults of samples -----------------------------------------------------------------------------------------------
