@@ -16,6 +16,8 @@ from bushcli.casefile import Case, LoadCase, Material, load_case_names
 from bushcli.condition import Condition
 from bushcli.curve import Curve
 from bushcli.errors import InputError, Problem
+from bushcli.faults import DataFault, find_faults
+from bushcli.faults import condition as fault_condition
 from bushcli.recording import Recording, displacement_noise, matching, read_program, read_recording
 from bushcli.rig import NoEquilibrium
 from bushcli.simulation import Answer, Simulation
@@ -112,12 +114,13 @@ class Simulated:
 
 @dataclass(frozen=True)
 class Response:
-    """What the case answers: its channels, and the conditions under which to read them."""
+    """What the case answers: its channels, the conditions under which to read them, and faults of the recordings."""
 
     case: Case
     material: Material
     channels: tuple[Simulated, ...]
     conditions: tuple[Condition, ...]
+    faults: tuple[DataFault, ...] = ()
 
     @property
     def complete(self) -> bool:
@@ -170,13 +173,14 @@ def predict(
     if not recordings and not case.load_cases:
         wanted = "[[recordings]] or [[load_cases]]"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
-    _check_travel(case, recordings)
+    faults = find_faults(case, recordings)
+    _check_travel(case, recordings, faults)
     channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
     channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in _conditions(channel))
-    return Response(case, material, simulated, found)
+    return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
 
 
 def rubber_of(material: Material) -> Rubber:
@@ -257,8 +261,9 @@ def check_material(case: Case, material: Material) -> None:
             )
 
 
-def _check_travel(case: Case, recordings: Sequence[Recording]) -> None:
+def _check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[DataFault]) -> None:
     """Refuse a radial recording that goes further than there is rubber: wrong units, or another bushing."""
+    remedies = {fault.channel: fault.remedy for fault in reversed(faults) if fault.fatal}
     if not isinstance(case.geometry, Ring):
         return
     for recording in recordings:
@@ -269,7 +274,11 @@ def _check_travel(case: Case, recordings: Sequence[Recording]) -> None:
                     str(recording.source),
                     f"goes to {furthest:.4g} mm, but the rubber is only {case.geometry.thickness:.4g} mm thick",
                     "",
-                    "displacement in mm of the bushing in [geometry]; units = { displacement = ... } for another unit",
+                    remedies.get(
+                        recording.name,
+                        "displacement in mm of the bushing in [geometry]; units = { displacement = ... } for another "
+                        "unit",
+                    ),
                 )
             )
 

@@ -34,6 +34,8 @@ class Source:
         "," ";" "\t" or " " (any white space); found out when None.
     decimal : {".", ","}, optional
         Found out when None.
+    reverse : tuple of Quantity
+        Columns whose sign is turned round after they were read.
     cycles : tuple of int, optional
         1-based numbers of the cycles to use; all when None.
     largest_stretch : float, optional
@@ -49,6 +51,7 @@ class Source:
     decimal: Literal[".", ","] | None = None
     cycles: tuple[int, ...] | None = None
     largest_stretch: float | None = None
+    reverse: tuple[Quantity, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", Path(self.file))

@@ -226,6 +226,7 @@ class Builder:
                     units=units,
                     delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
                     decimal=table.decimal,
+                    reverse=tuple(sorted(set(table.reverse or ()))),
                     cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
                     largest_stretch=table.largest_stretch if isinstance(table, CouponTable) else None,
                 )

@@ -227,6 +227,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "units": dict(source.units),
         "delimiter": source.delimiter,
         "decimal": source.decimal,
+        "reverse": list(source.reverse) or None,
         "cycles": list(source.cycles) if source.cycles else None,
     } | ({} if source.largest_stretch is None else {"largest_stretch": source.largest_stretch})
 

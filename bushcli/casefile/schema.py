@@ -107,6 +107,9 @@ class RecordingTable(Table):
     units: UnitsTable = UnitsTable()
     delimiter: Literal[",", ";", "\t", " ", "comma", "semicolon", "tab", "space"] | None = None
     decimal: Literal[".", ","] | None = None
+    reverse: list[Literal["displacement", "force"]] | None = Field(
+        default=None, min_length=1, description="columns whose sign is turned round"
+    )
     cycles: list[Annotated[int, Field(ge=1)]] | None = Field(default=None, min_length=1)
 
 

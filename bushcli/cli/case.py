@@ -13,11 +13,16 @@ from bushcli.errors import InputError, Problem
 
 
 @click.command()
+@click.option("--strict", is_flag=True, help="Exit 1 when a recording has a fault.")
 @on_a_case
-def check(run: Run) -> int:
-    """Validate CASE and its recordings, print a summary, solve nothing."""
+def check(run: Run, strict: bool) -> int:
+    """Validate CASE and its recordings, print a summary, solve nothing.
+
+    Faults of the recordings are said, such as units a thousand off or spikes, each with what mends it.
+    """
     from bushcli import report
     from bushcli.direct import check_material
+    from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_recording
 
     case = run.load()
@@ -25,13 +30,14 @@ def check(run: Run) -> int:
     coupons = [read_coupon(source) for source in case.coupons]
     if not case.needs_fit:
         check_material(case, case.material)
-    result = report.case_json(case, curves, coupons, run.timings())
-    run.show(report.case_text(case, curves, coupons))
+    faults = find_faults(case, [*curves, *coupons])
+    result = report.case_json(case, curves, coupons, run.timings(), faults)
+    run.show(report.case_text(case, curves, coupons, faults))
     run.emit(result)
     if run.output and speaks():
         report.write_check(run.output, result, case)
         run.say(f"wrote {run.output}")
-    return DONE
+    return NEGATIVE if strict and faults else DONE
 
 
 @click.command()

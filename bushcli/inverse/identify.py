@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bushcli.casefile import Case, Material
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
+from bushcli.faults import condition, find_faults
 from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves
@@ -133,7 +134,9 @@ def identify(
     if instead is not None:
         told = start_replaced(_at_door(task, instead))
         fit = replace(fit, conditions=(*fit.conditions, told))
-    return fit
+    # A fault of the data explains more of a poor fit than anything that was found after it.
+    faults = find_faults(task.case, [channel.recording for channel in (*problem.channels, *held_out)])
+    return replace(fit, faults=faults, conditions=(*map(condition, faults), *fit.conditions))
 
 
 def _at_door(task: Task, x: Array) -> dict[str, float]:

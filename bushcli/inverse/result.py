@@ -13,6 +13,7 @@ from bushcli.active import ActiveEffect
 from bushcli.casefile import Material
 from bushcli.condition import Condition
 from bushcli.curve import Curve
+from bushcli.faults import DataFault
 from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
@@ -193,6 +194,8 @@ class Fit:
     leverage
         Channel -> parameter -> relative change of the parameter if that channel's force were 1 % larger: what an error
         of calibration, of the mesh or of the model does.
+    faults
+        Faults of the recordings or coupons, which are in the conditions too.
     """
 
     material: Material
@@ -219,3 +222,4 @@ class Fit:
     profile_sweeps: int = 0
     leverage: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     effects: tuple[ActiveEffect, ...] = ()
+    faults: tuple[DataFault, ...] = ()

@@ -38,16 +38,32 @@ def column(table: TextTable, source: Source, mode: Mode, quantity: Quantity) -> 
     index = _found(table, mode, quantity, measured) if chosen is None else _chosen(table, chosen)
     if index is None:
         return None
-    unit = source.units.get(quantity) or _unit(table, mode, index, measured)
-    values = table.numbers(index) * UNITS[measured][unit]
-    if measured == "strain" and unit == "stretch":
+    given = source.units.get(quantity) or _unit(table, mode, index, measured)
+    values = table.numbers(index) * UNITS[measured][given]
+    if measured == "strain" and given == "stretch":
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
             what = f"{table.label(index)}: a stretch of {table.rows[row][index]} is impossible"
             expected = 'a strain? say so: units = {displacement = "strain"} or "percent"'
             raise RecordingError(Problem(f"{table.path}:{table.lines[row]}", what, "", expected))
         values = values - 1.0
-    return index, values
+    return index, -values if quantity in source.reverse else values
+
+
+def unit(table: TextTable, source: Source, mode: Mode, quantity: Quantity) -> str:
+    """Return the unit in which a column was read; empty where there is no such column.
+
+    Raises
+    ------
+    RecordingError
+        As `column` does.
+    """
+    measured = dimension(quantity, mode.specimen, mode.rotational)
+    chosen = source.columns.get(quantity)
+    index = _found(table, mode, quantity, measured) if chosen is None else _chosen(table, chosen)
+    if index is None:
+        return ""
+    return source.units.get(quantity) or _unit(table, mode, index, measured)
 
 
 def _found(table: TextTable, mode: Mode, quantity: Quantity, measured: str) -> int | None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bushcli.curve import Curve
 from bushcli.errors import Problem, RecordingError
 from bushcli.noise import noise
-from bushcli.recording.columns import column
+from bushcli.recording.columns import column, unit
 from bushcli.recording.text import TextTable, read_table
 from bushcli.segment import Branch, segment
 from bushcli.segment import displacement_noise as _displacement_noise
@@ -42,11 +42,17 @@ class Recording(Curve):
         The file.
     cycles : tuple of int
         Numbers, in the file, of the cycles that were taken of it; empty where all were.
+    units : (str, str)
+        Of displacement and force in the file, as in `bushcli.source.UNITS`; empty where they are not known.
+    repeated : tuple of int
+        Lines of the file that repeat the row before them, time and all; they were left out.
     """
 
     name: str = ""
     source: Path | None = None
     cycles: tuple[int, ...] = ()
+    units: tuple[str, str] = ("", "")
+    repeated: tuple[int, ...] = ()
 
 
 def read_recording(source: Source, whole: bool = False) -> Recording:
@@ -63,16 +69,26 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
     ------
     RecordingError
         With file, line and column, when something cannot be read; with the reason when fewer than 5 points
-        remain (3 of a coupon), the time does not increase, or displacement or force never change.
+        remain (3 of a coupon), the time does not increase, or displacement or force never change. A row that
+        repeats the one before it in time, displacement and force is left out instead, see ``repeated``.
     """
     mode = _mode(source)
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
     table = read_table(source.file, source.delimiter, source.decimal)
-    time = _time(table, source, mode)
+    stamps = column(table, source, mode, "time")
     displacement = _moving(table, source, mode, fewest)
     found = column(table, source, mode, "force")
     assert found is not None
     index, force = found
+    time, repeated = None if stamps is None else stamps[1], np.zeros(len(force), dtype=bool)
+    if stamps is not None and time is not None:
+        rows = np.column_stack([time, displacement, force])
+        repeated[1:] = (rows[1:] == rows[:-1]).all(axis=1)
+        _refuse_standing_clock(table, stamps[0], time, repeated)
+        time, displacement, force = time[~repeated], displacement[~repeated], force[~repeated]
+        if len(force) < fewest:
+            what = f"has only {len(force)} different rows"
+            raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
     if np.ptp(force) == 0.0:
         what = f"{table.label(index)} is {table.rows[0][index]} throughout: was the sensor connected?"
         raise RecordingError(Problem(str(table.path), what))
@@ -83,7 +99,16 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
             raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
         displacement, force = displacement[kept], force[kept]
         time = None if time is None else time[kept]
-    recording = Recording(mode.name, displacement, force, time, name=source.label, source=source.file)
+    recording = Recording(
+        mode.name,
+        displacement,
+        force,
+        time,
+        name=source.label,
+        source=source.file,
+        units=(unit(table, source, mode, "displacement"), unit(table, source, mode, "force")),
+        repeated=tuple(table.lines[i] for i in np.flatnonzero(repeated)),
+    )
     return recording if whole or source.cycles is None else select_cycles(recording, source.cycles)
 
 
@@ -234,13 +259,27 @@ def _time(table: TextTable, source: Source, mode: Mode) -> Array | None:
     if found is None:
         return None
     index, time = found
-    backward = np.flatnonzero(np.diff(time) <= 0)
-    if len(backward):
-        row = int(backward[0]) + 1
-        now, before = table.rows[row][index], table.rows[row - 1][index]
-        what = f"{table.label(index)}: the time does not increase, {now} follows {before}"
-        raise RecordingError(Problem(f"{table.path}:{table.lines[row]}", what))
+    _refuse_standing_clock(table, index, time, np.zeros(len(time), dtype=bool))
     return time
+
+
+def _refuse_standing_clock(table: TextTable, index: int, time: Array, repeated: NDArray[np.bool_]) -> None:
+    """Refuse a time that does not increase from row to row, but for rows that repeat the one before."""
+    wrong = np.flatnonzero((np.diff(time) <= 0) & ~repeated[1:])
+    if not len(wrong):
+        return
+    row = int(wrong[0]) + 1
+    now, before = table.rows[row][index], table.rows[row - 1][index]
+    what = f"{table.label(index)}: the time does not increase, {now} follows {before}"
+    if len(wrong) > 1:
+        what += f", and so in {len(wrong) - 1} more {'rows' if len(wrong) > 2 else 'row'}"
+    back = (np.diff(time)[wrong] < 0).any()
+    expected = (
+        "each recording in a file of its own, its rows in the order of time"
+        if back
+        else "write the time with more digits; of rows with the same time keep the one that was measured then"
+    )
+    raise RecordingError(Problem(f"{table.path}:{table.lines[row]}", what, "", expected))
 
 
 def _moving(table: TextTable, source: Source, mode: Mode, fewest: int) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 from bushcli.casefile import Case, resolved
 from bushcli.condition import Condition
 from bushcli.direct import Response, Simulated
+from bushcli.faults import DataFault, condition
 from bushcli.inverse import Fit, FittedCurve
 from bushcli.inverse.door import parameter_unit
 from bushcli.meshes import Meshed
@@ -35,6 +36,7 @@ def direct_json(
 ) -> dict[str, Any]:
     """Return a direct prediction, and the fit that went before it, as JSON-ready data."""
     document = head("direct", response.case, problems_of(response, misfits, fit), timings)
+    document["data_faults"] = faults_json(response.faults)
     document["complete"] = response.complete
     document["material"] = {
         "law": response.material.law,
@@ -54,14 +56,20 @@ def direct_json(
 
 def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
     """Return an identified law as JSON-ready data."""
-    return cleaned(head("fit", case, fit.conditions, timings) | fit_part(fit))
+    faults = {"data_faults": faults_json(fit.faults)}
+    return cleaned(head("fit", case, fit.conditions, timings) | faults | fit_part(fit))
 
 
 def case_json(
-    case: Case, curves: Sequence[Recording], coupons: Sequence[Recording], timings: Mapping[str, float]
+    case: Case,
+    curves: Sequence[Recording],
+    coupons: Sequence[Recording],
+    timings: Mapping[str, float],
+    faults: Sequence[DataFault] = (),
 ) -> dict[str, Any]:
-    """Return a checked case and what its recordings hold as JSON-ready data."""
-    document = head("check", case, (), timings)
+    """Return a checked case, what its recordings hold and what is wrong with them as JSON-ready data."""
+    document = head("check", case, map(condition, faults), timings)
+    document["data_faults"] = faults_json(faults)
     document["recordings"] = [_summary(curve) for curve in curves]
     document["coupons"] = [_summary(curve) for curve in coupons]
     return cleaned(document)
@@ -111,6 +119,21 @@ def head(
         "timings_s": dict(timings),
         "problems": [{"name": p.name, "message": p.message, "remedy": p.remedy} for p in problems],
     }
+
+
+def faults_json(faults: Iterable[DataFault]) -> list[dict[str, Any]]:
+    """Return faults of recordings as JSON-ready data."""
+    return [
+        {
+            "channel": fault.channel,
+            "kind": fault.kind,
+            "where": fault.where,
+            "remedy": fault.remedy,
+            "fatal": fault.fatal,
+            "samples": int(np.count_nonzero(fault.samples)),
+        }
+        for fault in faults
+    ]
 
 
 def _summary(curve: Recording) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from bushcli.casefile import Case
 from bushcli.inverse import Fit
 from bushcli.inverse.door import at_door
 from bushcli.report.cycles import fit_histories, history_json, unexplained_hysteresis
-from bushcli.report.document import cleaned, curves_by_mode, fit_part, head
+from bushcli.report.document import cleaned, curves_by_mode, faults_json, fit_part, head
 from bushcli.report.identification_tables import (
     correlation_table,
     curve_table,
@@ -38,6 +38,7 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     histories = fit_histories(best)
     problems = (*best.conditions, *unexplained_hysteresis(histories))
     document = head("inverse", case, problems, timings) | fit_part(best)
+    document["data_faults"] = faults_json(best.faults)
     del document["weighting"]
     found = answer(best)
     document["verdict"] = {"headline": found.headline, "text": " ".join([f"{found.headline}.", *found.lines])}

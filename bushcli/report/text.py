@@ -19,6 +19,7 @@ from rich.text import Text
 from bushcli.casefile import Case
 from bushcli.condition import Condition
 from bushcli.direct import Response
+from bushcli.faults import DataFault, condition
 from bushcli.inverse import Fit
 from bushcli.meshes import Meshed
 from bushcli.misfit import Misfit
@@ -89,12 +90,15 @@ def fit_text(fit: Fit) -> Group:
     return Group(*_fit_parts(fit), *problem_parts(fit.conditions))  # type: ignore[arg-type]
 
 
-def case_text(case: Case, curves: Sequence[Recording], coupons: Sequence[Recording]) -> Group:
-    """What a case says and what its recordings hold."""
+def case_text(
+    case: Case, curves: Sequence[Recording], coupons: Sequence[Recording], faults: Sequence[DataFault] = ()
+) -> Group:
+    """What a case says, what its recordings hold and what is wrong with them."""
     parts: list[object] = [Shown(case_table(case))]
     for title, recorded in (("Recordings", curves), ("Coupon tests", coupons)):
         if recorded:
             parts += [Text(), Shown(recording_table(title, recorded))]
+    parts += problem_parts(map(condition, faults))
     return Group(*parts)  # type: ignore[arg-type]
 
 

@@ -238,3 +238,53 @@ def test_check_writes_its_result_where_it_is_told_to(cli: Cli, small: Path, tmp_
     assert done.returncode == 0
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["result.json"]
     assert json.loads((tmp_path / "out" / "result.json").read_text()) == json.loads(done.stdout)
+
+
+def spoiled(case: Path, change: Callable[[int, float], float]) -> None:
+    """Change the force column of the case's recording, by row number."""
+    file = case.parent / "axial.csv"
+    head, *lines = file.read_text().splitlines()
+    rows = [line.split(",") for line in lines]
+    written = [",".join([*row[:2], f"{change(i, float(row[2])):.6g}"]) for i, row in enumerate(rows)]
+    file.write_text("\n".join([head, *written]) + "\n")
+
+
+def test_check_finds_no_fault_in_the_example(cli: Cli) -> None:
+    done = cli("check", EXAMPLE / "case.toml", "--json", "--strict")
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result["data_faults"] == []
+    assert result["problems"] == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "factor", "remedy"),
+    [("sign", -1.0, 'reverse = ["force"]'), ("unit", 1e-3, 'units = { force = "kN" }')],
+)
+def test_check_says_a_fatal_fault_with_its_remedy(
+    cli: Cli, small: Path, kind: str, factor: float, remedy: str
+) -> None:
+    spoiled(small, lambda _, force: factor * force)
+    done = cli("check", small)
+    assert done.returncode == 0, done.stderr
+    assert "problem faulty_data: axial: " in done.stdout
+    assert remedy in " ".join(done.stdout.split())
+    strict = cli("check", small, "--json", "--strict")
+    assert strict.returncode == 1
+    result = json.loads(strict.stdout)
+    (fault,) = result["data_faults"]
+    assert (fault["channel"], fault["kind"], fault["fatal"], fault["samples"]) == ("axial", kind, True, 0)
+    assert result["problems"] == [
+        {"name": "faulty_data", "message": f"axial: {fault['where']}", "remedy": fault["remedy"]}
+    ]
+    # The key that the remedy names mends it.
+    key = "recordings.0." + ('reverse=["force"]' if kind == "sign" else 'units.force="kN"')
+    assert cli("check", small, "--strict", "--set", key).returncode == 0
+
+
+def test_direct_and_inverse_say_faults_before_anything_of_the_law(cli: Cli, small: Path) -> None:
+    spoiled(small, lambda i, force: force + (400.0 if i == 250 else 0.0))
+    for command in ("direct", "inverse"):
+        result = json.loads(cli(command, small, "--json", "-q").stdout)
+        assert [fault["kind"] for fault in result["data_faults"]] == ["spikes"], command
+        assert result["problems"][0]["name"] == "bad_samples", command

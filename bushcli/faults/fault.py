@@ -1,0 +1,82 @@
+"""What a fault of the data is, and which samples it takes out of a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.condition import Condition
+from bushcli.recording import Recording
+
+Mask = NDArray[np.bool_]
+Kind = Literal["sign", "unit", "swapped", "clipped", "spikes", "stuck", "time"]
+
+# Places that a message lists before it counts the rest.
+_LISTED = 3
+
+
+@dataclass(frozen=True)
+class DataFault:
+    """Something that is wrong with a recording and is no physics.
+
+    Attributes
+    ----------
+    channel : str
+        Name of the recording's channel.
+    kind : {"sign", "unit", "swapped", "clipped", "spikes", "stuck", "time"}
+    where : str
+        What was seen and in which samples, with numbers.
+    remedy : str
+        What mends it.
+    fatal : bool
+        Whether every fit to the recording is meaningless until the fault is mended.
+    samples : (n,) array of bool
+        Samples of the recording that a fit has to leave out; none where the whole channel is at fault.
+    """
+
+    channel: str
+    kind: Kind
+    where: str
+    remedy: str
+    fatal: bool
+    samples: Mask = field(repr=False, compare=False)
+
+
+def masks(faults: Iterable[DataFault], recording: Recording) -> Mask:
+    """Return which samples (n,) of a recording a fit must not use.
+
+    Parameters
+    ----------
+    faults : iterable of DataFault
+        As `find_faults` returned them; those of other channels do not count.
+    recording : Recording
+        The recording that the faults were found in.
+    """
+    bad = np.zeros(len(recording.force), dtype=bool)
+    for fault in faults:
+        if fault.channel == recording.name and len(fault.samples) == len(bad):
+            bad |= fault.samples
+    return bad
+
+
+def condition(fault: DataFault) -> Condition:
+    """Return a fault as a condition of a result: "faulty_data" where it is fatal, else "bad_samples"."""
+    return Condition(
+        "faulty_data" if fault.fatal else "bad_samples", f"{fault.channel}: {fault.where}", fault.remedy
+    )
+
+
+def places(recording: Recording, samples: Sequence[int] | NDArray[np.intp]) -> str:
+    """Return where samples are, by their time or their number from 1: ``at 12.5, 40.1 and 3 more s``."""
+    shown = [
+        f"{recording.time[i]:.6g} s" if recording.time is not None else f"sample {i + 1}"
+        for i in list(samples)[:_LISTED]
+    ]
+    rest = len(samples) - len(shown)
+    if rest:
+        return f"at {', '.join(shown)} and {rest} more"
+    return "at " + (f"{', '.join(shown[:-1])} and {shown[-1]}" if len(shown) > 1 else shown[0])

@@ -1,0 +1,139 @@
+"""Find the faults of a case's recordings, the fatal ones first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from bushcli.casefile import Case
+from bushcli.faults.fault import DataFault, Mask, places
+from bushcli.faults.repeats import clipped, stuck_displacement, stuck_force
+from bushcli.faults.scale import scales, signs
+from bushcli.faults.signal import abscissa, slope
+from bushcli.faults.spikes import spikes
+from bushcli.recording import Recording, branches, force_noise
+
+Array = NDArray[np.float64]
+
+# With more than this share of its samples clipped a recording lacks the forces that it was made for.
+_MOST_CLIPPED = 0.1
+# A sudden motion makes a peak of force, as at a step that relaxes: up to this many times the stiffness of the
+# whole recording, which a bump stop or the corner of a friction loop exceeds some threefold.
+_BESIDE = 3.0
+
+_LEFT_OUT = "`bushcli diagnose` leaves these samples out; for other commands delete their rows"
+
+
+def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault, ...]:
+    """Return what is wrong with recordings and is no physics, the fatal faults first.
+
+    Parameters
+    ----------
+    case : Case
+        Its shape tells how stiff a bushing of rubber can be.
+    recordings : sequence of Recording
+        As they were read, of bushing or coupons.
+
+    Returns
+    -------
+    tuple of DataFault
+        Faults that touch single samples say which; `bushcli.faults.masks` puts them together.
+    """
+    found: list[DataFault] = []
+    left_out: list[Mask] = []
+    for recording in recordings:
+        bad = np.zeros(len(recording.force), dtype=bool)
+        for fault in _samples(recording):
+            found.append(fault)
+            bad |= fault.samples
+        # A recording of which little is left is judged as a whole.
+        left_out.append(bad if bad.mean() < 0.5 else np.zeros_like(bad))
+        found += signs(recording, left_out[-1])
+    found += scales(case.geometry, recordings, left_out)
+    return tuple(sorted(found, key=lambda fault: not fault.fatal))
+
+
+def _samples(recording: Recording) -> Iterator[DataFault]:
+    """Yield the faults of single samples."""
+    if recording.repeated:
+        lines = ", ".join(map(str, recording.repeated[:3]))
+        rest = len(recording.repeated) - 3
+        yield DataFault(
+            recording.name,
+            "time",
+            f"{len(recording.repeated)} rows repeat the row before them, time stamp and all (line {lines}"
+            + (f" and {rest} more)" if rest > 0 else ")"),
+            "none needed: these rows are left out; see why the logger writes rows twice",
+            False,
+            np.zeros(len(recording.force), dtype=bool),
+        )
+    x = abscissa(recording)
+    noise = force_noise(recording)
+    clip = clipped(recording.force, recording.displacement, noise)
+    if clip.any():
+        fatal = bool(clip.mean() > _MOST_CLIPPED)
+        at = places(recording, np.flatnonzero(clip))
+        yield DataFault(
+            recording.name,
+            "clipped",
+            f"{clip.sum()} of {len(clip)} samples repeat the same extreme force while the displacement goes on "
+            f"({at})",
+            "record it again with a larger range of the load cell or its amplifier, or with a smaller travel"
+            + ("" if fatal else f"; {_LEFT_OUT}"),
+            fatal,
+            clip,
+        )
+    stiffness = slope(recording.displacement, recording.force)
+    held_force = stuck_force(recording.force, recording.displacement, stiffness, noise, clip)
+    held_displacement = stuck_displacement(recording.displacement, recording.force, x)
+    for held, what in ((held_force, "force"), (held_displacement, "displacement")):
+        if held.any():
+            yield DataFault(
+                recording.name,
+                "stuck",
+                f"{held.sum()} of {len(held)} samples repeat the {what} before them while the test goes on "
+                f"({places(recording, np.flatnonzero(held))})",
+                f"look for lost telegrams between sensor and logger; {_LEFT_OUT}",
+                False,
+                held,
+            )
+    taken = clip | held_force | held_displacement
+    yield from _spikes(recording, taken)
+
+
+def _unsteady(displacement: Array) -> Array:
+    """Return by how much the steps of a displacement (n,) differ from two before to two after each sample."""
+    steps = np.pad(np.diff(displacement), 2, mode="edge")
+    window = sliding_window_view(steps, 4)
+    return np.asarray(np.ptp(window, axis=1))
+
+
+def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
+    """Yield spikes of the displacement and of the force, among samples that have no other fault."""
+    x, kept = abscissa(recording), np.flatnonzero(~taken)
+    n = len(recording.force)
+    jumps, spiked = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+    # The displacement follows a program of ramps: any sample may be a corner.
+    jumps[kept] = spikes(recording.displacement[kept], x[kept], np.zeros(len(kept), dtype=int))
+    still = recording.displacement.copy()
+    still[jumps] = np.interp(x[jumps], x[~jumps], still[~jumps])
+    whole = Recording(recording.mode, still, recording.force, recording.time)
+    branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(whole))])
+    explained = _BESIDE * abs(slope(still[kept], recording.force[kept])) * _unsteady(still[kept])
+    spiked[kept] = spikes(recording.force[kept], x[kept], branch[kept], explained)
+    # Where both jump together the bushing was moved: that is no fault of a sensor.
+    both = jumps & spiked
+    for bad, what in ((spiked & ~both, "force"), (jumps & ~both, "displacement")):
+        if bad.any():
+            yield DataFault(
+                recording.name,
+                "spikes",
+                f"{bad.sum()} of {n} samples of the {what} stand far off the curve on both sides of them "
+                f"({places(recording, np.flatnonzero(bad))})",
+                f"look for a loose contact or a disturbed cable; {_LEFT_OUT}",
+                False,
+                bad,
+            )

@@ -1,0 +1,328 @@
+"""Whether a recording's sign and size can be rubber's at all: sign, units, exchanged columns and channels.
+
+The stiffness that was recorded and the closed forms of `bushcli.faults.stiffness` give a shear modulus.
+Rubber of 30 to 90 Shore A has one of 0.4 to 7 MPa (Gent 1958: Young's modulus 1.1 to 21 MPa, a third of it
+for a rubber that keeps its volume), soft gels and hard compounds 0.1 to 10 MPa. A modulus outside by more
+than any effect in the catalogue can make is no rubber's; a fault is stated only where a change of unit brings
+it back.
+
+References
+----------
+Gent (1958), On the relation between indentation hardness and Young's modulus, Rubber Chem. Technol. 31:896-906,
+doi:10.5254/1.3542351.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.faults.fault import DataFault, Mask
+from bushcli.faults.signal import slope
+from bushcli.faults.stiffness import unit_stiffness
+from bushcli.recording import Recording
+from bushcli.source import UNITS, Quantity, dimension
+from cases.mode import modes
+from geometry.ring import Ring
+from geometry.shape import Shape
+
+Array = NDArray[np.float64]
+
+# MPa: shear moduli of rubber; and those that a compliant rig, voids, a stop or a loop may pretend on top.
+_RUBBER, _PRETENDED = (0.1, 10.0), (0.03, 30.0)
+# A force falls with the displacement where their correlation is below this; a loop of half the range has 0.8.
+_FALLING = -0.5
+# Travel over rubber thickness (axial, radial), strain of a coupon or rotation in rad that somebody would
+# record, and what is usual.
+_TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
+_USUAL = 0.3
+# Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over
+# 0.01 mm.
+_IMPOSSIBLE = {"length": (1e-3, 30.0), "angle": (1e-6, 2.0 * math.pi), "strain": (1e-6, 100.0)}
+# Intervals of the moduli of two channels of one bushing are further apart than this only where one of the
+# units is wrong (degrees and radians are a factor of 57); the unit that mends it brings them as near as the
+# second number.
+_APART, _TOGETHER = 8.0, 2.0
+# Exchanged channels: as recorded their moduli are this far apart, exchanged at most as far as the second
+# number.
+_EXCHANGED, _AGREE = 3.0, 1.3
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """What a channel says of the rubber's shear modulus.
+
+    ``stiffness`` (least, largest) in N/mm, N mm/rad or MPa over the whole recording and at rest; ``unit`` (least,
+    largest) for a shear modulus of 1 MPa; ``travel`` as `_TRAVEL` has it.
+    """
+
+    recording: Recording
+    stiffness: tuple[float, float]
+    unit: tuple[float, float]
+    travel: float
+
+    @property
+    def modulus(self) -> tuple[float, float]:
+        """Least and largest shear modulus, MPa."""
+        return self.stiffness[0] / self.unit[1], self.stiffness[1] / self.unit[0]
+
+    @property
+    def kind(self) -> str:
+        """What the displacement is: "length", "angle" or "strain"."""
+        return _dimension(self.recording, "displacement")
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A change of unit: factors on displacement and force, and the keys or the words that make it."""
+
+    displacement: float
+    force: float
+    words: str
+    rare: float = 0.0
+
+
+def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
+    """Say where the force falls while the displacement rises."""
+    q, force = recording.displacement[~bad], recording.force[~bad]
+    if len(q) < 3 or np.ptp(q) == 0 or np.ptp(force) == 0:
+        return
+    correlation = float(np.corrcoef(q, force)[0, 1])
+    if correlation < _FALLING and slope(q, force) < 0:
+        yield DataFault(
+            recording.name,
+            "sign",
+            f"the force falls while the displacement rises (correlation {correlation:.2f}): one of them has the "
+            "other sign",
+            'turn the force round: reverse = ["force"] in this table of the case file',
+            True,
+            np.zeros(len(recording.force), dtype=bool),
+        )
+
+
+def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -> Iterator[DataFault]:
+    """Say which channels are exchanged, and which columns are in another unit than they are read in.
+
+    Parameters
+    ----------
+    shape : Shape
+    recordings : sequence of Recording
+    bad : sequence of (n,) array of bool
+        Samples to leave out, by recording.
+    """
+    known = [
+        one
+        for recording, mask in zip(recordings, bad, strict=True)
+        if (one := _scale(shape, recording, mask)) is not None
+    ]
+    done: set[str] = set()
+    for one, other in combinations(known, 2):
+        if _are_exchanged(one, other) and not {one.recording.name, other.recording.name} & done:
+            done |= {one.recording.name, other.recording.name}
+            yield from _exchanged(one, other)
+    for one in known:
+        if one.recording.name in done:
+            continue
+        rest = [
+            other
+            for other in known
+            if other is not one and other.recording.name not in done and _plausible(other)
+        ]
+        found = _columns(one) or _unit(one, rest)
+        if found is not None:
+            yield found
+
+
+def _scale(shape: Shape, recording: Recording, bad: Mask) -> _Scale | None:
+    unit = unit_stiffness(shape, recording.mode)
+    q, force = recording.displacement[~bad], recording.force[~bad]
+    if unit is None or len(q) < 3 or np.ptp(q) == 0:
+        return None
+    kept = Recording(recording.mode, q, force)
+    found = [slope(q, force), kept.secant_stiffness(), kept.initial_stiffness()]
+    size = [abs(value) for value in found if math.isfinite(value) and value != 0]
+    if not size:
+        return None
+    travel = float(np.abs(q).max())
+    if isinstance(shape, Ring) and _dimension(recording, "displacement") == "length":
+        travel /= shape.thickness
+    # A slope at rest that differs tenfold from the rest of the curve is free play, a stop, or noise.
+    middle = size[0]
+    near = [value for value in size if 0.1 * middle <= value <= 10.0 * middle]
+    return _Scale(recording, (min(near), max(near)), unit, travel)
+
+
+def _dimension(recording: Recording, quantity: Quantity) -> str:
+    mode = modes()[recording.mode]
+    return dimension(quantity, mode.specimen, mode.rotational)
+
+
+def _plausible(one: _Scale) -> bool:
+    low, high = one.modulus
+    return high >= _RUBBER[0] and low <= _RUBBER[1] and _travels(one, 1.0)
+
+
+def _travels(one: _Scale, factor: float) -> bool:
+    low, high = _TRAVEL[one.kind]
+    return low <= one.travel * factor <= high
+
+
+def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
+    """Return the ratio between two intervals of moduli; 1 where they overlap."""
+    return max(one[0] / other[1], other[0] / one[1], 1.0)
+
+
+# -- channels and columns that are exchanged -----------------------------------------------------------------------
+
+
+def _are_exchanged(one: _Scale, other: _Scale) -> bool:
+    """Whether two channels of one kind contradict each other as they are, and agree when exchanged."""
+    modes_of = {one.recording.mode, other.recording.mode}
+    if modes_of not in ({"axial", "radial"}, {"torsional", "conical"}):
+        return False
+    given = _apart(one.modulus, other.modulus)
+    swapped = (
+        (one.stiffness[0] / other.unit[1], one.stiffness[1] / other.unit[0]),
+        (other.stiffness[0] / one.unit[1], other.stiffness[1] / one.unit[0]),
+    )
+    real = all(low <= _RUBBER[1] and high >= _RUBBER[0] for low, high in swapped)
+    return real and given >= _EXCHANGED and _apart(*swapped) <= _AGREE
+
+
+def _exchanged(one: _Scale, other: _Scale) -> Iterator[DataFault]:
+    for this, that in ((one, other), (other, one)):
+        yield DataFault(
+            this.recording.name,
+            "swapped",
+            f"{_moduli(one)} and {_moduli(other)}; with the two exchanged they agree: channel "
+            f'"{this.recording.name}" holds what "{that.recording.name}" should',
+            "exchange the file names (or the columns) of the two [[recordings]]",
+            True,
+            np.zeros(len(this.recording.force), dtype=bool),
+        )
+
+
+def _moduli(one: _Scale) -> str:
+    low, high = one.modulus
+    span = f"{low:.2g}" if high < 1.05 * low else f"{low:.2g} to {high:.2g}"
+    return f"{one.recording.name} implies a shear modulus of {span} MPa"
+
+
+def _columns(one: _Scale) -> DataFault | None:
+    """Return the fault of a file whose displacement was read from the column of the force, and the other way."""
+    if _plausible(one) or one.kind == "strain":
+        return None
+    low, high = one.stiffness
+    per_displacement = UNITS[one.kind]["deg" if one.kind == "angle" else "mm"]
+    # The force column, read as displacement in the default unit, and the other way round.
+    exchanged = (1.0 / high / per_displacement**2, 1.0 / low / per_displacement**2)
+    modulus = exchanged[0] / one.unit[1], exchanged[1] / one.unit[0]
+    thickness = float(np.abs(one.recording.displacement).max()) / one.travel
+    travel = float(np.abs(one.recording.force).max()) * per_displacement / thickness
+    lowest, largest = _TRAVEL[one.kind]
+    if not (_RUBBER[0] <= modulus[1] and modulus[0] <= _RUBBER[1] and lowest <= travel <= largest):
+        return None
+    if _IMPOSSIBLE[one.kind][0] <= one.travel <= _IMPOSSIBLE[one.kind][1]:
+        return None
+    return DataFault(
+        one.recording.name,
+        "swapped",
+        f"{_moduli(one)}, and a travel of {one.travel:.2g} times {_REFERENCE[one.kind]}: displacement and force "
+        "are read from each other's column",
+        "name the columns in this table of the case file: columns = { displacement = ..., force = ... }",
+        True,
+        np.zeros(len(one.recording.force), dtype=bool),
+    )
+
+
+_REFERENCE = {"length": "the rubber's thickness", "angle": "a radian", "strain": "the specimen's length"}
+
+
+# -- units ------------------------------------------------------------------------------------------------------------
+
+
+def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
+    """Return the fault of a column in another unit, where a change of unit makes rubber of it."""
+    low, high = one.modulus
+    outside = low > _PRETENDED[1] or high < _PRETENDED[0]
+    lowest, largest = _IMPOSSIBLE[one.kind]
+    impossible = not lowest <= one.travel <= largest
+    middle = math.sqrt(low * high)
+    contradicted = (
+        bool(rest)
+        and not _RUBBER[0] <= middle <= _RUBBER[1]
+        and all(_apart(one.modulus, other.modulus) >= _APART for other in rest)
+    )
+    if not (outside or impossible or contradicted):
+        return None
+    best, least = None, math.inf
+    for change in _changes(one.recording):
+        factor = change.force / change.displacement
+        changed = low * factor, high * factor
+        if not _RUBBER[0] <= math.sqrt(changed[0] * changed[1]) <= _RUBBER[1]:
+            continue
+        if not _travels(one, change.displacement):
+            continue
+        if any(_apart(changed, other.modulus) > _TOGETHER for other in rest):
+            continue
+        # Of several changes that serve, the one to the most usual rubber and travel.
+        unusual = abs(math.log10(middle * factor)) + abs(
+            math.log10(one.travel * change.displacement / _USUAL)
+        )
+        if unusual + change.rare < least:
+            best, least = change, unusual + change.rare
+    if best is None:
+        return None
+    travel = f"a travel of {one.travel:.2g} times {_REFERENCE[one.kind]}"
+    return DataFault(
+        one.recording.name,
+        "unit",
+        f"{_moduli(one)} at {travel}; rubber has 0.1 to 10 MPa, and with another unit it would be "
+        f"{middle * best.force / best.displacement:.2g} MPa",
+        f"{best.words}; also see that [geometry] is in mm",
+        True,
+        np.zeros(len(one.recording.force), dtype=bool),
+    )
+
+
+def _changes(recording: Recording) -> Iterator[_Change]:
+    """Yield the changes of one unit, or of both to SI units, that somebody may have forgotten."""
+    displacement, force = (_dimension(recording, quantity) for quantity in ("displacement", "force"))
+    read = recording.units
+    common = {"m", "um", "rad", "deg", "mm", "percent", "kN", "N", "Nm", "Nmm", "MPa", "kPa", "Pa"}
+    yield from (
+        _Change(factor, 1.0, f'if the displacement is in {name}: units = {{ displacement = "{name}" }}', rare)
+        for name, factor, rare in _others(displacement, read[0], common)
+    )
+    yield from (
+        _Change(1.0, factor, f'if the force is in {name}: units = {{ force = "{name}" }}', rare)
+        for name, factor, rare in _others(force, read[1], common)
+    )
+    si = {"length": ("m", "kN"), "angle": ("rad", "Nm")}.get(displacement)
+    if si is not None and all(read):
+        factors = [
+            UNITS[kind][new] / UNITS[kind][old]
+            for kind, new, old in zip((displacement, force), si, read, strict=True)
+        ]
+        if 1.0 not in factors:
+            words = f'units = {{ displacement = "{si[0]}", force = "{si[1]}" }}'
+            yield _Change(factors[0], factors[1], f"if the file is in {si[0]} and {si[1]}: {words}", 0.2)
+    for factor in (1e-3, 1e3):
+        word = "multiply" if factor > 1 else "divide"
+        yield _Change(1.0, factor, f"the force is a thousand off: {word} its column by 1000", 0.4)
+        yield _Change(factor, 1.0, f"the displacement is a thousand off: {word} its column by 1000", 0.4)
+
+
+def _others(kind: str, read: str, common: set[str]) -> Iterator[tuple[str, float, float]]:
+    """Yield name, factor and a penalty for rarity of the units of a kind other than the one that was read."""
+    if not read:
+        return
+    for name, size in UNITS[kind].items():
+        factor = size / UNITS[kind][read]
+        if factor != 1.0:
+            yield name, factor, 0.0 if name in common else 0.6

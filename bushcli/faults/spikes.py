@@ -1,0 +1,214 @@
+"""Single bad samples of a signal: neither what came before nor what follows foretells them.
+
+From the samples before a sample, and from those after it, a parabola and straight lines through fewer samples
+are extrapolated to it; the nearest forecast of each side counts. At a kink (a knee, a reversal, the start of a
+hold) one side foretells the sample; over a step each side foretells one end of it; where the signal bends
+sharply they miss it in opposite directions. A spike of one to three samples is missed by both, in the same
+direction, and by more than the samples next to it are. What a miss means is measured on the recording itself,
+so that noise with memory, a hum or a coarse converter only make the search less sharp. The largest spike is
+taken out first, and the rest judged again without it.
+
+References
+----------
+Davies, Gather (1993), The identification of multiple outliers, J. Am. Stat. Assoc. 88:782-792,
+doi:10.1080/01621459.1993.10476339 (outliers by robust scale, the Hampel identifier).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from bushcli.faults.signal import quantum
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+WIDEST = 3
+_SAMPLES, _LEAST = 9, 5
+# Samples of the straight lines that serve between two kinks.
+_ON_LINES = (4, 3)
+# Both extrapolations miss a sample of normal noise by more than 4 standard deviations with a probability of
+# some 1e-6: the two share the sample's own noise. Where only one of them stays inside the branch it bears
+# that alone.
+_BOTH, _ALONE = 4.0, 6.0
+# By how much a spike exceeds what the extrapolations miss nearby beyond noise. A relaxation that loses two
+# thirds from sample to sample still makes a ratio of 3.
+_OVER_NEARBY, _NEARBY, _NOISE_NEARBY = 4.0, 6, 3.0
+# No fit notices a smaller spike: share of the range, and steps of the converter.
+_SMALLEST, _STEPS = 3e-3, 3.0
+# Fewer samples than this say too little of their own scatter.
+_FEWEST = 40
+# More than this share of the samples is no handful of bad ones: then the search has misunderstood the signal.
+_MOST = 0.05
+
+
+@dataclass(frozen=True)
+class _Miss:
+    """By how much extrapolations from one side miss each sample (n,), in their own standard deviations.
+
+    ``clean`` says whether the samples that were extrapolated are of the same branch as the sample; ``size`` is
+    the miss in the unit of the signal. Both are nan where there are too few samples on that side.
+    """
+
+    score: Array
+    size: Array
+    clean: Mask
+
+
+def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array | float = 0.0) -> Mask:
+    """Return which samples of a signal are spikes.
+
+    Parameters
+    ----------
+    values : (n,) array
+    x : (n,) array
+        Strictly increasing: time or sample number.
+    branch : (n,) array of int
+        Number of the branch that each sample is of; between branches the signal may have a kink.
+    explained : (n,) array or float
+        By how much the signal may stand out at each sample for another reason, in its own unit.
+
+    Returns
+    -------
+    (n,) array of bool
+        All False where so many samples stand out that they are no handful of bad ones.
+    """
+    n = len(values)
+    bad = np.zeros(n, dtype=bool)
+    if n < _FEWEST:
+        return bad
+    smallest = _SMALLEST * float(np.ptp(np.sort(values)[n // 50 : n - n // 50]))
+    floor = np.maximum(max(smallest, _STEPS * quantum(values)), np.broadcast_to(explained, n))
+    for _ in range(n):
+        kept = np.flatnonzero(~bad)
+        found = _largest(values[kept], x[kept], branch[kept], floor[kept])
+        if not len(found):
+            return bad
+        bad[kept[found]] = True
+        if bad.mean() > _MOST:
+            break
+    return np.zeros(n, dtype=bool)
+
+
+def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array) -> NDArray[np.intp]:
+    """Return the samples of those spikes that are the largest for some samples around."""
+    n = len(values)
+    left = [_miss(values, x, branch, gap) for gap in range(1, WIDEST + 1)]
+    right = [_mirrored(_miss(values[::-1], -x[::-1], branch[::-1], gap)) for gap in range(1, WIDEST + 1)]
+    height = np.zeros((WIDEST, n))
+    for width in range(1, WIDEST + 1):
+        block = np.full(n, np.inf)
+        for k in range(width):
+            one = _agreed(left[k], right[width - k - 1], floor)
+            block[: n - k] = np.minimum(block[: n - k], one[k:])
+        block[n - width + 1 :] = 0.0
+        block[block < _OVER_NEARBY * _nearby(left[0], right[0], width)] = 0.0
+        height[width - 1] = block
+    # Of spikes that share samples, or lie in each other's parabolas, the highest is taken first.
+    best = height.max(axis=0)
+    reach = sliding_window_view(np.pad(best, _SAMPLES), 2 * _SAMPLES + 1).max(axis=1)
+    starts = np.flatnonzero((best > 0) & (best == reach))
+    samples = [s + k for s in starts for k in range(int(np.argmax(height[:, s])) + 1)]
+    return np.array(samples, dtype=np.intp)
+
+
+def _agreed(left: _Miss, right: _Miss, floor: Array) -> Array:
+    """Return by how many standard deviations (n,) both sides miss each sample in one direction; 0 if they do not."""
+    with np.errstate(invalid="ignore"):
+        same = left.score * right.score > 0
+        large = np.minimum(np.abs(left.size), np.abs(right.size)) >= floor
+        least = np.minimum(np.abs(left.score), np.abs(right.score))
+        enough = np.where(
+            left.clean & right.clean,
+            least >= _BOTH,
+            (least >= _BOTH)
+            & (np.where(left.clean, np.abs(left.score), np.abs(right.score)) >= _ALONE)
+            & (left.clean | right.clean),
+        )
+    return np.where(same & large & enough, least, 0.0)
+
+
+def _nearby(left: _Miss, right: _Miss, width: int) -> Array:
+    """Return what is missed beyond noise next to blocks that start at each sample (n,), in standard deviations.
+
+    Before the block the extrapolations from before count, after it those from after: neither saw the block.
+    """
+    n = len(left.score)
+    before = np.where(left.clean, np.abs(left.score), 0.0)
+    after = np.where(right.clean, np.abs(right.score), 0.0)
+    most_before = sliding_window_view(np.pad(before, (_NEARBY, 0)), _NEARBY).max(axis=1)[:n]
+    most_after = sliding_window_view(np.pad(after, (0, _NEARBY + width)), _NEARBY).max(axis=1)[
+        width : width + n
+    ]
+    most = np.maximum(most_before, most_after)
+    return np.asarray(np.sqrt(np.maximum(most**2 - _NOISE_NEARBY**2, 0.0)))
+
+
+def _miss(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
+    """Extrapolate to each sample from samples that end ``gap`` samples before it; the nearest forecast counts."""
+    found = _by_parabola(values, x, branch, gap)
+    score, size = found.score, found.size
+    for samples in _ON_LINES:
+        other, miss = _by_line(values, x, samples, gap)
+        with np.errstate(invalid="ignore"):
+            nearer = ~(np.abs(other) >= np.abs(score))
+            # Forecasts on both sides of the sample: it is no outlier.
+            between = other * score < 0
+        score = np.where(between, 0.0, np.where(nearer, other, score))
+        size = np.where(between, 0.0, np.where(nearer, miss, size))
+    return _Miss(np.where(np.isnan(found.score), np.nan, score), size, found.clean)
+
+
+def _by_line(values: Array, x: Array, samples: int, gap: int) -> tuple[Array, Array]:
+    """Extrapolate straight lines through a few samples: scores and misses (n,), nan where there are too few."""
+    n, first = len(values), gap + samples - 1
+    score, size = np.full(n, np.nan), np.full(n, np.nan)
+    count = n - first
+    y = sliding_window_view(values, samples)[:count]
+    u = sliding_window_view(x, samples)[:count]
+    centre = u.mean(axis=1)
+    u = u - centre[:, None]
+    power = np.einsum("ij,ij->i", u, u)
+    ahead = x[first:] - centre
+    forecast = y.mean(axis=1) + np.einsum("ij,ij->i", u, y) / power * ahead
+    size[first:] = values[first:] - forecast
+    score[first:] = size[first:] / np.sqrt(1.0 + 1.0 / samples + ahead**2 / power)
+    return score / _scale(score[first:], values), size
+
+
+def _scale(score: Array, values: Array) -> float:
+    """Return the standard deviation of scores; signals that are exact to the last digit have next to none."""
+    spread = 1.4826 * float(np.median(np.abs(score))) if len(score) else 0.0
+    return max(spread, 1e-9 * float(np.ptp(values)), 1e-300)
+
+
+def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
+    """Extrapolate parabolas through up to 9 samples, of the branch alone where it has 5 of them."""
+    n = len(values)
+    at = np.arange(n)[:, None] - gap - np.arange(_SAMPLES)[None, :]
+    there = at >= 0
+    at = np.maximum(at, 0)
+    own = there & (branch[at] == branch[:, None])
+    clean = own.sum(axis=1) >= _LEAST
+    used = np.where(clean[:, None], own, there)
+    known = used.sum(axis=1) >= _LEAST
+    u = x[at] - x[:, None]
+    u = u / np.maximum(np.abs(u).max(axis=1), 1e-300)[:, None]
+    basis = np.stack([np.ones_like(u), u, u**2], axis=2) * used[:, :, None]
+    normal = np.einsum("nij,nik->njk", basis, basis)
+    normal[~known] = np.eye(3)
+    weights = np.linalg.solve(normal, np.broadcast_to(np.eye(3)[:, :1], (n, 3, 1)))[:, :, 0]
+    weights = np.einsum("nij,nj->ni", basis, weights)
+    size = values - np.einsum("ni,ni->n", weights, values[at])
+    score = size / np.sqrt(1.0 + np.einsum("ni,ni->n", weights, weights))
+    judged = known & clean
+    nan = np.where(known, 0.0, np.nan)
+    return _Miss(score / _scale(score[judged], values) + nan, size + nan, judged)
+
+
+def _mirrored(miss: _Miss) -> _Miss:
+    return _Miss(miss.score[::-1], miss.size[::-1], miss.clean[::-1])

@@ -1,0 +1,396 @@
+"""Faults of the data: each kind is found where it was put in, and nothing is found where there is none."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bushcli.casefile import Case, Material, MeshOptions, load_case
+from bushcli.direct import _check_travel
+from bushcli.errors import InputError, RecordingError
+from bushcli.faults import condition, find_faults, masks
+from bushcli.faults.stiffness import unit_stiffness
+from bushcli.recording import Recording, force_noise, read_coupon, read_recording
+from bushcli.source import Source
+from geometry.shape import shapes
+
+ROOT = Path(__file__).parents[2]
+PRACTICE = ROOT.parent / "shared" / "recordings" / "practice"
+if not PRACTICE.is_dir():  # a worktree stands one folder deeper
+    PRACTICE = ROOT.parents[1] / "shared" / "recordings" / "practice"
+FILES = {"axial": "axial", "radial": "radial", "torsional": "torsion", "conical": "conical"}
+# Stiffness at rest of the bushing below, mu = 1 MPa: N/mm and N mm/rad. Axial and torsional from the closed forms,
+# radial and conical from the finite elements of the practice recordings p07.
+STIFFNESS = {"axial": 290.0, "radial": 1980.0, "torsional": 46e3, "conical": 133e3}
+UNITS = {"axial": ("mm", "N"), "radial": ("mm", "N"), "torsional": ("deg", "Nmm"), "conical": ("deg", "Nmm")}
+AMPLITUDE = {"axial": 6.0, "radial": 2.0, "torsional": math.radians(15.0), "conical": math.radians(4.0)}
+
+
+def bushing(**changes) -> Case:
+    dimensions = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 34.0} | changes
+    shape = shapes()["plain"](**dimensions)
+    return Case("bushing", Path("case.toml"), shape, MeshOptions(), Material("yeoh", 2000.0, {}))
+
+
+def autoregressive(rng, n: int, correlation: float):
+    noise = rng.normal(size=n)
+    for i in range(1, n):
+        noise[i] = correlation * noise[i - 1] + math.sqrt(1 - correlation**2) * noise[i]
+    return noise
+
+
+def recorded(mode: str = "axial", n: int = 400, seed: int = 0, correlation: float = 0.0) -> Recording:
+    """Three cycles with a noise of 0.3 % of the largest force, logged to 1e-5 of it."""
+    rng = np.random.default_rng(seed)
+    reach, stiffness = AMPLITUDE[mode], STIFFNESS[mode]
+    time = np.linspace(0.0, 300.0, n)
+    q = reach * np.interp(time, np.linspace(0, 300, 7), [0, 0.6, 0, -0.6, 0, 1, 0])
+    force = stiffness * q * (1 + 0.2 * (q / reach) ** 2)
+    peak = float(force.max())
+    force = force + 3e-3 * peak * autoregressive(rng, n, correlation)
+    q = q + 5e-4 * reach * rng.normal(size=n)
+    return Recording(mode, q, np.round(force / peak, 5) * peak, time, name=mode, units=UNITS[mode])
+
+
+def changed(recording: Recording, displacement=1.0, force=1.0) -> Recording:
+    return replace(
+        recording, displacement=displacement * recording.displacement, force=force * recording.force
+    )
+
+
+def kinds(faults) -> list[tuple[str, str, bool]]:
+    return [(fault.channel, fault.kind, fault.fatal) for fault in faults]
+
+
+# -- faults of whole channels ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("mode", STIFFNESS)
+def test_a_force_of_the_other_sign(mode):
+    faults = find_faults(bushing(), [changed(recorded(mode), force=-1.0)])
+    assert kinds(faults) == [(mode, "sign", True)]
+    assert 'reverse = ["force"]' in faults[0].remedy
+    assert not masks(faults, recorded(mode)).any()
+
+
+@pytest.mark.parametrize("mode", STIFFNESS)
+@pytest.mark.parametrize("others", [False, True])
+@pytest.mark.parametrize("change", [(1e-3, 1.0), (1e3, 1.0), (1.0, 1e-3), (1.0, 1e3)])
+def test_units_a_thousand_off(mode, others, change):
+    channels = [recorded(m) for m in STIFFNESS if others and m != mode]
+    faults = find_faults(bushing(), [*channels, changed(recorded(mode), *change)])
+    assert kinds(faults) == [(mode, "unit", True)]
+
+
+@pytest.mark.parametrize(
+    ("mode", "change", "remedy"),
+    [
+        ("axial", (1.0, 1e-3), 'units = { force = "kN" }'),
+        ("axial", (1e-3, 1.0), 'units = { displacement = "m" }'),
+        ("axial", (1e-3, 1e-3), 'units = { displacement = "m", force = "kN" }'),
+        ("torsional", (1.0, 1e-3), 'units = { force = "Nm" }'),
+        ("torsional", (math.pi / 180, 1.0), 'units = { displacement = "rad" }'),
+    ],
+)
+def test_the_remedy_names_the_key_that_mends_the_unit(mode, change, remedy):
+    (fault,) = find_faults(bushing(), [changed(recorded(mode), *change)])
+    assert remedy in fault.remedy
+
+
+def test_degrees_that_were_taken_for_radians():
+    wrong = replace(changed(recorded("torsional"), 180 / math.pi), units=("rad", "Nmm"))
+    (fault,) = find_faults(bushing(), [recorded("axial"), wrong])
+    assert 'units = { displacement = "deg" }' in fault.remedy
+
+
+@pytest.mark.parametrize("pair", [("axial", "radial"), ("torsional", "conical")])
+def test_two_channels_that_are_exchanged(pair):
+    one, other = pair
+    first = replace(recorded(other), mode=one, name=one)
+    second = replace(recorded(one), mode=other, name=other)
+    faults = find_faults(bushing(), [first, second])
+    assert set(kinds(faults)) == {(one, "swapped", True), (other, "swapped", True)}
+
+
+def test_columns_that_are_exchanged():
+    one = recorded()
+    wrong = replace(one, displacement=one.force, force=one.displacement)
+    (fault,) = find_faults(bushing(), [wrong])
+    assert fault.kind == "swapped"
+    assert "columns = {" in fault.remedy
+
+
+def test_stress_in_kilopascal():
+    stretch = np.linspace(1.0, 2.0, 50)
+    stress = 800.0 * (stretch - stretch**-2)
+    coupon = Recording("uniaxial", stretch - 1, stress, name="uniaxial", units=("stretch", "MPa"))
+    (fault,) = find_faults(bushing(), [coupon])
+    assert (fault.kind, fault.fatal) == ("unit", True)
+    assert 'units = { force = "kPa" }' in fault.remedy
+
+
+@pytest.mark.parametrize("batch", [0.3, 0.56, 1.8, 4.0])
+def test_neither_batch_nor_compliance_nor_a_stop_is_a_wrong_unit_or_an_exchange(batch):
+    """Another batch changes all channels; rig compliance of half the radial stiffness, a stop ten times as stiff."""
+    axial, radial = changed(recorded("axial"), force=batch), changed(recorded("radial"), force=batch)
+    softer = changed(radial, 1.5)
+    stopped = replace(axial, force=axial.force + 2900 * batch * np.maximum(axial.displacement - 4.0, 0.0))
+    played = replace(radial, displacement=radial.displacement + 0.5 * np.sign(radial.force))
+    for pair in ([axial, radial], [axial, softer], [stopped, radial], [axial, played]):
+        assert find_faults(bushing(), pair) == ()
+
+
+def test_closed_forms_give_the_published_numbers():
+    """Adkins and Gent: 10/20 mm, 40 mm long, 0.8 MPa: 290 N/mm, 0.94 N m/degree, 674 to 4,317 N/mm."""
+    shape = bushing(inner_radius=10.0, outer_radius=20.0, length=40.0).geometry
+    assert 0.8 * unit_stiffness(shape, "axial")[1] == pytest.approx(290, abs=0.5)
+    assert 0.8 * math.radians(unit_stiffness(shape, "torsional")[0]) == pytest.approx(940, abs=5)
+    assert [0.8 * k for k in unit_stiffness(shape, "radial")] == pytest.approx([674, 4317], abs=0.5)
+    assert unit_stiffness(shape, "volumetric") is None
+
+
+def test_a_travel_through_the_rubber_is_refused_with_the_remedy_of_its_unit():
+    case, wrong = bushing(), changed(recorded("radial"), 1e3)
+    with pytest.raises(InputError, match=r"mm, but the rubber .*units = \{ displacement = \"um\" \}"):
+        _check_travel(case, [wrong], find_faults(case, [wrong]))
+
+
+# -- faults of samples -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.8])
+@pytest.mark.parametrize("what", ["force", "displacement"])
+def test_spikes_are_found_and_only_they(what, correlation):
+    hit = wrong = there = 0
+    for seed in range(5):
+        clean, rng = recorded(seed=seed, correlation=correlation), np.random.default_rng(100 + seed)
+        bad = rng.random(400) < 0.01
+        values = getattr(clean, what)
+        # 20 standard deviations of the force's noise.
+        height = 0.06 * float(values.max()) * rng.choice([-1, 1], 400)
+        spiked = replace(clean, **{what: values + height * bad})
+        faults = find_faults(bushing(), [spiked])
+        assert {(fault.kind, fault.fatal) for fault in faults} <= {("spikes", False)}
+        found = masks(faults, spiked)
+        hit, wrong, there = hit + (found & bad).sum(), wrong + (found & ~bad).sum(), there + bad.sum()
+    assert wrong == 0
+    # Beside a reversal a peak of the force may be the rubber's own.
+    assert hit >= 0.75 * there
+
+
+def test_three_bad_samples_in_a_row_are_a_spike():
+    clean = recorded()
+    force = clean.force.copy()
+    force[150:153] += 0.1 * np.ptp(force)
+    found = masks(find_faults(bushing(), [replace(clean, force=force)]), clean)
+    assert list(np.flatnonzero(found)) == [150, 151, 152]
+
+
+def test_a_jump_of_displacement_and_force_together_is_no_fault():
+    clean = recorded()
+    force, q = clean.force.copy(), clean.displacement.copy()
+    q[150] += 0.5
+    force[150] += 0.5 * STIFFNESS["axial"]
+    assert find_faults(bushing(), [replace(clean, force=force, displacement=q)]) == ()
+
+
+@pytest.mark.parametrize("share", [0.97, 0.9])
+def test_a_clipped_load_cell(share):
+    clean = recorded()
+    limit = share * float(clean.force.max())
+    clipped = replace(clean, force=np.minimum(clean.force, limit))
+    (fault,) = find_faults(bushing(), [clipped])
+    assert (fault.kind, fault.fatal) == ("clipped", False)
+    np.testing.assert_array_equal(fault.samples, clean.force >= limit)
+
+
+def test_a_load_cell_that_clips_most_of_the_test_is_fatal():
+    clean = recorded()
+    limit = 0.3 * float(clean.force.max())
+    (fault,) = find_faults(bushing(), [replace(clean, force=np.clip(clean.force, -limit, limit))])
+    assert (fault.kind, fault.fatal) == ("clipped", True)
+
+
+@pytest.mark.parametrize("what", ["force", "displacement"])
+@pytest.mark.parametrize("noise", [True, False])
+def test_stuck_samples(what, noise):
+    clean = recorded()
+    if not noise:
+        q = AMPLITUDE["axial"] * np.interp(clean.time, np.linspace(0, 300, 7), [0, 0.6, 0, -0.6, 0, 1, 0])
+        clean = replace(clean, displacement=q, force=290.0 * q)
+    values = getattr(clean, what).copy()
+    values[100:108] = values[100]
+    faults = find_faults(bushing(), [replace(clean, **{what: values})])
+    assert kinds(faults) == [("axial", "stuck", False)]
+    assert list(np.flatnonzero(masks(faults, clean))) == list(range(101, 108))
+
+
+def test_masks_take_the_faults_of_their_own_channel():
+    clean, other = recorded(), recorded("radial")
+    force = clean.force.copy()
+    force[150] += 0.1 * np.ptp(force)
+    faults = find_faults(bushing(), [replace(clean, force=force), other])
+    assert masks(faults, clean).sum() == 1
+    assert not masks(faults, other).any()
+    told = condition(faults[0])
+    assert told.name == "bad_samples"
+    assert told.message.startswith("axial: 1 of 400 samples of the force")
+
+
+# -- time stamps -----------------------------------------------------------------------------------------------------
+
+
+def written(folder: Path, rows: list[str], **options) -> Source:
+    file = folder / "rig.csv"
+    file.write_text("time_s,displacement_mm,force_N\n" + "\n".join(rows) + "\n")
+    return Source("axial", file, **options)
+
+
+ROWS = [f"{0.1 * i:.1f},{0.2 * i:.2f},{58.0 * i:.1f}" for i in range(10)]
+
+
+def test_a_repeated_row_is_left_out_and_said(tmp_path):
+    recording = read_recording(written(tmp_path, [*ROWS[:4], ROWS[3], ROWS[3], *ROWS[4:]]))
+    assert len(recording.force) == 10
+    assert recording.repeated == (6, 7)
+    (fault,) = find_faults(bushing(), [recording])
+    assert (fault.kind, fault.fatal) == ("time", False)
+    assert "line 6, 7" in fault.where
+
+
+def test_equal_times_of_different_rows_are_refused_with_a_remedy(tmp_path):
+    rows = [*ROWS[:4], "0.3,0.65,180.0", *ROWS[4:]]
+    with pytest.raises(RecordingError, match=r"rig.csv:6: .*does not increase, 0.3 follows.*more digits"):
+        read_recording(written(tmp_path, rows))
+
+
+def test_a_time_that_goes_back_is_refused(tmp_path):
+    with pytest.raises(RecordingError, match=r"rig.csv:12: .*does not increase.*file of its own"):
+        read_recording(written(tmp_path, [*ROWS, *ROWS]))
+
+
+def test_a_reversed_column_is_mended(tmp_path):
+    wrong = [f"{0.1 * i:.1f},{0.2 * i:.2f},{-58.0 * i:.1f}" for i in range(10)]
+    source = written(tmp_path, wrong)
+    assert kinds(find_faults(bushing(), [read_recording(source)])) == [("axial", "sign", True)]
+    assert find_faults(bushing(), [read_recording(replace(source, reverse=("force",)))]) == ()
+
+
+# -- no fault --------------------------------------------------------------------------------------------------------
+
+PROGRAMS = {
+    "ramp": ([0, 1], [0, 5]),
+    "cycles": (range(7), [0, 4, 0, -4, 0, 6, 0]),
+    "short": (range(25), [0, 4, 0, -4] * 6 + [0]),
+    "holds": ([0, 0.3, 3, 3.2, 5, 5.5, 7, 8, 9, 10], [0, 4, 4, 0, 0, -4, -4, 0, 6, 6]),
+}
+BODIES = ("plain", "viscous", "friction", "play", "stop", "mullins")
+SENSORS = ("exact", "quantised", "hum", "white", "memory")
+
+
+def program(name: str, n: int):
+    if name == "sine":
+        return 4 * np.sin(np.linspace(0, 6 * np.pi, n))
+    if name == "steps":
+        return np.repeat([0.0, 1, 2, 3, 2, 1, 0, -2], -(-n // 8))[:n]
+    times, points = PROGRAMS[name]
+    return np.interp(np.linspace(0, times[-1], n), times, points)
+
+
+def answer(body: str, q, rng):
+    force = 290 * q + 3 * q**3
+    if body in ("viscous", "friction"):
+        # A Maxwell branch that relaxes within 1 to 40 samples; a friction branch that slips at 150 N.
+        kept, branch, limit = math.exp(-1 / rng.choice([1.0, 6.0, 40.0])), np.zeros(len(q)), 150.0
+        for i in range(1, len(q)):
+            step = 0.6 * (force[i] - force[i - 1]) if body == "viscous" else 900 * (q[i] - q[i - 1])
+            branch[i] = (
+                kept * branch[i - 1] + math.sqrt(kept) * step if body == "viscous" else branch[i - 1] + step
+            )
+            if body == "friction":
+                branch[i] = np.clip(branch[i], -limit, limit)
+        return force + branch
+    if body == "play":
+        return 290 * np.sign(q) * np.maximum(np.abs(q) - rng.uniform(0.1, 1.0), 0)
+    if body == "stop":
+        return force + 3000 * np.maximum(q - rng.uniform(1.0, 3.5), 0)
+    if body == "mullins":
+        largest = np.maximum.accumulate(np.abs(q))
+        return force * (1 - 0.4 * (1 - np.abs(q) / np.maximum(largest, 1e-9)))
+    return force
+
+
+def sensed(sensor: str, q, force, rng):
+    n, span = len(q), float(np.ptp(force))
+    if sensor == "quantised":
+        return q, np.round(force / (0.005 * span)) * 0.005 * span
+    if sensor == "hum":
+        wave = 0.005 * np.sin(2 * np.pi * rng.uniform(0.02, 0.5) * np.arange(n))
+        return q, force + span * (wave + 5e-4 * rng.normal(size=n))
+    if sensor in ("white", "memory"):
+        noise = autoregressive(rng, n, 0.0 if sensor == "white" else 0.8)
+        return q + 3e-3 * rng.normal(size=n), force + 0.003 * span * noise
+    return q, force
+
+
+@pytest.mark.parametrize("path", [*PROGRAMS, "sine", "steps"])
+@pytest.mark.parametrize("n", [200, 400])
+def test_physics_and_sound_sensors_are_no_fault(path, n):
+    """Knees, reversals, steps, free play, coarse converters, hum and noise; a twentieth of the samples lost in half."""
+    case, alarms = bushing(), []
+    for number, (body, sensor, lost) in enumerate(product(BODIES, SENSORS, (False, True))):
+        rng = np.random.default_rng([n, number])
+        time, q = np.linspace(0, 100, n), program(path, n)
+        q, force = sensed(sensor, q, answer(body, q, rng), rng)
+        kept = rng.random(n) > (0.05 if lost else 0.0)
+        found = find_faults(case, [Recording("axial", q[kept], force[kept], time[kept], name="axial")])
+        alarms += [(body, sensor, lost, fault.kind, fault.where) for fault in found]
+    assert alarms == []
+
+
+def test_noise_is_no_spike():
+    """At most one false flag in 1e4 samples, with and without memory."""
+    flagged = samples = 0
+    for seed, correlation in product(range(4), (0.0, 0.5, 0.8)):
+        one = recorded(n=2500, seed=seed, correlation=correlation)
+        flagged, samples = flagged + masks(find_faults(bushing(), [one]), one).sum(), samples + 2500
+    assert flagged <= samples / 1e4
+
+
+def test_spikes_do_not_raise_the_noise():
+    ratios = []
+    for seed in range(10):
+        clean, rng = recorded(seed=seed), np.random.default_rng(seed)
+        sigma = 3e-3 * float(clean.force.max())
+        height = rng.uniform(10, 30, 400) * rng.choice([-1, 1], 400) * (rng.random(400) < 0.01)
+        ratios.append(force_noise(replace(clean, force=clean.force + sigma * height)) / force_noise(clean))
+    assert max(ratios) < 1.10
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize("name", ["batch", "concealed"])
+def test_the_examples_have_no_fault(name):
+    case = load_case(ROOT / "examples" / name / "case.toml")
+    found = [read_recording(source) for source in case.recordings]
+    assert find_faults(case, [*found, *(read_coupon(source) for source in case.coupons)]) == ()
+
+
+@pytest.mark.parametrize(
+    "file", sorted((ROOT / "tests" / "unit" / "data").glob("*.csv")), ids=lambda file: file.name
+)
+def test_the_recordings_of_other_tests_have_no_fault(file):
+    assert find_faults(bushing(), [read_recording(Source("axial", file))]) == ()
+
+
+@pytest.mark.skipif(not PRACTICE.is_dir(), reason="the practice recordings are not on this machine")
+@pytest.mark.parametrize("name", ["p01", "p02", "p03", "p04", "p05", "p06", "p07", "p07fine", "p08"])
+@pytest.mark.parametrize("ending", ["", "_noisefree"])
+def test_the_practice_recordings_have_no_fault(name, ending):
+    files = {mode: PRACTICE / name / f"{stem}{ending}.csv" for mode, stem in FILES.items()}
+    found = [read_recording(Source(mode, file)) for mode, file in files.items() if file.is_file()]
+    assert find_faults(bushing(), found) == ()
