@@ -37,7 +37,7 @@ from bushcli.effect import Effect
 from bushcli.effect import effects as catalogue
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
-from bushcli.faults import DataFault, find_faults
+from bushcli.faults import DataFault, find_faults, masks
 from bushcli.interrupt import is_interrupt
 from bushcli.inverse.identify import fit_coupons
 from bushcli.recording import Recording, read_recording
@@ -254,14 +254,7 @@ def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "
 
 def _used(recordings: Sequence[Recording], faults: Sequence[DataFault]) -> tuple[Mask, ...]:
     """Samples of each recording that are no data faults."""
-    found = []
-    for recording in recordings:
-        used = np.ones(len(recording.force), dtype=bool)
-        for fault in faults:
-            if fault.channel == recording.name and not fault.fatal:
-                used &= ~fault.samples
-        found.append(used)
-    return tuple(found)
+    return tuple(~masks(faults, one) for one in recordings)
 
 
 def _posed(
