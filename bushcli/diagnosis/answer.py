@@ -138,10 +138,25 @@ def held(active: ActiveEffect, parameter: EffectParameter, known: Known | None) 
     choices: Sequence[str] = getattr(parameter, "choices", ())
     word = choices[round(value)] if choices else ""
     scales = None if known is None else known.prior.range(known.scales)
-    return Quantity(value, 0.0, parameter.unit, parameter.meaning, value, value, {}, active.channels, scales, 1.0, "", word)
+    return Quantity(
+        value,
+        0.0,
+        parameter.unit,
+        parameter.meaning,
+        value,
+        value,
+        {},
+        active.channels,
+        scales,
+        1.0,
+        "",
+        word,
+    )
 
 
-def named(best: Weighed, search: Search, probability: Mapping[str, float], material: Material) -> tuple[Named, ...]:
+def named(
+    best: Weighed, search: Search, probability: Mapping[str, float], material: Material
+) -> tuple[Named, ...]:
     """The effects of the most probable model, the most probable first."""
     state, made = best.state, []
     values = quantities(state, material)
@@ -211,7 +226,9 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
     likelihood, judged = plain.problem.likelihood, best.state.evidence.judged
     scale = np.array(judged.scale) - 1.0
     percent = {}
-    for one, excess, m, features in zip(compared, scale, likelihood.effective, likelihood.features, strict=True):
+    for one, excess, m, features in zip(
+        compared, scale, likelihood.effective, likelihood.features, strict=True
+    ):
         samples = float(np.count_nonzero(features.weights))
         unit = one.noise.sigma * np.sqrt(one.noise.correlation_time)
         size = float(np.sqrt(max(excess, 0.0) * m / max(samples, 1.0))) * unit
@@ -236,7 +253,9 @@ def searched(search: Search) -> Searched:
     )
 
 
-def doubts(case: Case, channels: Sequence[DiagnosedChannel], best: Weighed, search: Search) -> list[Condition]:
+def doubts(
+    case: Case, channels: Sequence[DiagnosedChannel], best: Weighed, search: Search
+) -> list[Condition]:
     """What is doubtful about a diagnosis, as conditions with a remedy."""
     made = []
     if case.effects:

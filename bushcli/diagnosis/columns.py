@@ -153,7 +153,9 @@ def _grid(
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))
         off = {p.name: float(p.off or 0.0) for p in amplitudes}
-        active = ActiveEffect(effect, before | off | shape, rig, "" if present is None else rig_of(present.name))
+        active = ActiveEffect(
+            effect, before | off | shape, rig, "" if present is None else rig_of(present.name)
+        )
         found += [Trial(active, tuple(p.name for p in amplitudes), shape, size) for size in sizes]
     return found
 

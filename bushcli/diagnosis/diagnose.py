@@ -27,7 +27,7 @@ from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.next_test import next_test
 from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities
 from bushcli.diagnosis.queue import Progress, Search
-from bushcli.diagnosis.result import Diagnosis, LocalMap, NextTest, Verdict
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, LocalMap, NextTest, Verdict
 from bushcli.diagnosis.state import Problem, State
 from bushcli.diagnosis.store import Store
 from bushcli.diagnosis.where.missing import missing
@@ -208,7 +208,9 @@ def _checked(
     return recordings
 
 
-def _without(case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]) -> tuple[Case, tuple[Recording, ...]]:
+def _without(
+    case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]
+) -> tuple[Case, tuple[Recording, ...]]:
     """The case without effects and without what is held out, and its recordings."""
     kept_ = [(s, r) for s, r in zip(case.recordings, recordings, strict=True) if r.name not in hold_out]
     bare = replace(case, effects=(), recordings=tuple(source for source, _ in kept_))
@@ -241,7 +243,9 @@ def _tell_what_is_kept(store: Store | None, resume: bool, told: Progress) -> Non
 def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "coupons"], Material]:
     """The law to begin with, where it comes from, and the case's material with it."""
     material = (
-        case.material if name in (None, case.material.law) else Material(str(name), case.material.bulk_modulus)
+        case.material
+        if name in (None, case.material.law)
+        else Material(str(name), case.material.bulk_modulus)
     )
     chosen = law(material.law)
     if case.coupons:
@@ -288,7 +292,9 @@ def _run(search: Search, crew: Workers) -> list[Condition]:
         crew.stop()
         search.ended = "interrupted"
         left = 100 * search.left
-        message = f"stopped during the search: models that were not fitted may hold {left:.0f} % of the probability"
+        message = (
+            f"stopped during the search: models that were not fitted may hold {left:.0f} % of the probability"
+        )
         return [Condition("interrupted", message, "run it again with --resume")]
     return []
 
@@ -327,7 +333,9 @@ class _Extras:
                 self.maps = _maps(problem, plain, told)
         except NotConverged as error:
             remedy = "nothing else depends on it; --no-maps leaves it out"
-            self.conditions = (Condition("no_map", f"the map of the bushing cannot be solved: {error}", remedy),)
+            self.conditions = (
+                Condition("no_map", f"the map of the bushing cannot be solved: {error}", remedy),
+            )
         except BaseException as error:
             if not is_interrupt(error):
                 raise
@@ -363,7 +371,9 @@ def _judged(case: Case, plain: Fitted, compared: Sequence[Compared]) -> tuple[Co
 
 def _left(best: Weighed, plain: State) -> float:
     """Share of the plain law's squared misfit above the noise that the best model leaves."""
-    before, after = (max(float(np.sum(np.maximum(s.evidence.excess, 0.0))), 1e-12) for s in (plain, best.state))
+    before, after = (
+        max(float(np.sum(np.maximum(s.evidence.excess, 0.0))), 1e-12) for s in (plain, best.state)
+    )
     return min(1.0, after / before)
 
 
@@ -375,7 +385,7 @@ def _channels(
     plain: Fitted,
     best: Weighed,
     hold_out: Sequence[str],
-) -> tuple[answer.DiagnosedChannel, ...]:
+) -> tuple[DiagnosedChannel, ...]:
     """Every recording before and after, those held out predicted."""
     fitted: Mapping[str, int] = {one.name: i for i, one in enumerate(problem.recordings)}
     predicted = {}

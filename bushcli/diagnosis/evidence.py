@@ -95,7 +95,9 @@ def evidence(
 def _gram(misfit: Sequence[Array], slopes: Sequence[Array], scale: Sequence[float]) -> tuple[Array, Array]:
     """Second derivative (p, p) and first (p,) of half the weighed sum of squares."""
     gram = sum((J.T @ J / v for J, v in zip(slopes, scale, strict=True)), np.zeros((slopes[0].shape[1],) * 2))
-    slope = sum((J.T @ z / v for J, z, v in zip(slopes, misfit, scale, strict=True)), np.zeros(slopes[0].shape[1]))
+    slope = sum(
+        (J.T @ z / v for J, z, v in zip(slopes, misfit, scale, strict=True)), np.zeros(slopes[0].shape[1])
+    )
     return np.asarray(gram), np.asarray(slope)
 
 

@@ -24,7 +24,6 @@ from bushcli.diagnosis.likelihood.noise import NoiseModel, noise_model
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.prior import Known, known_parameters
 from bushcli.inverse.begin import own_start, scaled
-from bushcli.inverse.channel import Channel
 from bushcli.inverse.first import first_minimum
 from bushcli.inverse.local import inside
 from bushcli.inverse.problem import Problem
@@ -100,7 +99,10 @@ class Posterior(Problem):
             scale = self.unit / np.sqrt(variance)
             values.append(scale * one.of(force - channel.recording.force))
             slopes.append(scale * one.of(slope))
-        prior = [self.known[n].row(float(v)) if n in self.known else (0.0, 0.0) for n, v in zip(self.names, x, strict=True)]
+        prior = [
+            self.known[n].row(float(v)) if n in self.known else (0.0, 0.0)
+            for n, v in zip(self.names, x, strict=True)
+        ]
         values.append(self.unit * np.array([row for row, _ in prior]))
         slopes.append(self.unit * np.diag([slope for _, slope in prior]))
         value, slope = self._stability(x)
@@ -130,7 +132,10 @@ def noises(case: Case, model: Model) -> tuple[NoiseModel, ...]:
 def all_features(case: Case, model: Model, used: Sequence[Mask]) -> tuple[Features, ...]:
     """Features of each channel."""
     channels = kept.channels(model.task(case))
-    return tuple(features(c.recording, noise_model(c.recording), m, factor_of(c)) for c, m in zip(channels, used, strict=True))
+    return tuple(
+        features(c.recording, noise_model(c.recording), m, factor_of(c))
+        for c, m in zip(channels, used, strict=True)
+    )
 
 
 # -- any model -----------------------------------------------------------------------------------------------------
@@ -155,7 +160,11 @@ def fit(
     task, problem = pose(case, model, measured)
     start, lower, upper = task.vectors()
     if not problem.names:
-        return _fitted(model, problem, np.zeros(0), True) if np.isfinite(problem.residual(np.zeros(0))).all() else None
+        return (
+            _fitted(model, problem, np.zeros(0), True)
+            if np.isfinite(problem.residual(np.zeros(0))).all()
+            else None
+        )
     begun = _first_solved(problem, model, start, lower, upper)
     best: tuple[float, Array, bool] | None = None
     if begun is not None:
@@ -185,7 +194,8 @@ def pose(case: Case, model: Model, measured: Measured) -> tuple[Task, Posterior]
     if any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels):
         problem.failures = FAILURES
     problem.features = tuple(
-        features(c.recording, noise_model(c.recording), m, factor_of(c)) for c, m in zip(channels, measured.used, strict=True)
+        features(c.recording, noise_model(c.recording), m, factor_of(c))
+        for c, m in zip(channels, measured.used, strict=True)
     )
     problem.variances = measured.variances
     shear = float(task.law.shear_modulus(**model.start))
@@ -203,7 +213,14 @@ def exact(case: Case, fitted: Fitted) -> Fitted | None:
             return None
         found.append(np.where(np.isfinite(before), force, np.nan))
     return Fitted(
-        fitted.model, fitted.names, fitted.x, tuple(found), fitted.jacobians, fitted.converged, fitted.solves, fitted.failed
+        fitted.model,
+        fitted.names,
+        fitted.x,
+        tuple(found),
+        fitted.jacobians,
+        fitted.converged,
+        fitted.solves,
+        fitted.failed,
     )
 
 
@@ -221,7 +238,9 @@ def _first_solved(problem: Posterior, model: Model, start: Array, lower: Array, 
 
 def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
     found = [start]
-    amplitudes = {one.full_name(p): float(p.off or 0.0) for one in model.effects for p in one.effect.amplitudes}
+    amplitudes = {
+        one.full_name(p): float(p.off or 0.0) for one in model.effects for p in one.effect.amplitudes
+    }
     for share in RETREATS if amplitudes else ():
         less = [
             amplitudes[n] + share * (v - amplitudes[n]) if n in amplitudes else v

@@ -57,7 +57,8 @@ class Model:
         parts = []
         for one in self.effects:
             parts += [
-                f"{one.identity}.{p.name}" + (f"={one.values[p.name]:g}" if p.of_mesh else "") for p in one.parameters
+                f"{one.identity}.{p.name}" + (f"={one.values[p.name]:g}" if p.of_mesh else "")
+                for p in one.parameters
             ]
         law = self.law if self.terms is None else f"{self.law} {self.terms}"
         return (f"{law}{' fixed' if self.fixed else ''}", *sorted(parts))
@@ -80,7 +81,12 @@ class Model:
         """The model with other values, by full name; what is not given stays."""
         law = {name: float(values.get(name, value)) for name, value in self.start.items()}
         effects = tuple(
-            replace(one, values={p.name: float(values.get(one.full_name(p), one.values[p.name])) for p in one.parameters})
+            replace(
+                one,
+                values={
+                    p.name: float(values.get(one.full_name(p), one.values[p.name])) for p in one.parameters
+                },
+            )
             for one in self.effects
         )
         return replace(self, start=law, effects=effects)
@@ -89,7 +95,9 @@ class Model:
         """Values by full name with which this model is the other one, that it contains."""
         known = other.structure
         found = dict(other.start)
-        values = {f"{one.identity}.{p.name}": one.values[p.name] for one in other.effects for p in one.parameters}
+        values = {
+            f"{one.identity}.{p.name}": one.values[p.name] for one in other.effects for p in one.parameters
+        }
         for one in self.effects:
             for p in one.parameters:
                 name = f"{one.identity}.{p.name}"

@@ -69,7 +69,9 @@ class Foretold:
     spread: Array
 
 
-def next_test(problem: Problem, rivals: Sequence[Weighed], workers: Workers, told: Progress) -> NextTest | None:
+def next_test(
+    problem: Problem, rivals: Sequence[Weighed], workers: Workers, told: Progress
+) -> NextTest | None:
     """Return the recording with the largest expected gain of information per minute; None where none is worth it."""
     known = [one for one in rivals if one.state.model.effects or not one.unknown]
     chosen = list({one.state.model.identities: one for one in reversed(known)}.values())[::-1][:RIVALS]
@@ -104,7 +106,9 @@ def _spread(one: Weighed) -> tuple[tuple[str, ...], Array]:
     return one.state.fitted.names, vectors * np.sqrt(np.maximum(values, 0.0))
 
 
-def foretell(case: Case, model: Model, known: tuple[tuple[str, ...], Array], proposal: Proposal) -> Foretold | None:
+def foretell(
+    case: Case, model: Model, known: tuple[tuple[str, ...], Array], proposal: Proposal
+) -> Foretold | None:
     """What a rival expects of a recording; None where it cannot be solved."""
     time, q = proposal.program(SAMPLES)
     task = model.task(case)
@@ -137,7 +141,9 @@ def _distance(right: Foretold, other: Foretold, sigma: float) -> float:
     spread = np.hstack([right.spread, other.spread]) / sigma
     # (1 + S S')^-1 d by the small system.
     inner = np.eye(spread.shape[1]) + spread.T @ spread
-    left = float(difference @ difference - (spread.T @ difference) @ np.linalg.solve(inner, spread.T @ difference))
+    left = float(
+        difference @ difference - (spread.T @ difference) @ np.linalg.solve(inner, spread.T @ difference)
+    )
     signal = float(np.sum((right.force / sigma) ** 2))
     m = min(EFFECTIVE, len(difference))
     v = 1.0 + (LAMBDA**2 * signal + PHI**2 * max(left, 0.0)) / m

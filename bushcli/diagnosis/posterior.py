@@ -67,15 +67,22 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
     rows = []
     for state in search.states.values():
         known, unknown = search.weights(state)
-        rows += [(known, state.evidence.log, state, False), (unknown, state.evidence.log_unknown, state, True)]
+        rows += [
+            (known, state.evidence.log, state, False),
+            (unknown, state.evidence.log_unknown, state, True),
+        ]
     total = float(logsumexp([weight for weight, *_ in rows]))
-    found = [Weighed(state, unknown, float(np.exp(weight - total)), log) for weight, log, state, unknown in rows]
+    found = [
+        Weighed(state, unknown, float(np.exp(weight - total)), log) for weight, log, state, unknown in rows
+    ]
     return tuple(sorted(found, key=lambda one: (-one.probability, one.effects)))
 
 
 def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:
     """Probability of each effect that was considered, of the unknown one, and of nothing."""
-    found = {name: sum(one.probability for one in models if name in one.names) for name in (*considered, UNKNOWN)}
+    found = {
+        name: sum(one.probability for one in models if name in one.names) for name in (*considered, UNKNOWN)
+    }
     found["nothing"] = sum(one.probability for one in models if not one.effects)
     return {name: min(1.0, value) for name, value in found.items()}
 
@@ -133,6 +140,8 @@ def _text(family: str, names: Sequence[str]) -> str:
     titles = [titles[0], *(title[:1].lower() + title[1:] for title in titles[1:])]
     listed = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} or {titles[-1]}"
     said = listed[:1].lower() + listed[1:]
-    return f"{family}: {said}, which these recordings cannot tell apart" if family else (
-        f"{said}, which these recordings cannot tell apart"
+    return (
+        f"{family}: {said}, which these recordings cannot tell apart"
+        if family
+        else (f"{said}, which these recordings cannot tell apart")
     )

@@ -83,7 +83,11 @@ class Beside:
         grouped: dict[str, list[Addition]] = {}
         for one in additions:
             # A mesh's dimension makes a model of its own; a time or a gap does not.
-            fixed = [f"{p.name}={one.trial.active.values[p.name]:g}" for p in one.trial.active.parameters if p.of_mesh]
+            fixed = [
+                f"{p.name}={one.trial.active.values[p.name]:g}"
+                for p in one.trial.active.parameters
+                if p.of_mesh
+            ]
             grouped.setdefault(" ".join([one.trial.active.identity, *fixed]), []).append(one)
         self.grouped = grouped
 
@@ -96,7 +100,12 @@ class Beside:
     def pairs(self) -> list[Prediction]:
         """Two effects more, each at the best points of its grid."""
         best = {
-            name: [one for _, one in sorted(((-self._value((one,))[0], i), one) for i, one in enumerate(points))[:POINTS]]
+            name: [
+                one
+                for _, one in sorted(((-self._value((one,))[0], i), one) for i, one in enumerate(points))[
+                    :POINTS
+                ]
+            ]
             for name, points in self.grouped.items()
         }
         found = []
@@ -106,28 +115,42 @@ class Beside:
             found.append(self._averaged(list(product(best[a], best[b]))))
         return found
 
-    def any_law(self) -> float:
-        """Log evidence of the model if its law could follow the misfit wherever that is a function of displacement."""
-        blocks = []
-        for i, (recording, one) in enumerate(
-            zip(self.state.problem.recordings, self.state.problem.likelihood.features, strict=True)
-        ):
-            own = one.of(_splines(recording.displacement))
-            blocks.append([own if i == j else np.zeros((f.count, own.shape[1])) for j, f in enumerate(self._features)])
-        G = np.vstack([np.hstack([b[j] for b in blocks]) / self.roots[j] for j in range(len(self._features))])
+    def share(self, addition: Addition) -> float:
+        """Share of an effect's change that the fitted parameters cannot make, of the amplitude where it is largest."""
+        G = np.vstack([part / root for part, root in zip(addition.slopes, self.roots, strict=True)])
         G = np.vstack([G, np.zeros((len(self._rest) - len(G), G.shape[1]))])
-        left = self._left(G)
-        u, s, _ = np.linalg.svd(left, full_matrices=False)
+        size = np.linalg.norm(G, axis=0)
+        own = np.linalg.norm(self._left(G), axis=0)
+        return float(np.max(own / np.where(size > 0.0, size, 1.0)))
+
+    def any_law(self, more: int) -> float:
+        """Log evidence of the model if its law could follow the misfit wherever that is a function of displacement.
+
+        Parameters
+        ----------
+        more
+            Parameters that a law has beyond the model's: each pays as if it were as well determined as the others.
+        """
+        features = self.state.problem.likelihood.features
+        blocks = []
+        for i, (recording, one) in enumerate(zip(self.state.problem.recordings, features, strict=True)):
+            own = one.of(_splines(recording.displacement))
+            blocks.append(
+                [own if i == j else np.zeros((f.count, own.shape[1])) for j, f in enumerate(features)]
+            )
+        G = np.vstack([np.hstack([b[j] for b in blocks]) / self.roots[j] for j in range(len(features))])
+        G = np.vstack([G, np.zeros((len(self._rest) - len(G), G.shape[1]))])
+        u, s, _ = np.linalg.svd(self._left(G), full_matrices=False)
         u = u[:, s > 1e-8 * max(float(s.max(initial=0.0)), 1e-300)]
         rest = self._rest - u @ (u.T @ self._rest)
-        excess = self.state.problem.likelihood.excess(self._split(rest))
-        return self.state.problem.likelihood.judge(excess).log
+        likelihood, found = self.state.problem.likelihood, self.state.evidence
+        # Splines also take up noise, a unit each.
+        excess = likelihood.excess(self._split(rest)) + u.shape[1] / len(features)
+        gain = likelihood.judge(np.minimum(excess, found.excess)).log - found.judged.log
+        variance = float(np.mean(found.judged.scale))
+        return found.log + gain - 0.5 * more * math.log(1.0 + float(likelihood.signal.sum()) / variance)
 
     # -- the linear problem --------------------------------------------------------------------------------------
-
-    @property
-    def _features(self) -> Sequence[object]:
-        return self.state.problem.likelihood.features
 
     @cached_property
     def _whole(self) -> tuple[Array, Array]:
@@ -179,11 +202,19 @@ class Beside:
         """Log evidence to first order, and the amplitudes."""
         raw = [np.hstack(parts) for parts in zip(*(one.slopes for one in point), strict=True)]
         prior_rows = len(self._rest) - sum(len(part) for part in raw)
-        G = np.vstack([*(part / root for part, root in zip(raw, self.roots, strict=True)), np.zeros((prior_rows, raw[0].shape[1]))])
+        G = np.vstack(
+            [
+                *(part / root for part, root in zip(raw, self.roots, strict=True)),
+                np.zeros((prior_rows, raw[0].shape[1])),
+            ]
+        )
         own = self._left(G)
         names, known, start = self._unknowns(point)
         precision = np.array(
-            [0.0 if one is None or one.prior.is_logarithmic else one.prior.curvature(value, one.scales) for one, value in zip(known, start, strict=True)]
+            [
+                0.0 if one is None or one.prior.is_logarithmic else one.prior.curvature(value, one.scales)
+                for one, value in zip(known, start, strict=True)
+            ]
         )
         gram = own.T @ own + np.diag(precision)
         gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300

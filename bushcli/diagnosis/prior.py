@@ -18,9 +18,10 @@ from bushcli.prior import Prior, Scales
 from bushcli.recording import Recording
 from geometry.ring import Ring
 
-# Odds of an effect against its absence. Engineering judgement, in three classes: filled rubber softens, creeps and
-# slips in every test; assembly and rig are imperfect in some; what is left is rare.
-USUAL, OCCASIONAL, RARE = 0.2, 0.1, 0.05
+# Odds that an effect is there in a size that shows beside all that formulas get wrong. Engineering judgement, in three
+# classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some; what is
+# left is rare. Together they expect an effect to be missing in one test of four.
+USUAL, OCCASIONAL, RARE = 0.03, 0.01, 0.005
 ODDS: Mapping[str, float] = {
     "mullins": USUAL,
     "viscoelasticity": USUAL,
@@ -43,10 +44,10 @@ ODDS: Mapping[str, float] = {
     "drift": RARE,
     "warming": RARE,
 }
-# Odds of an effect that is in no catalogue: as often as one of the rare ones.
-UNKNOWN = 0.05
+# Odds of an effect that is in no catalogue.
+UNKNOWN = 0.01
 # Odds of another law than the case's, and of one identified from the recordings in place of the coupons'.
-OTHER_LAW, FREED_LAW = 0.1, 0.1
+OTHER_LAW, FREED_LAW = 0.03, 0.03
 # Prior of a law's parameters: a change that alone would change the forces by this share of themselves.
 LAW_SHARE = 1.0
 
@@ -57,7 +58,12 @@ def effect_odds(name: str, uniform: bool = False) -> float:
 
 
 def log_odds(
-    effects: Sequence[ActiveEffect], other_law: bool, freed: bool, unknown: bool, channels: int, uniform: bool = False
+    effects: Sequence[ActiveEffect],
+    other_law: bool,
+    freed: bool,
+    unknown: bool,
+    channels: int,
+    uniform: bool = False,
 ) -> float:
     """Logarithm of the prior odds of a model against the plain law.
 
@@ -85,7 +91,10 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
     travel = max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0)
     force = max((float(np.abs(one.force).max()) for one in recordings), default=1.0)
     stiffness = max(
-        (float(np.abs(one.force).max()) / max(float(np.abs(one.displacement).max()), 1e-300) for one in recordings),
+        (
+            float(np.abs(one.force).max()) / max(float(np.abs(one.displacement).max()), 1e-300)
+            for one in recordings
+        ),
         default=1.0,
     )
     shape = case.geometry
@@ -133,7 +142,9 @@ class Known:
         return self.prior.log_row(x, math.copysign(1.0, value) / self.prior.unit(self.scales))
 
 
-def known_parameters(case: Case, effects: Sequence[ActiveEffect], shear: float, recordings: Sequence[Recording]) -> dict[str, Known]:
+def known_parameters(
+    case: Case, effects: Sequence[ActiveEffect], shear: float, recordings: Sequence[Recording]
+) -> dict[str, Known]:
     """Priors of the effects' parameters that have one, by full name."""
     found = {}
     for one in effects:

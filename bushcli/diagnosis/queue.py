@@ -42,6 +42,8 @@ BATCH = 2
 # First order may underestimate what a fit brings: by such a share of what the model at hand leaves to be gained, and by
 # so many nats at least. Measured on the development deck: nine of ten fits are within this of their predictions.
 SHARE_SLACK, SLACK = 0.05, 1.5
+# Share of an effect's change that has to be its own beside the fitted parameters: less is rounding.
+OWN = 1e-3
 # Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.
 TERMS, TERMS_OF_COUPON = 2, 3
 
@@ -162,18 +164,29 @@ class Search:
 
         def told(i: int, answer: Fitted | None) -> None:
             text = "cannot be solved" if answer is None else self._size(answer)
+            text += f" (predicted {chosen[i].predicted - self.plain.evidence.log:.1f})"
             self.progress("fit", label(chosen[i].model), text)
 
         for one, fitted in zip(chosen, self.workers.run(fit, questions, told), strict=True):
             if fitted is None:
                 name = label(one.model)
                 self.lost.append(name)
-                self.rows.append(self._row(one.model, one.predicted, float("nan"), float("nan"), "cannot be solved from any start"))
+                self.rows.append(
+                    self._row(
+                        one.model,
+                        one.predicted,
+                        float("nan"),
+                        float("nan"),
+                        "cannot be solved from any start",
+                    )
+                )
                 continue
             self._enter(State(self.problem, fitted), one.predicted)
 
     def _size(self, fitted: Fitted) -> str:
-        return f"misfit {State(self.problem, fitted).size:.3g} of the noise"
+        state = State(self.problem, fitted)
+        gain = self.weights(state)[0] - self.plain.evidence.log
+        return f"misfit {state.size:.3g} of the noise, log evidence {gain:+.1f}"
 
     def _enter(self, state: State, predicted: float) -> None:
         key = state.model.structure
@@ -214,12 +227,11 @@ class Search:
             if unfit(self.problem.case, names):
                 continue
             self._queue(one.model, one.log_evidence, state)
-        any_law = beside.any_law()
         for model in self._other_laws(state.model):
-            # A law of more parameters pays for them as the plain one does for its own.
-            self._queue(model, state.evidence.log + any_law - state.evidence.judged.log, state)
-        for model in self._less(state.model):
-            self._queue(model, state.evidence.log, state)
+            more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
+            self._queue(model, beside.any_law(more), state)
+        for model, log_evidence in self._less(state):
+            self._queue(model, log_evidence, state)
 
     def _queue(self, model: Model, log_evidence: float, base: State) -> None:
         key = model.structure
@@ -230,13 +242,18 @@ class Search:
         if key not in self.states and (known is None or predicted > known.predicted):
             self.waiting[key] = Queued(model, predicted, predicted + slack)
 
-    def _less(self, model: Model) -> list[Model]:
-        """The model without one of its effects."""
-        return [
-            replace(model, effects=tuple(one for one in model.effects if one is not gone))
-            for gone in model.effects
-            if len(model.effects) > 1
-        ]
+    def _less(self, state: State) -> list[tuple[Model, float]]:
+        """The model without one of its effects, and its log evidence by how many standard errors that is from zero."""
+        found = []
+        for gone in state.model.effects if len(state.model.effects) > 1 else ():
+            names = [gone.full_name(p) for p in gone.effect.amplitudes]
+            where = [i for i, name in enumerate(state.fitted.names) if name in names]
+            away = state.fitted.x[where] - np.array(state.off)[where]
+            block = state.evidence.covariance[np.ix_(where, where)]
+            wald = float(away @ np.linalg.pinv(block) @ away) if where else 0.0
+            less = replace(state.model, effects=tuple(one for one in state.model.effects if one is not gone))
+            found.append((less, state.evidence.log - 0.5 * wald))
+        return found
 
     def _other_laws(self, model: Model) -> list[Model]:
         """The model with another law of at least as many parameters, or with the law set free."""
@@ -251,7 +268,9 @@ class Search:
             start = {p.name: p.start for p in other.parameters if not p.optional or int(p.name[-1]) <= terms}
             if name == model.law or len(start) < max(len(model.start), 2):
                 continue
-            found.append(replace(model, law=name, start=start, terms=terms if optional else None, anchor=None))
+            found.append(
+                replace(model, law=name, start=start, terms=terms if optional else None, anchor=None)
+            )
         return found
 
     # -- derivatives ---------------------------------------------------------------------------------------------
@@ -269,8 +288,12 @@ class Search:
 
         def told(i: int, answer: object) -> None:
             trial = list(new.values())[i]
-            point = ", ".join((*(f"{k} {v:.3g}" for k, v in trial.shape.items()), *(trial.active.channels or ())))
-            self.progress("screen", trial.effect.name, point if answer is not None else f"{point} cannot be solved")
+            point = ", ".join(
+                (*(f"{k} {v:.3g}" for k, v in trial.shape.items()), *(trial.active.channels or ()))
+            )
+            self.progress(
+                "screen", trial.effect.name, point if answer is not None else f"{point} cannot be solved"
+            )
 
         questions = [(self.problem.case, state.model, trial) for trial in new.values()]
         self._columns |= dict(zip(new, self.workers.run(columns, questions, told), strict=True))
@@ -284,18 +307,29 @@ class Search:
             )
             if any(np.any(slope) for slope in slopes):
                 found.append(Addition(trial, slopes))
+        reasons = {trial.effect.name: "these recordings do not respond to it" for trial in asked}
+        shown = []
+        for one in found:
+            if Beside(state, ()).share(one) < OWN:
+                reasons[one.trial.effect.name] = (
+                    "the law's parameters do all that it does to these recordings"
+                )
+            else:
+                shown.append(one)
         if state is self.plain:
-            shown = {one.trial.effect.name for one in found}
-            for trial in asked:
-                if trial.effect.name not in shown:
-                    self.untestable[trial.effect.name] = "these recordings do not respond to it"
-        return found
+            names_ = {one.trial.effect.name for one in shown}
+            self.untestable |= {name: reason for name, reason in reasons.items() if name not in names_}
+        return shown
 
     def _name(self, state: State, trial: Trial) -> tuple[object, ...]:
         """What a derivative depends on: what acts in the bushing is tried without what else acts there."""
         base: tuple[object, ...] = ()
         own = [one for one in state.model.effects if one.identity == trial.active.identity]
-        beside = [one for one in state.model.effects if trial.effect.acts == "rig" or one.effect.acts == "rig" or own]
+        beside = [
+            one
+            for one in state.model.effects
+            if trial.effect.acts == "rig" or one.effect.acts == "rig" or own
+        ]
         if beside:
             base = (*sorted(state.model.values.items()), *state.model.identities)
         shape: Mapping[str, float] = trial.shape

@@ -51,7 +51,9 @@ class Problem:
         """The channels beside a simulation, samples that do not count unknown."""
         return tuple(
             Compared(recording, np.where(used, force, np.nan), noise)
-            for recording, used, force, noise in zip(self.recordings, self.used, simulated, self.noises, strict=True)
+            for recording, used, force, noise in zip(
+                self.recordings, self.used, simulated, self.noises, strict=True
+            )
         )
 
 

@@ -108,7 +108,9 @@ class Workers:
                 return executor.submit(_answer, file, work, question)
         future = executor.submit(_answer, None, work, question)
         if file is not None:
-            future.add_done_callback(lambda done: Store.write(file, done.result()) if _has_answer(done) else None)
+            future.add_done_callback(
+                lambda done: Store.write(file, done.result()) if _has_answer(done) else None
+            )
         return future
 
     def _file(self, work: Work, question: tuple[Any, ...]) -> Path | None:

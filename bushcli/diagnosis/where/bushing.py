@@ -21,10 +21,10 @@ from scipy.spatial import KDTree
 
 from bushcli.curve import Curve
 from bushcli.diagnosis.likelihood import calibration
-from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
-from bushcli.diagnosis.linearised import linearised, weighed
 from bushcli.diagnosis.likelihood.noise import Compared
+from bushcli.diagnosis.linearised import linearised, weighed
 from bushcli.diagnosis.result import LocalMap
+from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
 from bushcli.inverse.channel import Channel
 from bushcli.recording import matching
 from cases import local

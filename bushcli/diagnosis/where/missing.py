@@ -7,7 +7,7 @@ each branch. Its averages along the path say what the missing physics does; sent
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from bushcli.recording import Recording, branches
 from bushcli.segment import Branch
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 Along = Literal["displacement", "time", "cycle", "rate"]
 
 # Points of a profile along displacement and along time.
@@ -66,7 +67,7 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
     unit = 100.0 / float(np.ptp(recording.force))
     noise = channel.noise.sigma * np.sqrt(channel.noise.correlation_time)
 
-    def profile(along: Along, branch: str, groups: Sequence[tuple[float, Array]]) -> list[MissingProfile]:
+    def profile(along: Along, branch: str, groups: Sequence[tuple[float, Index]]) -> list[MissingProfile]:
         kept = [(x, index) for x, index in groups if len(index)]
         if len(kept) < 2:
             return []
@@ -86,8 +87,8 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
     everything = np.arange(len(recording.force))
     if recording.time is not None:
         found += profile("time", "", _binned(recording.time, everything, TIMES))
-    cycles: dict[int, list[Array]] = {}
-    rates: dict[float, list[Array]] = {}
+    cycles: dict[int, list[Index]] = {}
+    rates: dict[float, list[Index]] = {}
     for branch in branches(recording):
         index = np.arange(branch.start, branch.stop)
         cycles.setdefault(branch.cycle, []).append(index)
@@ -100,7 +101,7 @@ def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
     return found
 
 
-def _binned(x: Array, index: Array, count: int) -> list[tuple[float, Array]]:
+def _binned(x: Array, index: Index, count: int) -> list[tuple[float, Index]]:
     edges = np.linspace(float(x[index].min()), float(x[index].max()), count + 1)
     place = np.clip(np.searchsorted(edges, x[index], side="right") - 1, 0, count - 1)
     return [(0.5 * float(edges[i] + edges[i + 1]), index[place == i]) for i in range(count)]
@@ -127,7 +128,11 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     at = f"in the {channel.name} channel, " if several else ""
     force, span = recording.force, float(np.ptp(recording.force))
     n = len(force)
-    clock = np.linspace(0.0, 1.0, n) if recording.time is None else (recording.time - recording.time[0]) / np.ptp(recording.time)
+    clock = (
+        np.linspace(0.0, 1.0, n)
+        if recording.time is None
+        else (recording.time - recording.time[0]) / np.ptp(recording.time)
+    )
     loading = np.zeros(n)
     cycle = np.zeros(n)
     for branch in branches(recording):
@@ -135,11 +140,29 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
         sign = {"loading": 1.0, "unloading": -1.0}.get(branch.kind, 0.0)
         loading[inside] = sign * np.sign(recording.displacement[inside])
         cycle[inside] = branch.cycle
-    descriptions: list[tuple[Array, Callable[[Array], str]]] = [
-        (force[:, None], lambda a: f"{at}the recorded force is a constant share of {100 * a[0]:+.1f} % off the simulated one"),
-        ((clock * force)[:, None], lambda a: f"{at}the force {'grows' if a[0] > 0 else 'falls'} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % to the end"),
-        (clock[:, None], lambda a: f"{at}the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range"),
-        (loading[:, None], lambda a: f"{at}the recorded loop is {'wider' if a[0] > 0 else 'narrower'} than the simulated one by {abs(200 * a[0] / span):.1f} % of the range"),
+    descriptions: list[tuple[Any, Callable[[Any], str]]] = [
+        (
+            force[:, None],
+            lambda a: (
+                f"{at}the recorded force is a constant share of {100 * a[0]:+.1f} % off the simulated one"
+            ),
+        ),
+        (
+            (clock * force)[:, None],
+            lambda a: (
+                f"{at}the force {'grows' if a[0] > 0 else 'falls'} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % to the end"
+            ),
+        ),
+        (
+            clock[:, None],
+            lambda a: f"{at}the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range",
+        ),
+        (
+            loading[:, None],
+            lambda a: (
+                f"{at}the recorded loop is {'wider' if a[0] > 0 else 'narrower'} than the simulated one by {abs(200 * a[0] / span):.1f} % of the range"
+            ),
+        ),
     ]
     for first in sorted(set(cycle))[1:]:
         later = np.where(cycle >= first, force, 0.0)
@@ -150,7 +173,7 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
         descriptions.append((np.column_stack([force, later]), step))
     found = []
     for basis, words in descriptions:
-        a, *_ = np.linalg.lstsq(basis, mean, rcond=None)
+        a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
         share = 1.0 - float(np.sum((mean - basis @ a) ** 2)) / power
         # Each further coefficient has to earn its place.
         share -= 0.05 * (basis.shape[1] - 1)
@@ -159,10 +182,20 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     elastic = _elastic(recording, mean)
     if not found and elastic > SAYS:
         size = 100.0 * float(np.sqrt(power / n)) / span
-        found.append((elastic * size / 100.0, f"{at}what is missing follows the displacement alone ({size:.1f} % of the range), as another law would"))
+        found.append(
+            (
+                elastic * size / 100.0,
+                f"{at}what is missing follows the displacement alone ({size:.1f} % of the range), as another law would",
+            )
+        )
     if not found:
         size = 100.0 * float(np.sqrt(power / n)) / span
-        found.append((0.1 * size / 100.0, f"{at}{size:.1f} % of the range is missing that follows neither displacement, time nor cycle alone"))
+        found.append(
+            (
+                0.1 * size / 100.0,
+                f"{at}{size:.1f} % of the range is missing that follows neither displacement, time nor cycle alone",
+            )
+        )
     return found
 
 

@@ -16,8 +16,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.where.bins import KINDS, SIDES, Bin, Bins, Side, bin_tests, bins
 from bushcli.diagnosis.likelihood.noise import Compared
+from bushcli.diagnosis.where.bins import KINDS, SIDES, Bin, Bins, Side, bin_tests, bins
 from bushcli.diagnosis.where.scan import Box, false_alarm, strongest
 
 Array = NDArray[np.float64]
