@@ -19,8 +19,8 @@ from bushcli.recording import Recording
 from geometry.ring import Ring
 
 # Odds that an effect is there in a size that shows beside all that formulas get wrong. Engineering judgement, in three
-# classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some; what is
-# left is rare. Together they expect an effect to be missing in one test of four.
+# classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some; the
+# rest is rare. Together they expect an effect to be missing in one test of four.
 USUAL, OCCASIONAL, RARE = 0.03, 0.01, 0.005
 ODDS: Mapping[str, float] = {
     "mullins": USUAL,

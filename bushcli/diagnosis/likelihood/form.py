@@ -1,6 +1,7 @@
 """The error of form: formulas of a true effect are wrong by an unknown share of what they explain.
 
-A formula that has the right physics leaves a misfit of some `PHI` of the one without it, smooth along the path; a law leaves some `LAMBDA` of the force. Such a misfit has few degrees of freedom, about `EFFECTIVE` per channel, however many
+A formula that has the right physics leaves a misfit of some `PHI` of the one without it, smooth along the path; a law
+leaves some `LAMBDA` of the force. Such a misfit has few degrees of freedom, about `EFFECTIVE` per channel, however many
 samples show it. With E the sum of squares of the features of a channel beyond what noise makes expect, D that of the
 plain law, F that of the force, and m effective features, a model has the likelihood
 
@@ -61,7 +62,7 @@ class Judged:
     log : float
         Natural logarithm of the likelihood, up to a constant that all models of a diagnosis share.
     scale : tuple of float
-        By channel, the variance v by which its features are divided, harmonic mean over the posterior of phi and lambda.
+        By channel, the variance v of its features: harmonic mean over the posterior of phi and lambda.
     phi : float
         Posterior mean of the error of form.
     """
