@@ -20,6 +20,7 @@ from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
 from bushcli.diagnosis import answer, kept
 from bushcli.diagnosis.fit import Measured, all_features, exact, fit, fit_plain
+from bushcli.diagnosis.fit import begin as begin_plain
 from bushcli.diagnosis.likelihood.calibration import calibrated, factor_of
 from bushcli.diagnosis.likelihood.form import Likelihood
 from bushcli.diagnosis.likelihood.noise import Compared, noise_model
@@ -37,7 +38,7 @@ from bushcli.effect import Effect
 from bushcli.effect import effects as catalogue
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
-from bushcli.faults import DataFault, find_faults, masks
+from bushcli.faults import find_faults, masks
 from bushcli.interrupt import is_interrupt
 from bushcli.inverse.identify import fit_coupons
 from bushcli.recording import Recording, read_recording
@@ -115,8 +116,9 @@ def diagnose(
     crew = Workers(workers, store, executor)
     with crew.open():
         told("fit", chosen.law, "the plain law")
-        plain = crew.run(fit_plain, [(bare, chosen)])[0]
-        if plain is None:
+        used = tuple(~masks(faults, one) for one in recordings)
+        rough = crew.run(begin_plain, [(bare, chosen, used)])[0]
+        if rough is None:
             tried = ", ".join(f"{k} = {v:g}" for k, v in chosen.start.items())
             raise InputError(
                 Finding(
@@ -124,7 +126,7 @@ def diagnose(
                     f"{chosen.law} cannot be solved on these recordings from {tried}, nor from its own start values",
                 )
             )
-        problem, state = _posed(bare, plain, recordings, _used(recordings, faults), crew)
+        problem, state = _posed(bare, rough, recordings, used, crew)
         deadline = float("inf") if budget is None else begin + budget
         fatal = [fault for fault in faults if fault.fatal]
         considered = [] if fatal else _considered(bare, effects)
@@ -133,6 +135,8 @@ def diagnose(
         models = posterior(search)
         best = _exact(models[0], crew, problem, interrupted)
         models = (best, *models[1:])
+        # The same number as that of `bushcli inverse`, which is more exact than the search needs.
+        plain = rough if interrupted else crew.run(fit_plain, [(bare, chosen)])[0] or rough
         extras = _Extras()
         if not interrupted and not fatal:
             extras.make(problem, plain, models, crew, maps, told)
@@ -254,11 +258,6 @@ def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "
     names = material.parameter_names
     start = {key: chosen.parameter(key).start for key in names} | dict(material.parameters)
     return Model(material.law, start, terms=material.terms), "recordings", material
-
-
-def _used(recordings: Sequence[Recording], faults: Sequence[DataFault]) -> tuple[Mask, ...]:
-    """Samples of each recording that are no data faults."""
-    return tuple(~masks(faults, one) for one in recordings)
 
 
 def _posed(
