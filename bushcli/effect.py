@@ -125,7 +125,9 @@ class EffectParameter:
         """Return the word for a value of a parameter that is a choice."""
         return self.choices[round(value)]
 
-    def distinct(self, shape: Shape, acting: Collection[str], broken: Mirrors = frozenset()) -> tuple[str, ...]:
+    def distinct(
+        self, shape: Shape, acting: Collection[str], broken: Mirrors = frozenset()
+    ) -> tuple[str, ...]:
         """Return the choices that differ in some of the modes ``acting``: of mirror images that do not, the first.
 
         Parameters

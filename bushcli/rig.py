@@ -226,7 +226,9 @@ def elastic_response(
         force, stiffness, slope = response(q)
         itself = np.zeros((len(q), len(local)))
         itself[:, 0] = 1.0
-        total = parallel(active, Signal(q, itself), Signal(force, np.column_stack([stiffness, slope])), local, elapsed)
+        total = parallel(
+            active, Signal(q, itself), Signal(force, np.column_stack([stiffness, slope])), local, elapsed
+        )
         return total.value, total.slope[:, 0], total.slope[:, 1:]
 
     q = _shared(driven.value, float(compliance.value), carried)
@@ -240,7 +242,9 @@ def elastic_response(
 
 def _changes(active: Sequence[ActiveEffect], columns: Sequence[str]) -> list[tuple[RigChange, Given]]:
     """Return the changes of the rig in their order, each with its parameters."""
-    ordered = sorted(active, key=lambda one: (0 if one.effect.rig is None else one.effect.rig.order, one.name))
+    ordered = sorted(
+        active, key=lambda one: (0 if one.effect.rig is None else one.effect.rig.order, one.name)
+    )
     return [(one.effect.rig, _given(one, columns)) for one in ordered if one.effect.rig is not None]
 
 

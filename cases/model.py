@@ -210,7 +210,9 @@ class Model:
                     return modulus
         return sleeve.youngs_modulus
 
-    def _surfaces(self, u: Any, motion: Mapping[str, Any], moved: kinematics.Moved | None, degree: int) -> list[Any]:
+    def _surfaces(
+        self, u: Any, motion: Mapping[str, Any], moved: kinematics.Moved | None, degree: int
+    ) -> list[Any]:
         mesh = self.mesh
         x, normal = ufl.SpatialCoordinate(mesh.mesh), ufl.FacetNormal(mesh.mesh)
         weight: Any = 1
@@ -342,7 +344,7 @@ class Model:
 
     @cached_property
     def _resized(self) -> Callable[[], Array] | None:
-        """Displacement of the constrained unknowns' points from mesh to resized body, (3, n); where rotation needs it."""
+        """Displacement (3, n) of the constrained points from the mesh to the resized body; where a rotation needs it."""
         moved = self._stress_free([item for item in self.features if item.feature.resizes])
         if moved is None or self.setting.kinematics != "cartesian" or not self.mode.rotational:
             return None
@@ -358,7 +360,7 @@ class Model:
         return self._resizings[name]()
 
     def _at_constrained(self, vector: Any) -> Callable[[], Array]:
-        """Makes the values (3, n) of a UFL vector at the points of the constrained unknowns, with the present parameters."""
+        """Return what evaluates a UFL vector at the constrained points, (3, n), with the present parameters."""
         dofs = self._constrained.dofs
         block = np.zeros(len(self.state.x.array), dtype=np.int64)
         for field in (0, *range(2, 2 + len(self._followed))):
@@ -366,9 +368,7 @@ class Model:
             block[parent] = np.arange(len(parent)) // 3
         function = fem.Function(space)
         points = space.element.interpolation_points
-        expression = fem.Expression(
-            vector, points() if callable(points) else points, jit_options=options()
-        )
+        expression = fem.Expression(vector, points() if callable(points) else points, jit_options=options())
 
         def values() -> Array:
             function.interpolate(expression)
@@ -408,7 +408,9 @@ class Model:
 
     def boundary_bend(self, name: str, q: float) -> Array | None:
         """Derivative of `rate` by a parameter, over all local unknowns; None for zero."""
-        return self._over_all(self._along_sleeve(self.setting.rate, q, by=name)) if self.resizes(name) else None
+        return (
+            self._over_all(self._along_sleeve(self.setting.rate, q, by=name)) if self.resizes(name) else None
+        )
 
     def resizes(self, name: str) -> bool:
         """Whether a sleeve's motion depends on a parameter because its size does."""
@@ -512,7 +514,9 @@ class Model:
         return float(self.comm.allreduce(part)) * self.multiplicity
 
 
-def strain(setting: Setting, u: Any, mesh: NamedMesh, moved: kinematics.Moved | None = None) -> kinematics.Kinematics:
+def strain(
+    setting: Setting, u: Any, mesh: NamedMesh, moved: kinematics.Moved | None = None
+) -> kinematics.Kinematics:
     """The kinematics that a setting asks for, of a displacement on a mesh whose stress-free shape may be moved."""
     if setting.kinematics == "cartesian":
         return kinematics.cartesian(u, moved)
