@@ -344,7 +344,7 @@ class Model:
 
     @cached_property
     def _resized(self) -> Callable[[], Array] | None:
-        """Displacement (3, n) of the constrained points from the mesh to the resized body; where a rotation needs it."""
+        """Displacement (3, n) of the constrained points from mesh to resized body; where a rotation needs it."""
         moved = self._stress_free([item for item in self.features if item.feature.resizes])
         if moved is None or self.setting.kinematics != "cartesian" or not self.mode.rotational:
             return None

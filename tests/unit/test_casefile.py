@@ -657,6 +657,17 @@ def test_a_choice_is_a_word_with_a_usual_one(folder):
         assert what in problems(folder, rigid, one.replace("BOND", f", bond={value}"))[0]
 
 
+def test_an_effect_on_the_shape_is_bounded_by_it(folder):
+    swaged = "effects=[{name='swaging', parameters={reduction=5.0}}]"
+    assert "reduction = 5.0 is out of bounds (0 to 2 mm: 0.2 of the rubber's thickness)" in str(
+        problems(folder, CASE, swaged)
+    )
+    loose = "effects=[{name='debonding', parameters={length=39.0, bond='outer_top'}}]"
+    assert "length = 39.0 is out of bounds (0 to 36 mm: 0.9 of the rubber's length)" in str(
+        problems(folder, CASE, loose)
+    )
+
+
 def test_a_ratio_of_a_channel_has_no_other_unit_in_degrees(folder):
     both = "effects=[{name='gain', parameters={error=0.05}}]"
     assert load(folder, CASE, both).effects[0].values == {"error": 0.05}
