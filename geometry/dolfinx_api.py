@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 #: First and last release that the tests have run on: DOLFINx renames things with each one.
 TRIED = ((0, 9), (0, 11))
 
@@ -40,6 +43,20 @@ def model_to_mesh(model: Any, comm: Any, dimension: int) -> tuple[Any, Any, Any]
     result = reader.model_to_mesh(model, comm, 0, gdim=dimension, partitioner=partitioner)
     # 0.10 made a named tuple, with more members, of the three.
     return tuple(result) if type(result) is tuple else (result.mesh, result.cell_tags, result.facet_tags)
+
+
+def cell_nodes(mesh: Any) -> Any:
+    """Nodes of each cell of a mesh, shape (cells, nodes)."""
+    # 0.11 has one table for each type of cell, and the name of before is to go.
+    geometry = mesh.geometry
+    return geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
+
+
+def collapsed(space: Any) -> tuple[Any, NDArray[np.int32]]:
+    """A space of its own for a part of a mixed one, and the mixed one's number of each of its unknowns."""
+    alone, dofs = space.collapse()
+    # 0.11 has one list of numbers for each type of cell; a mesh has one type here.
+    return alone, np.asarray(dofs, dtype=np.int32).reshape(-1)
 
 
 def column_map(pattern: Any) -> Any:

@@ -22,6 +22,12 @@ fail() {
 # The Debian column of the list of packages.
 debian_packages() { awk '!/^#/ && NF && $1 != "-" { print $1 }' "$checkout/setup/packages.txt"; }
 
+# The releases of DOLFINx that were tried: at least $oldest_dolfinx, before $next_dolfinx.
+read -r oldest_dolfinx next_dolfinx < <(
+    sed -nE 's/.* fenics-dolfinx>=([0-9.]+),<([0-9.]+)$/\1 \2/p' "$checkout/setup/packages.txt"
+)
+tried_dolfinx="DOLFINx >= $oldest_dolfinx, < $next_dolfinx"
+
 digest() { sha256sum | cut -c1-12; }
 
 # Runs a command with its output in the log; when it fails, the end of that output is shown.

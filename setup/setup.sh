@@ -1,7 +1,7 @@
 #!/bin/bash
 # Makes the environment of this checkout, the shortest way there is:
-#   python   a python3 that imports DOLFINx >= 0.9 (conda-forge, container, Debian 13) is used as it is
-#   apt      Debian or Ubuntu whose own packages carry DOLFINx >= 0.9
+#   python   a python3 that imports a DOLFINx that was tried (conda-forge, container, Debian 13) is used as it is
+#   apt      Debian or Ubuntu whose own packages carry such a DOLFINx
 #   root     anything else with apt-get: a Debian 13 root, entered with bubblewrap; the system stays as it is
 # Each way ends in .venv, with what PyPI has and the `enter` script. BUSHCLI_WAY=python|apt|root chooses.
 # Running it again is quick when nothing has changed, and finishes what was interrupted.

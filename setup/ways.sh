@@ -16,27 +16,34 @@ find_python() {
 
 # DOLFINx among the machine's own packages.
 packaged() { LC_ALL=C apt-cache policy python3-dolfinx-real 2>/dev/null | awk '$1 == "Candidate:" { print $2 }'; }
-is_packaged() { dpkg --compare-versions "$(packaged)" ge 1:0.9~; }
+is_packaged() {
+    dpkg --compare-versions "$(packaged)" ge "1:$oldest_dolfinx~" && dpkg --compare-versions "$(packaged)" lt "1:$next_dolfinx~"
+}
 
 choose_way() {
     local suites="trixie sid" # those that the list of packages was tried on
     [[ " $suites " = *" $suite "* ]] || fail "BUSHCLI_SUITE=$suite is not a release bushcli was tried on: ${suites// /, }."
+    case ${BUSHCLI_WAY:-} in
+    "" | python | apt | root) ;;
+    *) fail "BUSHCLI_WAY=$BUSHCLI_WAY is not a way of setting up: python, apt or root." ;;
+    esac
     if [ "$suite" != "$usual_suite" ]; then # what the machine has is not what was asked for
+        [ "${BUSHCLI_WAY:-root}" = root ] ||
+            fail "BUSHCLI_SUITE=$suite asks for an isolated root, BUSHCLI_WAY=$BUSHCLI_WAY for none: unset one of them."
         way=root
         return
     fi
     case ${BUSHCLI_WAY:-} in
-    python) find_python || fail "BUSHCLI_WAY=python, but no python3 here imports a real-valued DOLFINx >= 0.9: see $log." ;;
+    python) find_python || fail "BUSHCLI_WAY=python, but no python3 here imports a real-valued $tried_dolfinx: see $log." ;;
     apt | root) ;;
     "") find_python || true ;;
-    *) fail "BUSHCLI_WAY=$BUSHCLI_WAY is not a way of setting up: python, apt or root." ;;
     esac
     if [ -n "${BUSHCLI_WAY:-}" ]; then
         way=$BUSHCLI_WAY
     elif [ -n "$python" ]; then
         way=python
     elif ! command -v apt-get >/dev/null; then
-        fail "this system has neither a python3 with DOLFINx >= 0.9 nor apt-get to install one." \
+        fail "this system has neither a python3 with $tried_dolfinx nor apt-get to install one." \
             "\"conda env create -f environment.yml && conda activate bushcli\" brings one; or use the Dockerfile."
     else
         # A machine whose package lists were never fetched knows of no DOLFINx at all, not even an old one.
@@ -51,7 +58,7 @@ describe() {
     apt) echo "installing DOLFINx $(packaged) and what it needs with apt-get (3 GB, about 2 minutes)" ;;
     root)
         if [ "$suite" = "$usual_suite" ]; then
-            echo "no DOLFINx from 0.9 to 0.11 on this system or in its packages: using an isolated Debian 13 root"
+            echo "no $tried_dolfinx on this system or in its packages: using an isolated Debian 13 root"
         else
             echo "using an isolated Debian root ($suite)"
         fi
