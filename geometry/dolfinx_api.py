@@ -2,14 +2,18 @@
 
 Here because meshes are the first to need it, and `cases` may import `geometry`. Nothing here loads DOLFINx before it is
 called: `bushcli check` asks for its version only.
+
+What ``Expression.eval`` returns needs nothing here, but its shape: (cells, points, values) since 0.10, and with the last
+two in one before. Who calls it gives the shape.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 #: First and last release that the tests have run on: DOLFINx renames things with each one.
 TRIED = ((0, 9), (0, 11))
@@ -54,6 +58,8 @@ def cell_nodes(mesh: Any) -> Any:
 
 def collapsed(space: Any) -> tuple[Any, NDArray[np.int32]]:
     """A space of its own for a part of a mixed one, and the mixed one's number of each of its unknowns."""
+    import numpy as np
+
     alone, dofs = space.collapse()
     # 0.11 has one list of numbers for each type of cell; a mesh has one type here.
     return alone, np.asarray(dofs, dtype=np.int32).reshape(-1)

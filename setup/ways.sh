@@ -17,12 +17,14 @@ find_python() {
 # DOLFINx among the machine's own packages.
 packaged() { LC_ALL=C apt-cache policy python3-dolfinx-real 2>/dev/null | awk '$1 == "Candidate:" { print $2 }'; }
 is_packaged() {
-    dpkg --compare-versions "$(packaged)" ge "1:$oldest_dolfinx~" && dpkg --compare-versions "$(packaged)" lt "1:$next_dolfinx~"
+    dpkg --compare-versions "$(packaged)" ge "1:$oldest_dolfinx~" &&
+        dpkg --compare-versions "$(packaged)" lt "1:$next_dolfinx~"
 }
 
 choose_way() {
     local suites="trixie sid" # those that the list of packages was tried on
-    [[ " $suites " = *" $suite "* ]] || fail "BUSHCLI_SUITE=$suite is not a release bushcli was tried on: ${suites// /, }."
+    [[ " $suites " = *" $suite "* ]] ||
+        fail "BUSHCLI_SUITE=$suite is not a release bushcli was tried on: ${suites// /, }."
     case ${BUSHCLI_WAY:-} in
     "" | python | apt | root) ;;
     *) fail "BUSHCLI_WAY=$BUSHCLI_WAY is not a way of setting up: python, apt or root." ;;
