@@ -3,8 +3,8 @@
 Here because meshes are the first to need it, and `cases` may import `geometry`. Nothing here loads DOLFINx before it is
 called: `bushcli check` asks for its version only.
 
-What ``Expression.eval`` returns needs nothing here, but its shape: (cells, points, values) since 0.10, and with the last
-two in one before. Who calls it gives the shape.
+``Expression.eval`` needs nothing here: since 0.10 it returns the shape (cells, points, values), before that the last
+two were one, and whoever calls it gives the shape.
 """
 
 from __future__ import annotations
