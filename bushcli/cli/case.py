@@ -19,14 +19,18 @@ def check(run: Run) -> int:
     from bushcli import report
     from bushcli.direct import check_material
     from bushcli.recording import read_coupon, read_recording
+    from bushcli.report.text import problem_parts
+    from bushcli.tried import installed_dolfinx, untried_dolfinx
 
     case = run.load()
     curves = [read_recording(source) for source in case.recordings]
     coupons = [read_coupon(source) for source in case.coupons]
     if not case.needs_fit:
         check_material(case, case.material)
+    found = untried_dolfinx(installed_dolfinx())
     result = report.case_json(case, curves, coupons, run.timings())
-    run.show(report.case_text(case, curves, coupons))
+    result["problems"] += [vars(problem) for problem in found]
+    run.show(report.case_text(case, curves, coupons), *problem_parts(found))
     run.emit(result)
     if run.output and speaks():
         report.write_check(run.output, result, case)
