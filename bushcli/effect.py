@@ -89,6 +89,9 @@ class EffectParameter:
         one of them. Such a parameter is ``of_mesh`` and has no unit.
     twins : tuple of (str, str)
         Choices that are each other's mirror image about z = 0.
+    within : (str, float) or None
+        "thickness" or "length" of the rubber, and the share of it that the value's size must not exceed: beyond it
+        there is no such bushing.
     prior : Prior
         What is known of it before any recording.
     """
@@ -113,6 +116,7 @@ class EffectParameter:
     of_mesh: bool = False
     choices: tuple[str, ...] = ()
     twins: tuple[tuple[str, str], ...] = ()
+    within: tuple[Literal["thickness", "length"], float] | None = None
     prior: Prior | None = None
 
     def admits(self, value: float) -> bool:
@@ -120,6 +124,16 @@ class EffectParameter:
         if self.choices and value not in range(len(self.choices)):
             return False
         return math.isfinite(value) and self.lower <= value <= self.upper
+
+    def bounds(self, shape: Shape | None) -> tuple[float, float]:
+        """Return the lowest and the highest value that a specimen can have; of any where it is None."""
+        if self.within is None or not isinstance(shape, Ring):
+            return self.lower, self.upper
+        name, share = self.within
+        size = shape.thickness
+        if name == "length":
+            size = 2.0 * float(shape.half_length(np.array([0.0, 1.0])).min())
+        return max(self.lower, -share * size), min(self.upper, share * size)
 
     def choice(self, value: float) -> str:
         """Return the word for a value of a parameter that is a choice."""

@@ -105,7 +105,7 @@ def effect_text(effect: Effect) -> str:
         (
             f"`{p.name}`" + (f", or `{p.reciprocal[0]}` = 1/`{p.name}`" if p.reciprocal else ""),
             _units(p),
-            ", ".join(f'`"{choice}"`' for choice in p.choices) or f"{p.lower:g} to {p.upper:g}",
+            ", ".join(f'`"{choice}"`' for choice in p.choices) or f"{p.lower:g} to {p.upper:g}{_within(p)}",
             "" if p.off is None else f"{p.off:g}",
             p.meaning + (" (optional)" if p.optional else ""),
         )
@@ -120,6 +120,13 @@ def effect_text(effect: Effect) -> str:
         f"- source: {effect.source}",
     ]
     return table(("parameter", "unit", "bounds", "off", "meaning"), rows) + "\n\n" + "\n".join(facts)
+
+
+def _within(parameter: EffectParameter) -> str:
+    if parameter.within is None:
+        return ""
+    name, share = parameter.within
+    return f", at most {share:g} of the rubber's {name}"
 
 
 def _units(parameter: EffectParameter) -> str:
