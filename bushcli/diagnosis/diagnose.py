@@ -128,10 +128,10 @@ def diagnose(
             )
         problem, state = _posed(bare, rough, recordings, used, crew)
         deadline = float("inf") if budget is None else begin + budget
-        fatal = [fault for fault in faults if fault.fatal]
+        fatal = [fault for fault in faults if fault.fatal and fault.channel not in hold_out]
         considered = [] if fatal else _considered(bare, effects)
         search = Search(problem, crew, state, considered, uniform, deadline, told)
-        interrupted = _run(search, crew)
+        interrupted = [] if fatal else _run(search, crew)
         models = posterior(search)
         best = _exact(models[0], crew, problem, interrupted)
         models = (best, *models[1:])
@@ -143,7 +143,7 @@ def diagnose(
     before = problem.compared(plain.simulated)
     after = problem.compared(best.state.fitted.simulated)
     probability = probabilities(models, [one.name for one in considered])
-    channels = _channels(case, bare, whole, problem, plain, best, hold_out)
+    channels = _channels(case, bare, whole, problem, plain, best, faults)
     says: Verdict = "faulty_data" if fatal else answer.verdict(best, chosen)
     judged = [_judged(bare, plain, compared) for compared in (before, after)]
     left = _left(best, search.plain)
@@ -383,13 +383,13 @@ def _channels(
     problem: Problem,
     plain: Fitted,
     best: Weighed,
-    hold_out: Sequence[str],
+    faults: Sequence[DataFault],
 ) -> tuple[DiagnosedChannel, ...]:
     """Every recording before and after, those held out predicted."""
     fitted: Mapping[str, int] = {one.name: i for i, one in enumerate(problem.recordings)}
     predicted = {}
-    if hold_out:
-        sources = tuple(s for s, r in zip(case.recordings, whole, strict=True) if r.name in hold_out)
+    sources = tuple(s for s, r in zip(case.recordings, whole, strict=True) if r.name not in fitted)
+    if sources:
         outside = replace(bare, recordings=sources)
         for which, model in (("before", plain.model), ("after", best.state.model)):
             for channel in kept.channels(model.task(outside)):
@@ -406,8 +406,8 @@ def _channels(
             used, sigma = problem.used[i], problem.noises[i].sigma
         else:
             before, after = predicted["before", recording.name], predicted["after", recording.name]
-            used, sigma = np.ones(len(recording.force), dtype=bool), noise_model(recording).sigma
-        found.append(answer.channel(recording, before, after, sigma, used, recording.name in hold_out))
+            used, sigma = ~masks(faults, recording), noise_model(recording).sigma
+        found.append(answer.channel(recording, before, after, sigma, used, recording.name not in fitted))
     return tuple(found)
 
 

@@ -131,17 +131,19 @@ class Likelihood:
         m = self.effective
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         base = PHI**2 * self.explained
-        total, scales = 0.0, []
+        total, nowhere, scales = 0.0, 0.0, []
+        sizes = np.concatenate([[0.0], _SIZES])
+        prior = np.full(len(sizes), UNKNOWN_IN_CHANNEL / len(_SIZES))
+        prior[0] = 1.0 - UNKNOWN_IN_CHANNEL
         for c in range(len(m)):
-            sizes = np.concatenate([[0.0], _SIZES])
-            prior = np.concatenate(
-                [[1.0 - UNKNOWN_IN_CHANNEL], np.full(len(_SIZES), UNKNOWN_IN_CHANNEL / len(_SIZES))]
-            )
             form = base[c] + (sizes[:, None] ** 2 + lam[None, :] ** 2) * self.signal[c]
             v = 1.0 + form / m[c]
             log = -0.5 * m[c] * np.log(v) - 0.5 * (m[c] + excess[c]) / v
             log = log + np.log(prior)[:, None] + np.log(_WEIGHTS)[None, :]
             part = float(logsumexp(log))
             total += part
+            nowhere += float(logsumexp(log[0]))
             scales.append(1.0 / float(np.sum(np.exp(log - part) / v)))
-        return Judged(total, tuple(scales), 1.0)
+        # It acts in one channel at least.
+        anywhere = -np.expm1(min(nowhere - total, -1e-12)) / (1.0 - (1.0 - UNKNOWN_IN_CHANNEL) ** len(m))
+        return Judged(total + float(np.log(anywhere)), tuple(scales), 1.0)
