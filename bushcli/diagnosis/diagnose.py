@@ -38,7 +38,7 @@ from bushcli.effect import Effect
 from bushcli.effect import effects as catalogue
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
-from bushcli.faults import find_faults, masks
+from bushcli.faults import DataFault, find_faults, masks
 from bushcli.interrupt import is_interrupt
 from bushcli.inverse.identify import fit_coupons
 from bushcli.recording import Recording, read_recording
