@@ -73,14 +73,6 @@ class EffectParameter:
     of_channel : bool
         Whether the parameter belongs to one channel. Where it is a displacement (mm), a force (N, N/s) or a stiffness
         (N/mm) it is in a rotational mode an angle, a moment or N mm per angle; degrees in the case file, rad inside.
-    share : float
-        Of a parameter of a channel, a typical value over the largest displacement, force or their quotient that is
-        recorded there, whichever has its unit.
-    samples : float
-        Of a parameter that is a time, a typical value over the time between samples; ``start`` where that is more.
-    most : float
-        Of a parameter of a channel, the largest size that a diagnosis considers, over the same as ``share``: beyond
-        it is something else.
     of_mesh : bool
         Whether a model is built for its value, as for a dimension of the mesh or a choice: there is no derivative by
         it, and a fit holds it.
@@ -110,9 +102,6 @@ class EffectParameter:
     reciprocal: tuple[str, str] | None = None
     adds_to: str = ""
     of_channel: bool = False
-    share: float = 0.0
-    samples: float = 0.0
-    most: float = math.inf
     of_mesh: bool = False
     choices: tuple[str, ...] = ()
     twins: tuple[tuple[str, str], ...] = ()
