@@ -132,7 +132,7 @@ def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple
     for members in together:
         total = sum(one.probability for one in models if one.names & members)
         if total >= GROUP:
-            names = tuple(sorted(members, key=lambda name: -probability[name]))
+            names = tuple(sorted(members, key=lambda name: (-probability[name], name)))
             family = next((word for word, family in FAMILIES.items() if members <= family), "")
             found.append(Group(family, names, min(1.0, total), _text(family, names)))
     return tuple(sorted(found, key=lambda one: -one.probability))

@@ -11,7 +11,9 @@ import hashlib
 import io
 import json
 import os
+import struct
 import zipfile
+import zlib
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,20 @@ from bushcli.errors import InputError, Problem
 
 SUFFIX = ".npz"
 PACKAGES = ("bushcli", "cases", "forms", "geometry")
+# What NumPy, its archives and our own reading make of bytes that were overwritten.
+_DAMAGED = (
+    OSError,
+    ValueError,
+    TypeError,
+    LookupError,
+    RuntimeError,
+    AttributeError,
+    EOFError,
+    SyntaxError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 @cache
@@ -80,9 +96,10 @@ class Store:
     def read(file: Path, question: tuple[Any, ...]) -> tuple[bool, Any]:
         """Whether there is an answer, and the answer."""
         try:
-            with np.load(file, allow_pickle=False) as found:
+            # Read at once: a damaged archive would stay open.
+            with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as found:
                 return True, _decoded({name: found[name] for name in found.files}, question)
-        except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError):
+        except _DAMAGED:
             return False, None
 
     @staticmethod

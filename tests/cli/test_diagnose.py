@@ -13,13 +13,13 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+from bushcli.diagnosis.doubts import doubts_of_the_data
 
 from bushcli.casefile import load_case
 from bushcli.cli import diagnosis as command
 from bushcli.cli import main
 from bushcli.cli.run import Run
 from bushcli.diagnosis import diagnose as driver
-from bushcli.diagnosis.doubts import doubts_of_the_data
 from bushcli.diagnosis.workers import Workers
 from cases.march import unsolved
 

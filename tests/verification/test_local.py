@@ -11,8 +11,8 @@ from mpi4py import MPI
 
 from bushcli.casefile import load_case
 from bushcli.curve import Curve
-from bushcli.diagnosis.local import _slopes, local_map
-from bushcli.diagnosis.noise_model import Compared, NoiseModel, noise_model
+from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel, noise_model
+from bushcli.diagnosis.where.bushing import _slopes, local_map
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 from cases.feature import Installed

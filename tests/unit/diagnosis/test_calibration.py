@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bushcli.diagnosis import weighing
-from bushcli.diagnosis.noise_model import Compared, NoiseModel, smoothed
+from bushcli.diagnosis.likelihood import calibration
+from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel, smoothed
 from bushcli.recording import Recording
 
 SIGMA, FACTOR = 5.0, 0.005
@@ -22,7 +22,7 @@ def channel(seed, factor=1.0):
 
 def scale(one):
     """Relative change of the simulated force that fits best, and its standard error."""
-    fit = weighing.linear_fit([one], [FACTOR], [FORCE[:, None]])
+    fit = calibration.linear_fit([one], [FACTOR], [FORCE[:, None]])
     J = fit.jacobian[:, 0]
     return -float(J @ fit.misfit) / float(J @ J), float(J @ J) ** -0.5
 
@@ -39,7 +39,7 @@ def test_whitening_is_by_the_covariance():
     one = channel(1)
     F = smoothed(one.recording)
     covariance = SIGMA**2 * np.eye(len(Q)) + FACTOR**2 * np.outer(F, F)
-    rows = weighing.whitened(one.misfit, one, FACTOR)
+    rows = calibration.whitened(one.misfit, one, FACTOR)
     assert rows @ rows == pytest.approx(one.misfit @ np.linalg.solve(covariance, one.misfit), rel=1e-9)
 
 
@@ -50,7 +50,7 @@ def test_smoothing_takes_most_of_the_noise_off():
 
 
 def test_what_calibration_may_be_wrong_by_is_taken_out_but_no_more():
-    small, large = (weighing.calibrated(channel(3, factor), FACTOR) for factor in (1.004, 1.05))
+    small, large = (calibration.calibrated(channel(3, factor), FACTOR) for factor in (1.004, 1.05))
     assert np.sqrt(np.mean(small.misfit**2)) < 1.1 * SIGMA
     # Three standard deviations of the factor of the recorded force, and not five percent.
     left = float(FORCE @ large.misfit) / float(FORCE @ FORCE)
@@ -60,6 +60,6 @@ def test_what_calibration_may_be_wrong_by_is_taken_out_but_no_more():
 def test_samples_without_an_answer_do_not_count():
     one = channel(4)
     some = Compared(one.recording, np.where(Q > 4, np.nan, FORCE), one.noise)
-    rows = weighing.whitened(np.where(some.known, some.misfit, 0.0), some, FACTOR)
+    rows = calibration.whitened(np.where(some.known, some.misfit, 0.0), some, FACTOR)
     assert not rows[Q > 4].any()
     assert np.isfinite(rows).all()

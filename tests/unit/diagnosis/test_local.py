@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from bushcli.diagnosis.field import covariance, estimate, uniform, zoned
+from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
 from bushcli.diagnosis.linearised import linearised, weighed
-from bushcli.diagnosis.local import LEVEL, Combined, Seen, _onto, _zones, local_map
-from bushcli.diagnosis.noise_model import Compared, NoiseModel
+from bushcli.diagnosis.where.bushing import LEVEL, Combined, Seen, _onto, _zones, local_map
+from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
 from bushcli.recording import Recording
 from cases.local import Cells
 from geometry.shape import shapes

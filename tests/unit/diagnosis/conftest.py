@@ -1,0 +1,95 @@
+"""A coupon with a recording in closed form, and the problem that a diagnosis makes of it: no mesh, no march to wait for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bushcli.active import ActiveEffect
+from bushcli.casefile import load_case
+from bushcli.diagnosis.diagnose import _posed
+from bushcli.diagnosis.fit import Measured, fit, fit_plain
+from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.state import State
+from bushcli.diagnosis.workers import Workers
+from bushcli.effect import effect
+from bushcli.recording import read_recording
+
+# MPa; a soft filled rubber.
+C10, C20 = 0.5, -0.02
+TEXT = """
+[geometry]
+shape = "coupon"
+[material]
+law = "{law}"
+[[recordings]]
+mode = "uniaxial"
+file = "uniaxial.csv"
+"""
+
+
+def cycles(peaks=(0.3, 0.3, 0.6, 0.6), per_way=20, rate=0.02):
+    """Time (s) and strain of cycles from zero."""
+    q, t = [0.0], [0.0]
+    for end in [e for peak in peaks for e in (peak, 0.0)]:
+        way = np.linspace(q[-1], end, per_way + 1)[1:]
+        t += list(t[-1] + np.abs(way - q[-1]) / rate)
+        q += list(way)
+    return np.array(t), np.array(q)
+
+
+def stress(strain, set_=0.0):
+    """Nominal stress of an incompressible Yeoh rubber with permanent set, in closed form (Treloar 1975, eq. 4.25)."""
+    farthest = np.maximum.accumulate(np.maximum(strain, 0.0))
+    stretch = 1.0 + strain - set_ * farthest
+    i1 = stretch**2 + 2.0 / stretch - 3.0
+    return 2.0 * (stretch - stretch**-2) * (C10 + 2.0 * C20 * i1)
+
+
+class Coupon:
+    """A uniaxial coupon and the problem of its diagnosis."""
+
+    def __init__(self, folder, law, set_, noise, seed, **program):
+        self.time, self.strain = cycles(**program)
+        force = stress(self.strain, set_)
+        sigma = noise * np.ptp(force)
+        force = force + sigma * np.random.default_rng(seed).normal(size=len(force))
+        rows = zip(self.time, 1.0 + self.strain, force, strict=True)
+        lines = ["time_s,stretch,nominal_stress_MPa", *(f"{t:.6f},{s:.8f},{f:.8f}" for t, s, f in rows)]
+        (folder / "uniaxial.csv").write_text("\n".join(lines) + "\n")
+        (folder / "case.toml").write_text(TEXT.format(law=law))
+        self.case = load_case(folder / "case.toml", ())
+        self.recordings = tuple(read_recording(source) for source in self.case.recordings)
+        start = {"neo_hookean": {"C10": 0.4}, "yeoh": {"C10": 0.4, "C20": -0.01, "C30": 0.001}}[law]
+        self.plain = fit_plain(self.case, Model(law, start))
+        self.used = tuple(np.ones(len(one.force), dtype=bool) for one in self.recordings)
+        # As a diagnosis does it: the plain law at its best under the likelihood, which it sets the units of.
+        self.problem, self.state = _posed(self.case, self.plain, self.recordings, self.used, Workers(1))
+
+    @property
+    def measured(self):
+        """What fits are told of the recordings."""
+        return Measured(self.used, self.problem.variances)
+
+    def model(self, **effects):
+        """The plain law at its best with effects that begin at some values."""
+        active = tuple(ActiveEffect(effect(name), values).started() for name, values in effects.items())
+        at = self.state.model
+        return Model(at.law, at.start, effects=active)
+
+    def fit(self, model, *contained):
+        """The state of a model that was fitted, beside those that it contains."""
+        inside = sorted(contained, key=lambda state: state.objective)
+        least = inside[0].objective if inside else float("inf")
+        found = fit(self.case, model, self.measured, tuple(one.model for one in inside), least)
+        return State(self.problem, found)
+
+
+@pytest.fixture(scope="session")
+def coupon(tmp_path_factory):
+    """Make a coupon: its law, the permanent set that it conceals, and its noise as a share of the force range."""
+
+    def make(law="neo_hookean", set_=0.0, noise=0.003, seed=5, **program):
+        return Coupon(tmp_path_factory.mktemp("coupon"), law, set_, noise, seed, **program)
+
+    return make

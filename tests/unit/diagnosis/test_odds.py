@@ -1,0 +1,91 @@
+"""The table of odds, and priors as fits see them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from bushcli.active import ActiveEffect
+from bushcli.diagnosis import prior
+from bushcli.diagnosis.prior import ODDS, Known, effect_odds, log_odds
+from bushcli.effect import effects
+
+SCALES = {
+    "duration": 120.0,
+    "interval": 0.5,
+    "travel": 5.0,
+    "force": 900.0,
+    "stiffness": 180.0,
+    "compliance": 1.0 / 180.0,
+    "thickness": 10.0,
+    "length": 40.0,
+    "shear": 0.8,
+}
+KNOWN = [
+    (f"{effect.name}.{p.name}", p)
+    for effect in effects().values()
+    for p in effect.parameters
+    if p.prior is not None
+]
+
+
+def active(name, channels=None):
+    return ActiveEffect(effects()[name], {}, channels).started()
+
+
+def test_the_odds_are_of_the_catalogue_and_of_all_of_it():
+    assert set(ODDS) == set(effects())
+    assert all(0.0 < odds < 0.2 for odds in ODDS.values())
+
+
+def test_an_effect_is_missing_in_about_one_test_of_four():
+    """What the table says of itself: the odds of all effects, each by itself."""
+    some = 1.0 - math.prod(1.0 / (1.0 + odds) for odds in ODDS.values())
+    assert 0.15 < some < 0.35
+
+
+def test_odds_multiply_and_the_plain_law_has_none():
+    assert log_odds((), False, False, False, 2) == 0.0
+    both = log_odds((active("mullins"), active("swaging")), True, False, True, 1)
+    expected = ODDS["mullins"] * ODDS["swaging"] * prior.OTHER_LAW * prior.UNKNOWN
+    assert both == pytest.approx(math.log(expected))
+    assert log_odds((), False, True, False, 1) == pytest.approx(math.log(prior.FREED_LAW))
+
+
+def test_channels_share_the_odds_of_what_belongs_to_one_of_them():
+    one = log_odds((active("offset", ("axial",)),), False, False, False, 3)
+    assert one == pytest.approx(math.log(ODDS["offset"] / 3))
+    assert log_odds((active("mullins"),), False, False, False, 3) == pytest.approx(math.log(ODDS["mullins"]))
+
+
+def test_uniform_odds_prefer_no_effect():
+    assert len({effect_odds(name, uniform=True) for name in effects()}) == 1
+
+
+def test_every_identified_parameter_of_the_catalogue_has_a_prior_with_a_source():
+    without = [
+        f"{effect.name}.{p.name}"
+        for effect in effects().values()
+        for p in effect.parameters
+        if p.prior is None or not p.prior.source
+    ]
+    assert without == []
+
+
+@pytest.mark.parametrize(("name", "parameter"), KNOWN, ids=[name for name, _ in KNOWN])
+def test_a_fit_meets_the_density_of_the_prior(name, parameter):
+    """Half the square of the row is the negative log density but for a constant, of the logarithm where it is one's."""
+    known = Known(parameter.prior, SCALES, False)
+    if parameter.prior.shape == "choice":
+        return
+    low, high = parameter.prior.range(SCALES)
+    values = np.linspace(max(low, 0.0) + 0.05 * (high - low), 1.5 * high, 9)
+    logarithm = np.log(np.abs(values)) if parameter.prior.is_logarithmic else 0.0
+    density = np.array([parameter.prior.log_density(v, SCALES) for v in values]) + logarithm
+    rows = np.array([known.row(v)[0] for v in values])
+    np.testing.assert_allclose(-0.5 * rows**2 - density, np.ptp(density) * 0.0 - density[0] - 0.5 * rows[0] ** 2)
+    step = 1e-6 * (high - low)
+    slopes = [(known.row(v + step)[0] - known.row(v - step)[0]) / (2 * step) for v in values]
+    np.testing.assert_allclose([known.row(v)[1] for v in values], slopes, rtol=1e-4, atol=1e-6 / (high - low))
