@@ -1,6 +1,9 @@
 # bushcli: `make demo` and `make test` install what is missing and go. `make help` lists the rest.
 
 PYTEST_ARGS ?=
+# Debian's release for this command, e.g. SUITE=sid: its DOLFINx in an environment of its own. Empty: the usual one.
+SUITE ?= $(BUSHCLI_SUITE)
+export BUSHCLI_SUITE := $(SUITE)
 IN := setup/enter
 CASE ?= examples/batch/case.toml
 CONCEALED ?= examples/concealed/case.toml
@@ -23,7 +26,7 @@ demo: setup ## simulate one bundled example, diagnose the other: results and rep
 	$(SAY) 'What was concealed: examples/concealed/truth/truth.json. To open in a browser:'
 	@ls out/direct/report.html out/diagnosis/report.html
 
-test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some of them
+test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some, SUITE=sid on Debian's newest
 	tests/with-browser $(IN) python -m pytest $(PYTEST_ARGS)
 
 lint: setup ## ruff, mypy and the import rules
@@ -46,5 +49,5 @@ uninstall: ## take it off again
 	@bash setup/install.sh --remove
 
 clean: ## remove the environment of this checkout, results and caches
-	rm -rf .venv out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf .venv .venv-* out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -16,6 +16,7 @@ from pathlib import Path
 from types import ModuleType
 
 from bushcli.condition import Condition
+from bushcli.tried import untried_dolfinx
 from cases.jit import cache_directory
 
 #: What has to be importable: module -> what it is for.
@@ -29,7 +30,6 @@ MODULES = {
     "matplotlib": "plots",
 }
 _SET_UP = "run `make setup` in the checkout, or create the conda environment of environment.yml"
-_OLDEST_DOLFINX = (0, 9)
 
 
 @dataclass(frozen=True)
@@ -76,11 +76,7 @@ def _version(module: ModuleType) -> str:
 def _dolfinx(modules: Mapping[str, ModuleType]) -> Examination:
     if "dolfinx" not in modules:
         return Examination({}, ())
-    version = _version(modules["dolfinx"])
-    if tuple(int(part) for part in version.split(".")[:2]) >= _OLDEST_DOLFINX:
-        return Examination({}, ())
-    message = f"DOLFINx {version} is older than {'.'.join(map(str, _OLDEST_DOLFINX))}"
-    return Examination({}, (Condition("old_dolfinx", message, _SET_UP),))
+    return Examination({}, untried_dolfinx(_version(modules["dolfinx"])))
 
 
 def blas_among(libraries: Iterable[str]) -> str:

@@ -73,14 +73,6 @@ class EffectParameter:
     of_channel : bool
         Whether the parameter belongs to one channel. Where it is a displacement (mm), a force (N, N/s) or a stiffness
         (N/mm) it is in a rotational mode an angle, a moment or N mm per angle; degrees in the case file, rad inside.
-    share : float
-        Of a parameter of a channel, a typical value over the largest displacement, force or their quotient that is
-        recorded there, whichever has its unit.
-    samples : float
-        Of a parameter that is a time, a typical value over the time between samples; ``start`` where that is more.
-    most : float
-        Of a parameter of a channel, the largest size that a diagnosis considers, over the same as ``share``: beyond
-        it is something else.
     of_mesh : bool
         Whether a model is built for its value, as for a dimension of the mesh or a choice: there is no derivative by
         it, and a fit holds it.
@@ -89,6 +81,9 @@ class EffectParameter:
         one of them. Such a parameter is ``of_mesh`` and has no unit.
     twins : tuple of (str, str)
         Choices that are each other's mirror image about z = 0.
+    within : (str, float) or None
+        "thickness" or "length" of the rubber, and the share of it that the value's size must not exceed: beyond it
+        there is no such bushing.
     prior : Prior
         What is known of it before any recording.
     """
@@ -107,12 +102,10 @@ class EffectParameter:
     reciprocal: tuple[str, str] | None = None
     adds_to: str = ""
     of_channel: bool = False
-    share: float = 0.0
-    samples: float = 0.0
-    most: float = math.inf
     of_mesh: bool = False
     choices: tuple[str, ...] = ()
     twins: tuple[tuple[str, str], ...] = ()
+    within: tuple[Literal["thickness", "length"], float] | None = None
     prior: Prior | None = None
 
     def admits(self, value: float) -> bool:
@@ -120,6 +113,16 @@ class EffectParameter:
         if self.choices and value not in range(len(self.choices)):
             return False
         return math.isfinite(value) and self.lower <= value <= self.upper
+
+    def bounds(self, shape: Shape | None) -> tuple[float, float]:
+        """Return the lowest and the highest value that a specimen can have; of any where it is None."""
+        if self.within is None or not isinstance(shape, Ring):
+            return self.lower, self.upper
+        name, share = self.within
+        size = shape.thickness
+        if name == "length":
+            size = 2.0 * float(shape.half_length(np.array([0.0, 1.0])).min())
+        return max(self.lower, -share * size), min(self.upper, share * size)
 
     def choice(self, value: float) -> str:
         """Return the word for a value of a parameter that is a choice."""

@@ -36,7 +36,8 @@ Of = Literal[
 Scales = Mapping[str, float]
 """What priors are relative to, by name: duration and interval between samples (s), largest travel (mm or rad), largest
 force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of the rubber (mm),
-shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear" and "force/duration" are quotients of them."""
+shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear" and
+"force/duration" are quotients of them."""
 
 # A log-uniform prior has half-normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5

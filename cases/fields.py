@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cases.jit import options
 from cases.model import Model
+from geometry.dolfinx_api import interpolation_points
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
@@ -65,8 +66,7 @@ def write_fields(model: Model, displacements: Array, states: Array, file: Path) 
 
 
 def _points(function: fem.Function) -> Array:
-    points = function.function_space.element.interpolation_points
-    return np.asarray(points() if callable(points) else points)
+    return np.asarray(interpolation_points(function.function_space.element))
 
 
 def _cartesian(model: Model, u: ufl.core.expr.Expr) -> ufl.core.expr.Expr:

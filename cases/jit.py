@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
+import importlib.metadata
 import os
 import platform
+import sys
 import time
 from functools import cache
 from pathlib import Path
@@ -37,11 +39,23 @@ def _processor() -> str:
     return hashlib.sha256(f"{platform.machine()} {text}".encode()).hexdigest()[:12]
 
 
+def _stack() -> str:
+    """Python and form compiler: what one of them has compiled, another one does not load."""
+    try:
+        compiler = importlib.metadata.version("fenics-ffcx")
+    except importlib.metadata.PackageNotFoundError:
+        compiler = "unknown"
+    return f"{sys.implementation.cache_tag}-ffcx-{compiler}"
+
+
 def cache_directory() -> Path:
-    """Where compiled kernels are kept: $BUSHCLI_CACHE, or the user's cache directory; one folder per processor."""
+    """Where compiled kernels are kept: $BUSHCLI_CACHE, or the user's cache directory.
+
+    One folder for each processor, Python and form compiler.
+    """
     root = os.environ.get("BUSHCLI_CACHE")
     base = Path(root) if root else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "bushcli"
-    return base / "kernels" / _processor()
+    return base / "kernels" / f"{_processor()}-{_stack()}"
 
 
 def _enter(folder: Path) -> None:

@@ -342,9 +342,7 @@ ASSEMBLY_STEPS = 4
 RELAXED = 1e12
 
 
-def _assemble(
-    model: Model, solver: Equilibrium, sensitivity: _Derivatives, began: float
-) -> list[Attempt]:
+def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives, began: float) -> list[Attempt]:
     """Bring the parameters of the assembly to their values, the sleeve at rest; the rubber relaxes.
 
     The program begins at the time `began`.

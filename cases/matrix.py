@@ -13,6 +13,8 @@ from dolfinx import fem
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from geometry.dolfinx_api import column_map
+
 
 def reduced_matrix(form: Any, constrained: NDArray[np.int32]) -> PETSc.Mat:
     """Matrix for a compiled symmetric form in which constrained unknowns have nothing but their diagonal.
@@ -33,7 +35,7 @@ def reduced_matrix(form: Any, constrained: NDArray[np.int32]) -> PETSc.Mat:
     edges, starts = pattern.graph
     row = np.repeat(np.arange(rows.size_local), np.diff(starts[: rows.size_local + 1]))
     column = edges[: len(row)]
-    columns = pattern.column_index_map()
+    columns = column_map(pattern)
     number = columns.local_to_global(np.arange(columns.size_local + columns.num_ghosts, dtype=np.int32))
     fixed = PETSc.Vec().createMPI((rows.size_local, None), comm=comm)
     fixed.array_w[constrained] = 1.0

@@ -33,6 +33,7 @@ from cases.mode import Mode, Setting
 from forms import kinematics
 from forms.law import Law
 from forms.potential import Body, Potential
+from geometry.dolfinx_api import collapsed, interpolation_points
 from geometry.mesh import NamedMesh
 from geometry.shape import Mirrors, Sleeve
 
@@ -210,7 +211,9 @@ class Model:
                     return modulus
         return sleeve.youngs_modulus
 
-    def _surfaces(self, u: Any, motion: Mapping[str, Any], moved: kinematics.Moved | None, degree: int) -> list[Any]:
+    def _surfaces(
+        self, u: Any, motion: Mapping[str, Any], moved: kinematics.Moved | None, degree: int
+    ) -> list[Any]:
         mesh = self.mesh
         x, normal = ufl.SpatialCoordinate(mesh.mesh), ufl.FacetNormal(mesh.mesh)
         weight: Any = 1
@@ -281,14 +284,14 @@ class Model:
         values: dict[int, tuple[int, Array, bool, str]] = {}
         for component in range(components):
             part = space.sub(0).sub(component)
-            collapsed, _ = part.collapse()
-            points = collapsed.tabulate_dof_coordinates()
+            alone, _ = collapsed(part)
+            points = alone.tabulate_dof_coordinates()
             for names, driven in ((held | planes, False), (driven_names, True)):
                 for name, only in names.items():
                     if name not in mesh.boundary or (only is not None and component not in only):
                         continue
                     facets = mesh.facets.find(mesh.boundary[name])
-                    dofs, own = fem.locate_dofs_topological((part, collapsed), mesh.dimension - 1, facets)
+                    dofs, own = fem.locate_dofs_topological((part, alone), mesh.dimension - 1, facets)
                     values.update(
                         {int(d): (component, points[o], driven, name) for d, o in zip(dofs, own, strict=True)}
                     )
@@ -296,8 +299,8 @@ class Model:
             driven = name in self.mode.driven
             for component in range(components):
                 part = space.sub(field).sub(component)
-                collapsed, dofs = part.collapse()
-                points = collapsed.tabulate_dof_coordinates()
+                alone, dofs = collapsed(part)
+                points = alone.tabulate_dof_coordinates()
                 values |= {int(d): (component, points[i], driven, name) for i, d in enumerate(dofs)}
         # The pressure has no work to do in a metal sleeve, where the energy does not contain it.
         for dof in self._idle_pressures():
@@ -342,7 +345,7 @@ class Model:
 
     @cached_property
     def _resized(self) -> Callable[[], Array] | None:
-        """Displacement of the constrained unknowns' points from mesh to resized body, (3, n); where rotation needs it."""
+        """Displacement (3, n) of the constrained points from mesh to resized body; where a rotation needs it."""
         moved = self._stress_free([item for item in self.features if item.feature.resizes])
         if moved is None or self.setting.kinematics != "cartesian" or not self.mode.rotational:
             return None
@@ -358,17 +361,15 @@ class Model:
         return self._resizings[name]()
 
     def _at_constrained(self, vector: Any) -> Callable[[], Array]:
-        """Makes the values (3, n) of a UFL vector at the points of the constrained unknowns, with the present parameters."""
+        """Return what evaluates a UFL vector at the constrained points, (3, n), with the present parameters."""
         dofs = self._constrained.dofs
         block = np.zeros(len(self.state.x.array), dtype=np.int64)
         for field in (0, *range(2, 2 + len(self._followed))):
-            space, parent = self.space.sub(field).collapse()
+            space, parent = collapsed(self.space.sub(field))
             block[parent] = np.arange(len(parent)) // 3
         function = fem.Function(space)
-        points = space.element.interpolation_points
-        expression = fem.Expression(
-            vector, points() if callable(points) else points, jit_options=options()
-        )
+        points = interpolation_points(space.element)
+        expression = fem.Expression(vector, points, jit_options=options())
 
         def values() -> Array:
             function.interpolate(expression)
@@ -408,7 +409,9 @@ class Model:
 
     def boundary_bend(self, name: str, q: float) -> Array | None:
         """Derivative of `rate` by a parameter, over all local unknowns; None for zero."""
-        return self._over_all(self._along_sleeve(self.setting.rate, q, by=name)) if self.resizes(name) else None
+        return (
+            self._over_all(self._along_sleeve(self.setting.rate, q, by=name)) if self.resizes(name) else None
+        )
 
     def resizes(self, name: str) -> bool:
         """Whether a sleeve's motion depends on a parameter because its size does."""
@@ -474,7 +477,7 @@ class Model:
     def owned_pressures(self) -> NDArray[np.int32]:
         """Pressure unknowns that this rank owns."""
         size = self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs
-        dofs = np.asarray(self.space.sub(1).collapse()[1], dtype=np.int32)
+        _, dofs = collapsed(self.space.sub(1))
         return dofs[dofs < size]
 
     @cached_property
@@ -512,7 +515,9 @@ class Model:
         return float(self.comm.allreduce(part)) * self.multiplicity
 
 
-def strain(setting: Setting, u: Any, mesh: NamedMesh, moved: kinematics.Moved | None = None) -> kinematics.Kinematics:
+def strain(
+    setting: Setting, u: Any, mesh: NamedMesh, moved: kinematics.Moved | None = None
+) -> kinematics.Kinematics:
     """The kinematics that a setting asks for, of a displacement on a mesh whose stress-free shape may be moved."""
     if setting.kinematics == "cartesian":
         return kinematics.cartesian(u, moved)

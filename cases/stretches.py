@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cases.jit import options
 from cases.model import Model
+from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
@@ -120,7 +121,7 @@ def mesh_surface(mesh: NamedMesh) -> Surface | None:
     reference, rubber = [], []
     for name, tag in mesh.region.items():
         # Corners come first among a cell's nodes, in tensor-product order.
-        nodes = mesh.mesh.geometry.dofmap[mesh.cells.find(tag)][:, : 2**dimension]
+        nodes = cell_nodes(mesh.mesh)[mesh.cells.find(tag)][:, : 2**dimension]
         x = mesh.mesh.geometry.x[nodes]
         if dimension == 2:
             x = x[..., [0, 2, 1]]

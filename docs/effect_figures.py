@@ -82,7 +82,8 @@ def main(names: list[str]) -> None:
         axes.set_xlabel("displacement, mm")
         axes.set_ylabel("force, kN")
         told = ", ".join(
-            f"{key} = {written(effects()[name].parameter(key), value, False)}" for key, value in values.items()
+            f"{key} = {written(effects()[name].parameter(key), value, False)}"
+            for key, value in values.items()
         )
         axes.set_title(f"{mode}: {told}", fontsize=9)
         axes.legend(frameon=False, fontsize=9)

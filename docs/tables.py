@@ -1,4 +1,4 @@
-"""The tables of docs/case-file.md and docs/effects.md that list what there is, written from the code.
+"""The tables of docs/case-file.md, docs/effects.md and docs/diagnosis.md that list what there is, from the code.
 
 ``setup/enter python docs/tables.py`` brings the pages up to date after a shape, a law, a mode or an effect was added
 or changed; tests/unit/test_docs.py says when that has been forgotten.
@@ -14,12 +14,14 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from bushcli.casefile.unit import unit
+from bushcli.diagnosis import prior
 from bushcli.effect import Effect, EffectParameter, effects
+from bushcli.prior import Prior
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import Sleeve, Snubber, shapes
 
-PAGES = [Path(__file__).with_name(name) for name in ("case-file.md", "effects.md")]
+PAGES = [Path(__file__).with_name(name) for name in ("case-file.md", "effects.md", "diagnosis.md")]
 _ACTS = {"rubber": "In the rubber", "assembly": "In the assembly", "rig": "In the rig"}
 _UNIT = re.compile(r", (mm|MPa|degrees)\b")
 
@@ -103,7 +105,7 @@ def effect_text(effect: Effect) -> str:
         (
             f"`{p.name}`" + (f", or `{p.reciprocal[0]}` = 1/`{p.name}`" if p.reciprocal else ""),
             _units(p),
-            ", ".join(f'`"{choice}"`' for choice in p.choices) or f"{p.lower:g} to {p.upper:g}",
+            ", ".join(f'`"{choice}"`' for choice in p.choices) or f"{p.lower:g} to {p.upper:g}{_within(p)}",
             "" if p.off is None else f"{p.off:g}",
             p.meaning + (" (optional)" if p.optional else ""),
         )
@@ -120,6 +122,13 @@ def effect_text(effect: Effect) -> str:
     return table(("parameter", "unit", "bounds", "off", "meaning"), rows) + "\n\n" + "\n".join(facts)
 
 
+def _within(parameter: EffectParameter) -> str:
+    if parameter.within is None:
+        return ""
+    name, share = parameter.within
+    return f", at most {share:g} of the rubber's {name}"
+
+
 def _units(parameter: EffectParameter) -> str:
     own = "" if parameter.unit == "1" else parameter.unit
     turned = unit(parameter, rotational=True)
@@ -127,6 +136,45 @@ def _units(parameter: EffectParameter) -> str:
     return (
         own + (f" ({turned})" if turned != parameter.unit else "") + (f", or {other}" if other != "1" else "")
     )
+
+
+def odds_text() -> str:
+    """Return the prior odds, the most common effects first."""
+    by_odds: dict[float, list[str]] = {}
+    for name in effects():
+        by_odds.setdefault(prior.effect_odds(name), []).append(f"[`{name}`](effects.md#{name})")
+    rows = [(", ".join(names), f"{odds:g}") for odds, names in sorted(by_odds.items(), reverse=True)]
+    rows += [
+        ("`unknown`: something that is not in the catalogue", f"{prior.UNKNOWN:g}"),
+        ("another law than the case's", f"{prior.OTHER_LAW:g}"),
+        ("a law identified from the recordings in place of the coupons'", f"{prior.FREED_LAW:g}"),
+    ]
+    return table(("what is added to the plain law", "prior odds"), rows)
+
+
+def priors_text() -> str:
+    """Return what is known of each parameter of an effect before any recording."""
+    rows = [
+        (f"`{effect.name}.{p.name}`", _density(p.prior, p.unit), p.prior.source)
+        for effect in effects().values()
+        for p in effect.parameters
+        if p.prior is not None
+    ]
+    return table(("parameter", "prior", "source"), rows)
+
+
+def _density(known: Prior, unit: str) -> str:
+    """Say a prior in words."""
+    if known.shape == "choice":
+        return f"{known.low:g} choices, equally probable"
+    of = f" times {known.of}" if known.of else "" if unit == "1" else f" {unit}"
+    about = f" about {known.center:g}" if known.center else ""
+    sign = ", either sign" if known.signed else ""
+    if known.shape == "log_uniform":
+        return f"log-uniform, {known.low:g} to {known.high:g}{of}{sign}"
+    if known.shape == "log_normal":
+        return f"log-normal, median {known.low:g}{of}, std of the logarithm {known.high:g}{sign}"
+    return f"{known.shape.replace('_', '-')}{about}, std {known.low:g}{of}"
 
 
 def brought_up_to_date(page: str) -> str:
@@ -138,6 +186,8 @@ def brought_up_to_date(page: str) -> str:
         "laws": laws_text(),
         "modes": modes_text(),
         "effects": effects_text(),
+        "odds": odds_text(),
+        "priors": priors_text(),
     } | {f"effect {effect.name}": effect_text(effect) for effect in effects().values()}
     for name, text in content.items():
         start, end = f"<!-- {name} -->", f"<!-- end {name} -->"

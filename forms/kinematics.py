@@ -44,9 +44,7 @@ class Moved:
         n = len(displacement)
         M = ufl.Identity(n) + ufl.grad(displacement)
         inverse = ufl.inv(M)
-        return cls(
-            displacement, tuple(tuple(inverse[i, j] for j in range(n)) for i in range(n)), ufl.det(M)
-        )
+        return cls(displacement, tuple(tuple(inverse[i, j] for j in range(n)) for i in range(n)), ufl.det(M))
 
     def gradient(self, u: Scalar) -> tuple[tuple[Scalar, ...], ...]:
         """Gradient of a vector by the coordinates of the stress-free body, row by row."""
@@ -59,7 +57,9 @@ class Moved:
     def area(self, normal: Scalar) -> Scalar:
         """Area of a piece of the stress-free surface over that of the mesh with this unit normal (Nanson)."""
         n = range(len(self.inverse))
-        turned = [sum(self.inverse[k][j] * normal[k] for k in n if not _is_zero(self.inverse[k][j])) for j in n]
+        turned = [
+            sum(self.inverse[k][j] * normal[k] for k in n if not _is_zero(self.inverse[k][j])) for j in n
+        ]
         return self.ratio * ufl.sqrt(sum(part * part for part in turned))
 
 

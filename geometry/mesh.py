@@ -1,7 +1,6 @@
 """Gmsh: from the blocks of a shape to a structured mesh with named boundaries and regions.
 
-The only place where a Gmsh session opens and closes, and where the difference between DOLFINx 0.9 (`gmshio`) and
-later (`gmsh`) is met.
+The only place where a Gmsh session opens and closes.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from geometry.dolfinx_api import model_to_mesh
 from geometry.shape import Array, Blocks, Mirrors, Refinement, Shape, Sleeve
 
 DEFAULT = Refinement()
@@ -96,7 +96,7 @@ def build(
         if comm.rank == 0:
             names = _mesh_blocks(blocks, order=2 if shape.displacement_order > 1 else 1)
         names = comm.bcast(names, root=0)
-        mesh, cells, facets = _to_dolfinx(comm, dimension)
+        mesh, cells, facets = _distributed(comm, dimension)
     return NamedMesh(
         mesh,
         facets,
@@ -219,16 +219,7 @@ def _name_faces(blocks: Blocks, positions: list[Array], dimension: int) -> dict[
     return {name: model.addPhysicalGroup(dimension - 1, tags, name=name) for name, tags in members.items()}
 
 
-def _to_dolfinx(comm: MPI.Comm, dimension: int) -> tuple[Any, Any, Any]:
-    import dolfinx
+def _distributed(comm: MPI.Comm, dimension: int) -> tuple[Any, Any, Any]:
     from gmsh import model
 
-    partitioner = dolfinx.mesh.create_cell_partitioner(dolfinx.mesh.GhostMode.none)
-    try:
-        from dolfinx.io import gmsh as reader
-    except ImportError:
-        from dolfinx.io import gmshio as reader
-    result = reader.model_to_mesh(model, comm, 0, gdim=dimension, partitioner=partitioner)
-    if isinstance(result, tuple) and not hasattr(result, "mesh"):
-        return result[0], result[1], result[2]
-    return result.mesh, result.cell_tags, result.facet_tags
+    return model_to_mesh(model, comm, dimension)

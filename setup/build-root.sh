@@ -1,8 +1,9 @@
 #!/bin/bash
-# Builds a Debian 13 root with the given packages: build-root.sh ROOT PACKAGE... (as root; narration on standard
+# Builds a Debian root with the given packages: build-root.sh SUITE ROOT PACKAGE... (as root; narration on standard
 # output, what a user must know on standard error). It appears under its name only when it is complete.
 set -euo pipefail
-root=$1
+suite=$1
+root=$2
 new=$root.new
 mirror=${BUSHCLI_MIRROR:-http://deb.debian.org/debian}
 
@@ -11,21 +12,21 @@ if [ -z "${BUSHCLI_IN_NAMESPACE:-}" ]; then
     BUSHCLI_IN_NAMESPACE=1 exec unshare --mount --pid --fork --kill-child --mount-proc bash "$0" "$@"
 fi
 trap "exit 130" INT TERM # the first process of a namespace is deaf to signals that it does not handle
-shift
+shift 2
 
 # debootstrap downloads with wget, which does not know apt's own proxy.
 eval "$(apt-config shell proxy Acquire::http::Proxy)"
 export http_proxy=${http_proxy:-${proxy:-}}
 [ -n "$http_proxy" ] || unset http_proxy
 
-if ! /usr/lib/apt/apt-helper -o Acquire::Retries=0 download-file "$mirror/dists/trixie/InRelease" "$new.release" 2>&1; then
+if ! /usr/lib/apt/apt-helper -o Acquire::Retries=0 download-file "$mirror/dists/$suite/InRelease" "$new.release" 2>&1; then
     rm -f "$new.release"
     echo "bushcli set-up: cannot reach $mirror: there is no network, or it wants a proxy (http_proxy)" \
         "or another mirror (BUSHCLI_MIRROR)." >&2
     exit 3
 fi
 rm -rf --one-file-system "$new" "$new.release"
-debootstrap --variant=minbase trixie "$new" "$mirror" 2>&1
+debootstrap --variant=minbase "$suite" "$new" "$mirror" 2>&1
 
 # Nothing of this has to survive a power cut, and nobody reads its manuals.
 cat >"$new/etc/dpkg/dpkg.cfg.d/bushcli" <<'END'

@@ -1,6 +1,8 @@
-"""Print this interpreter's path if it imports a real-valued DOLFINx >= 0.9; fail with the reason if not."""
+"""Print this interpreter's path if it imports a real-valued DOLFINx of a release that was tried; say why if not."""
 
+import re
 import sys
+from pathlib import Path
 
 import dolfinx
 from petsc4py import PETSc
@@ -8,8 +10,11 @@ from petsc4py import PETSc
 python = ".".join(map(str, sys.version_info[:2]))
 if tuple(map(int, python.split("."))) < (3, 11):
     sys.exit(f"Python {python} is older than 3.11")
-if tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) < (0, 9):
-    sys.exit(f"DOLFINx {dolfinx.__version__} is older than 0.9")
+listed = Path(__file__).with_name("packages.txt").read_text(encoding="utf-8")
+bounds = re.search(r"fenics-dolfinx>=(\d+)\.(\d+),<(\d+)\.(\d+)", listed)
+first, beyond = tuple(map(int, bounds.groups()[:2])), tuple(map(int, bounds.groups()[2:]))
+if not first <= tuple(int(part) for part in dolfinx.__version__.split(".")[:2]) < beyond:
+    sys.exit(f"DOLFINx {dolfinx.__version__} is not one that was tried: {bounds.group()}")
 if PETSc.ScalarType(0).dtype.kind != "f":
     sys.exit("PETSc computes with complex numbers here")
 sys.stdout.write(sys.executable + "\n")

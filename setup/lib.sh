@@ -7,6 +7,11 @@ home=${BUSHCLI_HOME:-${XDG_DATA_HOME:-${HOME:-/root}/.local/share}/bushcli}
 shared_home=/opt/bushcli # where an administrator may have built the root for everybody
 log=$home/setup.log
 
+# Debian's release whose DOLFINx is used where an isolated root is built. Each has its root and its environment: with
+# another than the usual one a checkout is tried on another DOLFINx, and nothing that is there changes.
+usual_suite=trixie
+suite=${BUSHCLI_SUITE:-$usual_suite}
+
 say() { printf 'bushcli set-up: %s\n' "$*" >&2; }
 
 fail() {
@@ -16,6 +21,12 @@ fail() {
 
 # The Debian column of the list of packages.
 debian_packages() { awk '!/^#/ && NF && $1 != "-" { print $1 }' "$checkout/setup/packages.txt"; }
+
+# The releases of DOLFINx that were tried: at least $oldest_dolfinx, before $next_dolfinx.
+read -r oldest_dolfinx next_dolfinx < <(
+    sed -nE 's/.* fenics-dolfinx>=([0-9.]+),<([0-9.]+)$/\1 \2/p' "$checkout/setup/packages.txt"
+)
+tried_dolfinx="DOLFINx >= $oldest_dolfinx, < $next_dolfinx"
 
 digest() { sha256sum | cut -c1-12; }
 

@@ -1,10 +1,11 @@
 #!/bin/bash
 # Makes the environment of this checkout, the shortest way there is:
-#   python   a python3 that imports DOLFINx >= 0.9 (conda-forge, container, Debian 13) is used as it is
-#   apt      Debian or Ubuntu whose own packages carry DOLFINx >= 0.9
+#   python   a python3 that imports a DOLFINx that was tried (conda-forge, container, Debian 13) is used as it is
+#   apt      Debian or Ubuntu whose own packages carry such a DOLFINx
 #   root     anything else with apt-get: a Debian 13 root, entered with bubblewrap; the system stays as it is
 # Each way ends in .venv, with what PyPI has and the `enter` script. BUSHCLI_WAY=python|apt|root chooses.
 # Running it again is quick when nothing has changed, and finishes what was interrupted.
+# BUSHCLI_SUITE=sid takes the root way with Debian's newest packages, in an environment of its own: .venv-sid.
 #
 # With an argument: the same for an installed bushcli, which does not need the checkout any more, in that directory.
 set -euo pipefail
@@ -15,11 +16,12 @@ source "$checkout/setup/ways.sh"
 # shellcheck source=setup/venv.sh
 source "$checkout/setup/venv.sh"
 venv=${1:-$checkout/.venv}
+if [ $# = 0 ] && [ "$suite" != "$usual_suite" ]; then venv+=-$suite; fi
 
 # What the environment is made from. The settings of the checking tools, in the same file, do not matter here.
 made_from() {
     { sed '/^\[tool\.ruff\]/,$d' "$checkout/pyproject.toml" && cat "$checkout"/setup/*; } | digest
-    printf '%s\n' "${BUSHCLI_WAY:-shortest}" "$checkout" "$home"
+    printf '%s\n' "${BUSHCLI_WAY:-shortest}" "$suite" "$checkout" "$home"
     if (($# > 0)); then find "$checkout"/{bushcli,cases,forms,geometry,examples} -type f | sort | xargs sha256sum; fi
 }
 

@@ -16,21 +16,36 @@ find_python() {
 
 # DOLFINx among the machine's own packages.
 packaged() { LC_ALL=C apt-cache policy python3-dolfinx-real 2>/dev/null | awk '$1 == "Candidate:" { print $2 }'; }
-is_packaged() { dpkg --compare-versions "$(packaged)" ge 1:0.9~; }
+is_packaged() {
+    dpkg --compare-versions "$(packaged)" ge "1:$oldest_dolfinx~" &&
+        dpkg --compare-versions "$(packaged)" lt "1:$next_dolfinx~"
+}
 
 choose_way() {
+    local suites="trixie sid" # those that the list of packages was tried on
+    [[ " $suites " = *" $suite "* ]] ||
+        fail "BUSHCLI_SUITE=$suite is not a release bushcli was tried on: ${suites// /, }."
     case ${BUSHCLI_WAY:-} in
-    python) find_python || fail "BUSHCLI_WAY=python, but no python3 here imports a real-valued DOLFINx >= 0.9: see $log." ;;
+    "" | python | apt | root) ;;
+    *) fail "BUSHCLI_WAY=$BUSHCLI_WAY is not a way of setting up: python, apt or root." ;;
+    esac
+    if [ "$suite" != "$usual_suite" ]; then # what the machine has is not what was asked for
+        [ "${BUSHCLI_WAY:-root}" = root ] ||
+            fail "BUSHCLI_SUITE=$suite asks for an isolated root, BUSHCLI_WAY=$BUSHCLI_WAY for none: unset one of them."
+        way=root
+        return
+    fi
+    case ${BUSHCLI_WAY:-} in
+    python) find_python || fail "BUSHCLI_WAY=python, but no python3 here imports a real-valued $tried_dolfinx: see $log." ;;
     apt | root) ;;
     "") find_python || true ;;
-    *) fail "BUSHCLI_WAY=$BUSHCLI_WAY is not a way of setting up: python, apt or root." ;;
     esac
     if [ -n "${BUSHCLI_WAY:-}" ]; then
         way=$BUSHCLI_WAY
     elif [ -n "$python" ]; then
         way=python
     elif ! command -v apt-get >/dev/null; then
-        fail "this system has neither a python3 with DOLFINx >= 0.9 nor apt-get to install one." \
+        fail "this system has neither a python3 with $tried_dolfinx nor apt-get to install one." \
             "\"conda env create -f environment.yml && conda activate bushcli\" brings one; or use the Dockerfile."
     else
         # A machine whose package lists were never fetched knows of no DOLFINx at all, not even an old one.
@@ -43,7 +58,13 @@ describe() {
     case $way in
     python) echo "using the DOLFINx of $python" ;;
     apt) echo "installing DOLFINx $(packaged) and what it needs with apt-get (3 GB, about 2 minutes)" ;;
-    root) echo "no DOLFINx >= 0.9 on this system or in its packages: using an isolated Debian 13 root" ;;
+    root)
+        if [ "$suite" = "$usual_suite" ]; then
+            echo "no $tried_dolfinx on this system or in its packages: using an isolated Debian 13 root"
+        else
+            echo "using an isolated Debian root ($suite)"
+        fi
+        ;;
     esac
 }
 
@@ -69,18 +90,18 @@ prepare_apt() {
 
 build_root() {
     local status=0
-    as_root bash "$checkout/setup/build-root.sh" "$root" $(debian_packages) >>"$log" </dev/null || status=$?
+    as_root bash "$checkout/setup/build-root.sh" "$suite" "$root" $(debian_packages) >>"$log" </dev/null || status=$?
     case $status in
     0) return ;;
     3) exit 1 ;; # it has said why
     esac
     tail -n 5 "$log" | sed 's/^/    /' >&2
-    fail "the Debian 13 root could not be built. The whole story is in $log."
+    fail "the Debian root ($suite) could not be built. The whole story is in $log."
 }
 
 prepare_root() {
     local key
-    key=$({ debian_packages && grep -v '^ *#' "$checkout/setup/build-root.sh"; } | digest)
+    key=$suite-$({ debian_packages && grep -v '^ *#' "$checkout/setup/build-root.sh"; } | digest)
     root=$home/root-$key
     if [ ! -f "$root/complete" ] && [ -f "$shared_home/root-$key/complete" ]; then root=$shared_home/root-$key; fi
     python=/usr/bin/python3
@@ -88,7 +109,7 @@ prepare_root() {
         [[ $root != *[[:space:]]* ]] || fail "debootstrap wants a path without blanks, and $root has one;" \
             "choose another place with BUSHCLI_HOME=/path."
         ask_for_rights
-        need_space "$home" 4000 "the Debian 13 root"
+        need_space "$home" 4000 "the Debian root ($suite)"
         command -v debootstrap >/dev/null || apt_install debootstrap debian-archive-keyring
     fi
     command -v bwrap >/dev/null || apt_install bubblewrap
@@ -96,7 +117,7 @@ prepare_root() {
         fail "bubblewrap cannot make a namespace here. A container has to be run with --privileged, or built from" \
             "the Dockerfile; elsewhere unprivileged user namespaces are switched off. The whole story is in $log."
     if [ ! -f "$root/complete" ]; then
-        say "building the Debian 13 root in $root (3 GB, about 3 minutes, once)"
+        say "building the Debian root ($suite) in $root (3 GB, about 3 minutes, once)"
         build_root
     fi
 }

@@ -57,7 +57,8 @@ def build(
         findings += _channels(effect, table, keys, channels)
         plain = ActiveEffect(effect, channels=names)
         on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
-        values, wrong = _values(effect, table, keys, any(modes()[channel.mode].rotational for channel in on))
+        rotational = any(modes()[channel.mode].rotational for channel in on)
+        values, wrong = _values(effect, table, keys, rotational, shape)
         findings += wrong
         others = [name for other, _ in tables if (name := other.name) != effect.name]
         for what, expected in () if shape is None else unsuited(effect, shape, others, values):
@@ -111,7 +112,7 @@ def _channels(
 
 
 def _values(
-    effect: Effect, table: EffectTable, keys: Keys, rotational: bool
+    effect: Effect, table: EffectTable, keys: Keys, rotational: bool, shape: Shape | None
 ) -> tuple[dict[str, float], list[Finding]]:
     """Return the values that are given, by the parameters' own names, in internal units; a choice always has one."""
     values: dict[str, float] = {}
@@ -143,16 +144,21 @@ def _values(
             inverted = name not in own
             value = (1.0 / given if given else math.inf) if inverted else inside(parameter, given, rotational)
             values[parameter.name] = value
-            if not parameter.admits(value):
+            low, high = parameter.bounds(shape)
+            if not parameter.admits(value) or not low <= value <= high:
                 what = f"{dotted(at)} = {shown(given)} is out of bounds"
-                findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational)))
+                findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational, shape)))
     return values | chosen, findings
 
 
-def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool) -> str:
+def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool, shape: Shape | None) -> str:
     if inverted and parameter.reciprocal is not None:
         units = "" if parameter.reciprocal[1] == "1" else f" {parameter.reciprocal[1]}"
         return f"at least {1.0 / parameter.upper:g}{units}"
     units = "" if parameter.unit == "1" else f" {unit(parameter, rotational)}"
-    low, high = (outside(parameter, bound, rotational) for bound in (parameter.lower, parameter.upper))
-    return f"{low:g} to {high:g}{units}"
+    low, high = (outside(parameter, bound, rotational) for bound in parameter.bounds(shape))
+    limit = ""
+    if parameter.within is not None and (low, high) != (parameter.lower, parameter.upper):
+        name, share = parameter.within
+        limit = f": {share:.2g} of the rubber's {name}"
+    return f"{low:g} to {high:g}{units}{limit}"

@@ -24,6 +24,8 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.direct import check_material
     from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_recording
+    from bushcli.report.text import problem_parts
+    from bushcli.tried import installed_dolfinx, untried_dolfinx
 
     case = run.load()
     curves = [read_recording(source) for source in case.recordings]
@@ -31,8 +33,10 @@ def check(run: Run, strict: bool) -> int:
     if not case.needs_fit:
         check_material(case, case.material)
     faults = find_faults(case, [*curves, *coupons])
+    found = untried_dolfinx(installed_dolfinx())
     result = report.case_json(case, curves, coupons, run.timings(), faults)
-    run.show(report.case_text(case, curves, coupons, faults))
+    result["problems"] += [vars(problem) for problem in found]
+    run.show(report.case_text(case, curves, coupons, faults), *problem_parts(found))
     run.emit(result)
     if run.output and speaks():
         report.write_check(run.output, result, case)

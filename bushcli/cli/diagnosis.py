@@ -23,11 +23,29 @@ from bushcli.interrupt import is_interrupt
     help="Look for these effects only (see `bushcli list effects`); may be given several times.",
 )
 @click.option(
+    "--hold-out",
+    "hold_out",
+    multiple=True,
+    metavar="CHANNEL",
+    help="Leave this channel out of fits and evidence, and predict it; may be given several times.",
+)
+@click.option(
+    "--uniform-odds",
+    is_flag=True,
+    help="Give all effects the same prior odds, however common or rare they are.",
+)
+@click.option(
+    "--budget",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="MINUTES",
+    help="Start no further fits after this time, and answer with the models fitted so far.",
+)
+@click.option(
     "--workers",
     type=click.IntRange(1, 256),
     default=1,
     show_default=True,
-    help="Processes that share the refits.",
+    help="Processes that share the work; the answer does not depend on their number.",
 )
 @click.option("--resume", is_flag=True, help="Go on with the fits of the last run into the same -o DIR.")
 @click.option("--no-maps", is_flag=True, help="No map of the misfit in the bushing.")
@@ -37,19 +55,23 @@ def diagnose(
     run: Run,
     model: str | None,
     wanted: tuple[str, ...],
+    hold_out: tuple[str, ...],
+    uniform_odds: bool,
+    budget: float | None,
     workers: int,
     resume: bool,
     no_maps: bool,
     strict: bool,
 ) -> int:
-    """Say where the simulation of CASE misses its recordings, and what physics was left out.
+    """Say where the simulation of CASE misses its recordings, what physics was left out, and how probable that is.
 
-    The physics is modelled, and the fit shown before and after. With -o DIR each fit is kept in
-    DIR/history-diagnose, from which --resume goes on after an interruption. Under `mpirun -n N` the first process
-    leads and the others share the refits, on as many machines as they are.
+    The result lists the probability of every effect, the most probable models, and the fit before and after. With
+    -o DIR each fit is kept in DIR/history-diagnose; --resume uses those of an earlier run. Under `mpirun -n N` the
+    first process leads and the others share the work, on one machine or several.
     """
     from bushcli import report
     from bushcli.diagnosis.diagnose import diagnose as find
+    from bushcli.diagnosis.store import SUFFIX
     from bushcli.diagnosis.workers import ranks
 
     case = run.load()
@@ -69,6 +91,9 @@ def diagnose(
                     case,
                     model=model,
                     effects=_names(wanted),
+                    hold_out=tuple(dict.fromkeys(hold_out)),
+                    uniform=uniform_odds,
+                    budget=None if budget is None else 60.0 * budget,
                     workers=workers,
                     executor=executor,
                     journal=journal,
@@ -78,8 +103,10 @@ def diagnose(
                 )
         except BaseException as error:
             if journal is not None and is_interrupt(error):
-                kept = len(list(journal.glob("*.result")))
-                run.say(f"no verdict yet; {kept} {'fit is' if kept == 1 else 'fits are'} kept for --resume")
+                kept = len(list(journal.glob(f"*{SUFFIX}")))
+                run.say(
+                    f"no verdict yet; {kept} {'result is' if kept == 1 else 'results are'} kept for --resume"
+                )
             raise
         result = report.diagnosis_json(found, run.timings())
         run.show(report.diagnosis_text(found))

@@ -196,7 +196,11 @@ def _interrupted() -> int:
 
 
 def _mistaken(error: Exception) -> int:
+    from bushcli.tried import installed_dolfinx, untried_dolfinx
+
     if speaks():
         click.echo(f"internal error: {type(error).__name__}: {error}", err=True)
         click.echo("this is a mistake in bushcli; --debug shows where", err=True)
+        for possible in untried_dolfinx(installed_dolfinx()):
+            click.echo(f"perhaps because {possible.message}\n  remedy: {possible.remedy}", err=True)
     return MISTAKE

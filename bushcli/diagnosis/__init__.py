@@ -1,6 +1,6 @@
-"""Diagnosis: where a simulation misses its recording, which missing physics would close the gap, and what would tell.
+"""Diagnosis: where a simulation misses its recording, which physics is missing, how probable that is, what would tell.
 
-`diagnose` leads from the plain law to the answer. Models are solved and fitted (`model`, `start`), tried with more
-physics (`candidates`), made to foretell recordings (`proposing`) and looked into (`local`). What judges them has values
-in and values out: noise and its weighing, tests and scores, places in the record.
+`diagnose` leads from the recordings to the answer, from top to bottom in the order of docs/diagnosis.md. Models are
+fitted (`fit`) and judged by their evidence (`likelihood`, `evidence`); what others would be worth is predicted to first
+order (`columns`, `predict`) and decides which is fitted next (`queue`); the evidence of all makes the posterior.
 """

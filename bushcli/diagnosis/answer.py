@@ -223,7 +223,8 @@ def channel(
 
 def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> FormError:
     """How wrong the most probable model's formulas are taken to be."""
-    likelihood, judged = plain.problem.likelihood, best.state.evidence.judged
+    likelihood, found = plain.problem.likelihood, best.state.evidence
+    judged = found.judged_unknown if best.unknown else found.judged
     scale = np.array(judged.scale) - 1.0
     percent = {}
     for one, excess, m, features in zip(

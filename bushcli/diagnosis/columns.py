@@ -77,22 +77,25 @@ def trials(
         return [], "it does not act on the recorded modes"
     if effect.needs_time and all(one.time is None for one in acting):
         return [], "the recordings have no time"
-    if effect.needs_fixed_law and not model.fixed:
-        return [], "a law that is identified from the same recordings does all that it does"
     reason = unfit(case, (*(one.effect.name for one in model.effects), effect.name))
     if reason:
         return [], reason
     having = [one for one in model.effects if one.effect.name == effect.name]
     found: list[Trial] = []
+    everywhere = [one.name for one in recordings]
     for present in having:
         there = [one for one in acting if present.channels is None or one.name in present.channels]
         found += _grid(case, model, effect, present, present.channels, there)
     known = {name for one in having for name in one.channels or [r.name for r in acting]}
     for rig in _rigs(effect, acting):
+        if not effect.is_told_from_law(rig or [one.name for one in acting], everywhere, model.fixed):
+            continue
         if not having or (rig is not None and not known & set(rig)):
             there = [one for one in acting if rig is None or one.name in rig]
             found += _grid(case, model, effect, None, rig, there)
-    return found, "" if found else "it is in the model already"
+    if found or having:
+        return found, "" if found else "it is in the model already"
+    return [], "a law that is identified from the same recordings does all that it does"
 
 
 def unfit(case: Case, names: Sequence[str]) -> str:
@@ -138,6 +141,9 @@ def _grid(
     factors = {"": 1.0, "duration": scales["duration"], "amplitude": scales["travel"]}
 
     def values(parameter: EffectParameter) -> list[float]:
+        if parameter.choices:
+            words = parameter.distinct(case.geometry, [one.mode for one in recordings])
+            return [float(parameter.choices.index(word)) for word in words]
         if not parameter.scan:
             return [parameter.start if parameter.prior is None else parameter.prior.median(scales)]
         # A grid of stresses is meant for a rubber of about 1 MPa.

@@ -20,6 +20,7 @@ from bushcli.casefile import Case, Material
 from bushcli.condition import Condition
 from bushcli.diagnosis import answer, kept
 from bushcli.diagnosis.fit import Measured, all_features, exact, fit, fit_plain
+from bushcli.diagnosis.fit import begin as begin_plain
 from bushcli.diagnosis.likelihood.calibration import calibrated, factor_of
 from bushcli.diagnosis.likelihood.form import Likelihood
 from bushcli.diagnosis.likelihood.noise import Compared, noise_model
@@ -115,8 +116,9 @@ def diagnose(
     crew = Workers(workers, store, executor)
     with crew.open():
         told("fit", chosen.law, "the plain law")
-        plain = crew.run(fit_plain, [(bare, chosen)])[0]
-        if plain is None:
+        used = tuple(~masks(faults, one) for one in recordings)
+        rough = crew.run(begin_plain, [(bare, chosen, used)])[0]
+        if rough is None:
             tried = ", ".join(f"{k} = {v:g}" for k, v in chosen.start.items())
             raise InputError(
                 Finding(
@@ -124,22 +126,24 @@ def diagnose(
                     f"{chosen.law} cannot be solved on these recordings from {tried}, nor from its own start values",
                 )
             )
-        problem, state = _posed(bare, plain, recordings, _used(recordings, faults), crew)
+        problem, state = _posed(bare, rough, recordings, used, crew)
         deadline = float("inf") if budget is None else begin + budget
-        fatal = [fault for fault in faults if fault.fatal]
+        fatal = [fault for fault in faults if fault.fatal and fault.channel not in hold_out]
         considered = [] if fatal else _considered(bare, effects)
         search = Search(problem, crew, state, considered, uniform, deadline, told)
-        interrupted = _run(search, crew)
+        interrupted = [] if fatal else _run(search, crew)
         models = posterior(search)
         best = _exact(models[0], crew, problem, interrupted)
         models = (best, *models[1:])
+        # The same number as that of `bushcli inverse`, which is more exact than the search needs.
+        plain = rough if interrupted else crew.run(fit_plain, [(bare, chosen)])[0] or rough
         extras = _Extras()
         if not interrupted and not fatal:
             extras.make(problem, plain, models, crew, maps, told)
     before = problem.compared(plain.simulated)
     after = problem.compared(best.state.fitted.simulated)
     probability = probabilities(models, [one.name for one in considered])
-    channels = _channels(case, bare, whole, problem, plain, best, hold_out)
+    channels = _channels(case, bare, whole, problem, plain, best, faults)
     says: Verdict = "faulty_data" if fatal else answer.verdict(best, chosen)
     judged = [_judged(bare, plain, compared) for compared in (before, after)]
     left = _left(best, search.plain)
@@ -254,11 +258,6 @@ def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "
     names = material.parameter_names
     start = {key: chosen.parameter(key).start for key in names} | dict(material.parameters)
     return Model(material.law, start, terms=material.terms), "recordings", material
-
-
-def _used(recordings: Sequence[Recording], faults: Sequence[DataFault]) -> tuple[Mask, ...]:
-    """Samples of each recording that are no data faults."""
-    return tuple(~masks(faults, one) for one in recordings)
 
 
 def _posed(
@@ -384,13 +383,13 @@ def _channels(
     problem: Problem,
     plain: Fitted,
     best: Weighed,
-    hold_out: Sequence[str],
+    faults: Sequence[DataFault],
 ) -> tuple[DiagnosedChannel, ...]:
     """Every recording before and after, those held out predicted."""
     fitted: Mapping[str, int] = {one.name: i for i, one in enumerate(problem.recordings)}
     predicted = {}
-    if hold_out:
-        sources = tuple(s for s, r in zip(case.recordings, whole, strict=True) if r.name in hold_out)
+    sources = tuple(s for s, r in zip(case.recordings, whole, strict=True) if r.name not in fitted)
+    if sources:
         outside = replace(bare, recordings=sources)
         for which, model in (("before", plain.model), ("after", best.state.model)):
             for channel in kept.channels(model.task(outside)):
@@ -407,8 +406,8 @@ def _channels(
             used, sigma = problem.used[i], problem.noises[i].sigma
         else:
             before, after = predicted["before", recording.name], predicted["after", recording.name]
-            used, sigma = np.ones(len(recording.force), dtype=bool), noise_model(recording).sigma
-        found.append(answer.channel(recording, before, after, sigma, used, recording.name in hold_out))
+            used, sigma = ~masks(faults, recording), noise_model(recording).sigma
+        found.append(answer.channel(recording, before, after, sigma, used, recording.name not in fitted))
     return tuple(found)
 
 

@@ -20,7 +20,7 @@ from bushcli.casefile import Case
 from bushcli.diagnosis import kept
 from bushcli.diagnosis.likelihood.calibration import factor_of
 from bushcli.diagnosis.likelihood.features import Features, features
-from bushcli.diagnosis.likelihood.noise import NoiseModel, noise_model
+from bushcli.diagnosis.likelihood.noise import noise_model
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.prior import Known, known_parameters
 from bushcli.inverse.begin import own_start, scaled
@@ -38,6 +38,8 @@ Mask = NDArray[np.bool_]
 TOLERANCE = 1e-3
 # A fit has an end, too, where so many evaluations bring less than this share.
 VALLEY = 8, 5e-3
+# Share of the force that a law is taken to be wrong by before its misfit is known: what engineers accept of one.
+UNKNOWN = 0.1
 # No fit takes more evaluations.
 MOST = 40
 # Nor does one in three dimensions that could not solve so many trials; each takes as long as five others.
@@ -124,9 +126,20 @@ def fit_plain(case: Case, model: Model) -> Fitted | None:
     return None if found is None else _fitted(model, problem, found.minimum.x, found.minimum.converged)
 
 
-def noises(case: Case, model: Model) -> tuple[NoiseModel, ...]:
-    """Noise of each channel as a simulation is to meet it."""
-    return tuple(noise_model(channel.recording) for channel in kept.channels(model.task(case)))
+def begin(case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
+    """Fit the plain law before it is known how much it leaves; None where it cannot be solved from any start.
+
+    Every channel counts by its force, as if the law were wrong by `UNKNOWN` of it.
+    """
+    own = all_features(case, model, used)
+    scales = tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in own)
+    task, problem = pose(case, model, Measured(used, scales), patience=None)
+    start, lower, upper = task.vectors()
+    if not problem.names:
+        solved = np.isfinite(problem.residual(np.zeros(0))).all()
+        return _fitted(model, problem, np.zeros(0), True) if solved else None
+    found = first_minimum(problem, start, lower, upper)
+    return None if found is None else _fitted(model, problem, found.minimum.x, found.minimum.converged)
 
 
 def all_features(case: Case, model: Model, used: Sequence[Mask]) -> tuple[Features, ...]:
@@ -182,11 +195,13 @@ def fit(
     return None if best is None else _fitted(model, problem, best[1], best[2])
 
 
-def pose(case: Case, model: Model, measured: Measured) -> tuple[Task, Posterior]:
+def pose(
+    case: Case, model: Model, measured: Measured, patience: int | None = PATIENCE
+) -> tuple[Task, Posterior]:
     """The least-squares problem of a model."""
     task = model.task(case)
     coarse: kept.Coarse = "never" if model.anchor is None else "memory"
-    channels = kept.channels(task, coarse=coarse, anchor=model.anchor, patience=PATIENCE)
+    channels = kept.channels(task, coarse=coarse, anchor=model.anchor, patience=patience)
     plain = task.pose(channels)
     problem = Posterior(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY

@@ -83,10 +83,8 @@ def channels(
 
 
 def be_patient(channel: Channel, patience: int | None) -> None:
-    """Give marches of a channel up after so many failed steps."""
-    channel.patience = patience
-    if channel.simulation is not None:
-        channel.simulation.patience = patience
+    """Give marches of a channel up after so many failed steps, whatever was seen before."""
+    channel.patience, channel.hardest = patience, None
 
 
 def brought(plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array]]:

@@ -5,8 +5,8 @@ the mutual information of model and data, bounded from below by the distances be
 
     I >= - sum_k p_k log sum_j p_j exp(-C_kj),
 
-with C the Bhattacharyya distance, in the likelihood's own terms: features with noise and an error of form, and the other
-model's parameters free to imitate as far as the present recordings leave them open.
+with C the Bhattacharyya distance, in the likelihood's own terms: noise and an error of form, and the other model's
+parameters free to imitate as far as the present recordings leave them open.
 
 References
 ----------

@@ -63,7 +63,7 @@ class Weighed:
 
 
 def posterior(search: Search) -> tuple[Weighed, ...]:
-    """All models that were fitted, each with and without the unknown effect, the most probable first."""
+    """All models that were fitted, each with and without the unknown effect; the most probable set of effects first."""
     rows = []
     for state in search.states.values():
         known, unknown = search.weights(state)
@@ -75,7 +75,11 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
     found = [
         Weighed(state, unknown, float(np.exp(weight - total)), log) for weight, log, state, unknown in rows
     ]
-    return tuple(sorted(found, key=lambda one: (-one.probability, one.effects)))
+    sets: dict[tuple[str, ...], float] = {}
+    for one in found:
+        sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
+    # The laws that go with one set of effects stand together: what is asked for first is the effects.
+    return tuple(sorted(found, key=lambda one: (-sets[one.effects], one.effects, -one.probability)))
 
 
 def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:

@@ -209,7 +209,7 @@ class Beside:
             ]
         )
         own = self._left(G)
-        names, known, start = self._unknowns(point)
+        known, start = self._unknowns(point)
         precision = np.array(
             [
                 0.0 if one is None or one.prior.is_logarithmic else one.prior.curvature(value, one.scales)
@@ -234,9 +234,8 @@ class Beside:
         )
         return found.log, amplitude
 
-    def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[str], list[Known | None], Array]:
-        """Full names, priors and off values of the amplitudes."""
-        names: list[str] = []
+    def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[Known | None], Array]:
+        """Priors and off values of the amplitudes."""
         known: list[Known | None] = []
         start: list[float] = []
         for one in point:
@@ -245,11 +244,9 @@ class Beside:
                 self.state.problem.case, (active,), self._shear, self.state.problem.recordings
             )
             for name in one.trial.amplitudes:
-                full = f"{active.name}.{name}"
-                names.append(full)
-                known.append(priors.get(full))
+                known.append(priors.get(f"{active.name}.{name}"))
                 start.append(float(active.values[name]))
-        return names, known, np.array(start)
+        return known, np.array(start)
 
     @cached_property
     def _shear(self) -> float:
@@ -280,7 +277,7 @@ class Beside:
         """The model with the effects at their first-order amplitudes, or at their prior's median where that is off."""
         model, i = self.state.model, 0
         for one in point:
-            _, known, start = self._unknowns((one,))
+            known, start = self._unknowns((one,))
             values: dict[str, float] = dict(one.trial.active.values)
             for name, prior, off in zip(one.trial.amplitudes, known, start, strict=True):
                 value = float(off + amplitude[i])

@@ -19,8 +19,8 @@ from bushcli.recording import Recording
 from geometry.ring import Ring
 
 # Odds that an effect is there in a size that shows beside all that formulas get wrong. Engineering judgement, in three
-# classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some; what is
-# left is rare. Together they expect an effect to be missing in one test of four.
+# classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some; the
+# rest is rare. Together they expect an effect to be missing in one test of four.
 USUAL, OCCASIONAL, RARE = 0.03, 0.01, 0.005
 ODDS: Mapping[str, float] = {
     "mullins": USUAL,
@@ -79,6 +79,9 @@ def log_odds(
     for one in effects:
         odds = effect_odds(one.effect.name, uniform)
         total += math.log(odds / channels if one.effect.of_channel and channels > 1 else odds)
+        # Each value of a choice, or of a dimension that is scanned, is a model of its own.
+        for parameter in one.parameters:
+            total -= math.log(max(1, len(parameter.choices or parameter.scan))) if parameter.of_mesh else 0.0
     for there, odds in ((other_law, OTHER_LAW), (freed, FREED_LAW), (unknown, UNKNOWN)):
         if there:
             total += math.log(odds)

@@ -103,12 +103,16 @@ class Search:
 
     # -- the loop ------------------------------------------------------------------------------------------------
 
+    def __post_init__(self) -> None:
+        self._enter(self.plain, float("nan"))
+
     def run(self) -> None:
         """Search until nothing is left, or the time is over."""
-        self._enter(self.plain, float("nan"))
         while True:
             for key in self._to_expand():
                 self._expand(key)
+                if time.perf_counter() > self.deadline:
+                    break
             if self.left < LEFT:
                 return
             if time.perf_counter() > self.deadline:

@@ -23,7 +23,7 @@ from bushcli.interrupt import abandon_compilation, end_with_parent
 Work = Callable[..., Any]
 
 # Work whose answers are kept (`store`): fits and derivatives; all else takes no time.
-KEPT = frozenset({"fit_plain", "fit", "columns"})
+KEPT = frozenset({"begin", "fit_plain", "fit", "columns"})
 # Seconds that a process is given to put its things in order.
 GRACE = 2.0
 

@@ -38,7 +38,6 @@ EFFECT = Effect(
             1e10,
             off=0.0,
             of_channel=True,
-            share=0.3,
             prior=Prior(
                 "log_normal",
                 1.0,
@@ -59,7 +58,6 @@ EFFECT = Effect(
             scan=(*(-g for g in reversed(_GAPS)), *_GAPS),
             scale="amplitude",
             of_channel=True,
-            share=0.7,
             prior=Prior(
                 "log_uniform",
                 0.2,

@@ -93,6 +93,7 @@ EFFECT = Effect(
             1000.0,
             off=0.0,
             sizes=(0.1, 0.4, 1.0),
+            within=("length", 0.9),
             prior=Prior(
                 "half_normal",
                 0.7,

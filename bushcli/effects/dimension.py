@@ -81,6 +81,7 @@ EFFECT = Effect(
             -10.0,
             10.0,
             off=0.0,
+            within=("thickness", 0.5),
             prior=Prior(
                 "normal",
                 0.2,
@@ -95,6 +96,7 @@ EFFECT = Effect(
             -50.0,
             50.0,
             off=0.0,
+            within=("length", 0.5),
             prior=Prior(
                 "normal",
                 0.4,

@@ -39,7 +39,6 @@ EFFECT = Effect(
             100.0,
             off=0.0,
             of_channel=True,
-            share=0.01,
             prior=Prior(
                 "half_normal",
                 0.02,

@@ -66,6 +66,7 @@ EFFECT = Effect(
             -10.0,
             10.0,
             off=0.0,
+            within=("thickness", 0.8),
             prior=Prior(
                 "normal",
                 0.04,

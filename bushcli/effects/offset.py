@@ -12,9 +12,6 @@ doi:10.1520/D0638-14.
 from bushcli.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
 from bushcli.prior import Prior
 
-# Whoever looks at a recording sees that its zero is off by a tenth of its range. Larger ones stand for what shifts the
-# whole curve, such as a bushing that is mounted off its centre, or bonded at one end only.
-MOST = 0.2
 ZERO = "engineering judgement: sensors are zeroed by hand, to about a hundredth of what is then recorded"
 
 
@@ -43,8 +40,6 @@ EFFECT = Effect(
             1e7,
             off=0.0,
             of_channel=True,
-            share=0.002,
-            most=MOST,
             prior=Prior("normal", 0.01, of="force", source=ZERO),
         ),
         EffectParameter(
@@ -56,8 +51,6 @@ EFFECT = Effect(
             100.0,
             off=0.0,
             of_channel=True,
-            share=0.002,
-            most=MOST,
             prior=Prior("normal", 0.01, of="travel", source=ZERO),
         ),
     ),

@@ -59,6 +59,9 @@ EFFECT = Effect(
             0.0,
             10.0,
             off=0.0,
+            # Beyond a fifth the squeezed rubber pushes the sleeves apart along the axis: the axial stiffness, which
+            # has halved there, is negative before a third.
+            within=("thickness", 0.2),
             prior=Prior(
                 "half_normal",
                 0.03,

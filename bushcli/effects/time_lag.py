@@ -28,7 +28,6 @@ EFFECT = Effect(
             -100.0,
             100.0,
             off=0.0,
-            samples=1.0,
             prior=Prior(
                 "normal",
                 2.0,

@@ -30,7 +30,7 @@ from bushcli.recording import (
 from bushcli.rig import NoEquilibrium
 from bushcli.simulation import Simulation
 from cases.equilibrium import Equilibrium
-from cases.march import unsolved
+from cases.march import History, unsolved
 from cases.mode import modes
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from cases.stretches import principal_stretches
@@ -46,6 +46,8 @@ DENSE = 60
 RELATIVE_FLOOR = 0.05
 # Reached states of the rubber in which the law has to be stable, per channel.
 REACHED = 60
+# Failed steps that any march is allowed.
+PATIENCE = 3
 # No recording is trusted to better than this share of its force range: models and rigs are not.
 NOISE_FLOOR = 1e-3
 
@@ -118,8 +120,10 @@ class Channel:
         # Of a model on a coarser mesh: what brings its force to that of the usual one.
         self.share = 1.0
         self.offset: Array = np.zeros(len(recording.force))
-        # Failed steps after which a march is given up (`cases.march`).
+        # Failed steps after which a march is given up (`cases.march`); None leaves it to what was seen before.
         self.patience: int | None = None
+        # Most failed steps of a march that reached its end; None before the first one did.
+        self.hardest: int | None = None
         self.odd = is_odd(shape, mode)
         q = recording.displacement
         self.coupon = mode.specimen == "coupon"
@@ -155,10 +159,12 @@ class Channel:
             The march could not cover the range.
         """
         if self.simulation is not None:
+            self.simulation.patience = self._patience
             try:
                 answer = self.simulation.solve(parameters, names)
             except NoEquilibrium as error:
                 raise unsolved(str(error)) from None
+            self._remember(answer.history)
             q = self.recording.displacement
             return Answer(q, answer.force[self._used], answer.slope[self._used])
         # Those of effects that do not act on this channel are none of its model's.
@@ -174,8 +180,9 @@ class Channel:
             self.targets,
             sensitivity=tuple(names),
             observer=at_the_end,
-            patience=self.patience,
+            patience=self._patience,
         )
+        self._remember(history)
         none = np.zeros((len(history.force), 0))
         return Answer(
             history.displacement,
@@ -183,6 +190,21 @@ class Channel:
             none if history.sensitivity is None else history.sensitivity,
             None if self.coupon else self._sample(ends),
         )
+
+    @property
+    def _patience(self) -> int | None:
+        """Failed steps after which a march is given up: all that it takes at first, then as many as others took.
+
+        Once a march has reached its end, one that takes far more failed steps is a trial too far, and to cut back its
+        steps to the smallest takes a hundred times as long as to solve one that is not.
+        """
+        if self.patience is not None or self.hardest is None:
+            return self.patience
+        return PATIENCE + 2 * self.hardest
+
+    def _remember(self, history: History) -> None:
+        failed = sum(not one.accepted for one in history.attempts)
+        self.hardest = failed if self.hardest is None else max(self.hardest, failed)
 
     def reached(self, parameters: Mapping[str, float]) -> Array:
         """Principal stretches of the rubber at the ends of the range, volume divided out, shape (n, 3); a sample.

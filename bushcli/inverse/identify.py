@@ -270,7 +270,7 @@ def _result(
         effects=tuple(
             replace(
                 one,
-                values={p.name: everything[one.full_name(p)] for p in one.parameters},
+                values={p.name: everything.get(one.full_name(p), one.values[p.name]) for p in one.parameters},
             )
             for one in task.effects
         ),

@@ -38,8 +38,8 @@ STABILITY_STATES = 24
 # A relative change of the cost or of the parameters below this ends the search: far below what noise can tell.
 TOLERANCE = 1e-7
 # So many evaluations that lower the cost by less than this share are the floor of a valley: curves that leave some
-# combination of many parameters open (Ogden's on one recording) have no other end. A hundredth of a unit of chi square.
-VALLEY = 25, 1e-4
+# combination of many parameters open (Ogden's on one recording) have no other end. A tenth of a unit of chi square.
+VALLEY = 8, 3e-4
 # Evaluations of one search.
 MOST = 200
 # Times that states which a search reached join the problem: one is the rule, three happened.

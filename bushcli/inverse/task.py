@@ -109,8 +109,13 @@ class Task:
 
     @property
     def effect_values(self) -> dict[str, float]:
-        """Start values of the effects' parameters by full name."""
-        return {one.full_name(p): one.values[p.name] for one in self.effects for p in one.parameters}
+        """Start values of the effects' parameters by full name; without choices, which are no numbers."""
+        return {
+            one.full_name(p): one.values[p.name]
+            for one in self.effects
+            for p in one.parameters
+            if not p.choices
+        }
 
     @property
     def turned(self) -> dict[str, EffectParameter]:
@@ -133,7 +138,7 @@ class Task:
         """Start, lower and upper bounds, each shape (parameters,)."""
         material, rows = self.material, []
         ranges = {
-            one.full_name(p): (one.values[p.name], p.lower, p.upper)
+            one.full_name(p): (one.values[p.name], *p.bounds(self.case.geometry))
             for one in self.effects
             for p in one.parameters
         }

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+
+from geometry.dolfinx_api import TRIED
 
 CHECKOUT = Path(__file__).parents[2]
 LIST = CHECKOUT / "setup" / "packages.txt"
@@ -43,10 +47,36 @@ def test_oldest_python_is_the_one_that_set_up_accepts():
     assert "(3, 11)" in (CHECKOUT / "setup" / "has_dolfinx.py").read_text()
 
 
+def test_dolfinx_is_bounded_to_the_releases_that_were_tried():
+    (major, minor), (last_major, last_minor) = TRIED
+    bounds = f">={major}.{minor},<{last_major}.{last_minor + 1}"
+    assert ["python3-dolfinx-real", f"fenics-dolfinx{bounds}"] in ROWS
+    # The shell and the probe of interpreters read them there.
+    script = f'source "{CHECKOUT}/setup/lib.sh"; echo ">=$oldest_dolfinx,<$next_dolfinx"'
+    run = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == bounds
+    probe = [sys.executable, str(CHECKOUT / "setup" / "has_dolfinx.py")]
+    assert subprocess.run(probe, capture_output=True, text=True, check=True).stdout.strip() == sys.executable
+
+
+@pytest.mark.parametrize(("version", "tried"), [("0.8.0", False), ("0.11.0.post0", True), ("0.12.0", False)])
+def test_an_interpreter_with_another_dolfinx_is_refused(tmp_path, version, tried):
+    (tmp_path / "dolfinx.py").write_text(f'__version__ = "{version}"\n')
+    run = subprocess.run(
+        [sys.executable, str(CHECKOUT / "setup" / "has_dolfinx.py")],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (run.returncode == 0) is tried
+    assert tried or f"DOLFINx {version} is not one that was tried: fenics-dolfinx>=" in run.stderr
+
+
 def set_up(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         ["bash", str(CHECKOUT / "setup" / "setup.sh"), *arguments],
-        env={**os.environ, **environment},
+        env={**os.environ, "BUSHCLI_SUITE": "", **environment},
         capture_output=True,
         text=True,
         timeout=60,
@@ -58,6 +88,41 @@ def test_unknown_way_is_refused(tmp_path):
     run = set_up(str(tmp_path / "venv"), BUSHCLI_HOME=str(tmp_path / "home"), BUSHCLI_WAY="conda")
     assert run.returncode == 1
     assert "BUSHCLI_WAY=conda is not a way of setting up: python, apt or root." in run.stderr
+
+
+def test_unknown_suite_is_refused(tmp_path):
+    run = set_up(str(tmp_path / "venv"), BUSHCLI_HOME=str(tmp_path / "home"), BUSHCLI_SUITE="bookworm")
+    assert run.returncode == 1
+    assert "BUSHCLI_SUITE=bookworm is not a release bushcli was tried on: trixie, sid." in run.stderr
+
+
+def test_a_suite_and_a_way_that_has_none_are_refused(tmp_path):
+    home = str(tmp_path / "home")
+    run = set_up(str(tmp_path / "venv"), BUSHCLI_HOME=home, BUSHCLI_SUITE="sid", BUSHCLI_WAY="apt")
+    assert run.returncode == 1
+    assert "BUSHCLI_SUITE=sid asks for an isolated root, BUSHCLI_WAY=apt for none" in run.stderr
+
+
+def test_each_suite_has_an_environment_of_its_own(tmp_path):
+    (tmp_path / "setup").mkdir()
+    shutil.copy(CHECKOUT / "setup" / "enter", tmp_path / "setup")
+    for name in (".venv", ".venv-sid"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "enter").write_text(f'#!/bin/sh\necho {name} "$@"\n')
+        (tmp_path / name / "enter").chmod(0o755)
+
+    def entered(suite):
+        run = subprocess.run(
+            [tmp_path / "setup" / "enter", "x"],
+            env=os.environ | {"BUSHCLI_SUITE": suite},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        return run.stdout.strip() or run.stderr.strip()
+
+    assert [entered(suite) for suite in ("", "trixie", "sid")] == [".venv x", ".venv x", ".venv-sid x"]
+    assert entered("forky") == 'there is no environment .venv-forky yet: run "make setup SUITE=forky"'
 
 
 def test_unwritable_home_is_refused(tmp_path):

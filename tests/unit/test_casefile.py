@@ -633,6 +633,48 @@ def toml(value) -> str:
     return "[" + ", ".join(map(toml, value)) + "]" if isinstance(value, list) else json.dumps(value)
 
 
+def test_a_choice_is_a_word_with_a_usual_one(folder):
+    rigid = CASE.replace("[geometry.inner_sleeve]", "[geometry.outer_sleeve]")
+    one = "effects=[{name='debonding', parameters={length=2.0BOND}}]"
+    for given, code in (("", 0.0), (", bond='inner_bottom'", 1.0)):
+        case = load(folder, rigid, one.replace("BOND", given))
+        assert case.effects[0].values == {"length": 2.0, "bond": code}
+        assert case.effects[0].lacking == ()
+        assert resolved(case)["effects"][0]["parameters"]["bond"] == ("inner_bottom" if code else "inner_top")
+    # The bond on an elastic sleeve has no model, that on the other has.
+    outer = one.replace("BOND", ", bond='outer_top'")
+    assert load(folder, CASE, outer).effects[0].values["bond"] == 2.0
+    assert "there is no model of it with an elastic outer_sleeve" in str(problems(folder, rigid, outer))
+    assert "there is no model of it with an elastic inner_sleeve" in str(
+        problems(folder, CASE, one.replace("BOND", ""))
+    )
+    (wrong,) = problems(folder, rigid, one.replace("BOND", ", bond='outer_tip'"))
+    assert (
+        'effects[0].parameters.bond = "outer_tip" is not a choice of bond; did you mean "outer_top"?' in wrong
+    )
+    assert "outer_bottom" in wrong
+    for value, what in (("2", "bond = 2.0 is not a choice of bond"), ("true", "neither a number nor a word")):
+        assert what in problems(folder, rigid, one.replace("BOND", f", bond={value}"))[0]
+
+
+def test_an_effect_on_the_shape_is_bounded_by_it(folder):
+    swaged = "effects=[{name='swaging', parameters={reduction=5.0}}]"
+    assert "reduction = 5.0 is out of bounds (0 to 2 mm: 0.2 of the rubber's thickness)" in str(
+        problems(folder, CASE, swaged)
+    )
+    loose = "effects=[{name='debonding', parameters={length=39.0, bond='outer_top'}}]"
+    assert "length = 39.0 is out of bounds (0 to 36 mm: 0.9 of the rubber's length)" in str(
+        problems(folder, CASE, loose)
+    )
+
+
+def test_a_ratio_of_a_channel_has_no_other_unit_in_degrees(folder):
+    both = "effects=[{name='gain', parameters={error=0.05}}]"
+    assert load(folder, CASE, both).effects[0].values == {"error": 0.05}
+    twist = "effects=[{name='gain', channels=['torsional'], parameters={error=0.05}}]"
+    assert resolved(load(folder, CASE, twist))["effects"][0]["parameters"] == {"error": 0.05}
+
+
 def test_effects_are_set_by_name_or_by_number(folder):
     set_ = ("effects.mullins.r=2", "effects.2.parameters.tau1=5", "effects.bump_stop.channels=['torsional']")
     mullins, _, branches = load(folder, EFFECTS, *set_).effects

@@ -127,6 +127,14 @@ def test_effects_are_those_of_the_code():
         assert len(words.split()) > 12, f"{name} is not explained"
 
 
+def test_odds_and_priors_are_those_of_the_code():
+    text = page("diagnosis.md")
+    assert generator().brought_up_to_date(text) == text, "run: setup/enter python docs/tables.py"
+    for name in effects():
+        assert f"[`{name}`]" in text
+        assert f"`{name}." in text
+
+
 def test_the_effects_shown_are_valid(tmp_path):
     case = tmp_path / "case.toml"
     shown = blocks(DOCS / "effects.md", "toml")[0], blocks(DOCS / "case-file.md", "toml")[-1]

@@ -179,3 +179,45 @@ def test_the_pieces_for_a_march_make_the_same_force():
     carried = parallel(acting, Signal(q, zero), Signal(300.0 * q, zero), columns)
     np.testing.assert_allclose(reading(acting, None, carried, columns).value, got, atol=1e-9)
     assert list(compliance.slope) == [1.0, 0.0]
+
+
+# -- what goes with time -----------------------------------------------------------------------------------------------
+
+
+def test_a_drift_and_a_wrong_scale_are_of_the_reading_alone():
+    time = np.linspace(100.0, 140.0, 81)
+    q = np.sin(time)
+    acting = [
+        active("gain", error=0.05),
+        active("drift", rate=0.3),
+        active("offset", force=7.0, displacement=0.0),
+    ]
+    found = elastic_response(acting, Travel(q, time), linear(), ())
+    # The recording begins at 100 s.
+    np.testing.assert_allclose(found.value, 1.05 * 300.0 * q + 7.0 + 0.3 * (time - 100.0), rtol=1e-12)
+
+
+def test_warm_rubber_is_softer_but_its_stop_is_not():
+    time = np.linspace(5.0, 25.0, 41)
+    q = 2.0 * np.sin(time)
+    warming = active("warming", amount=0.2, tau=4.0)
+    left = 1.0 - 0.2 * (1.0 - np.exp(-(time - 5.0) / 4.0))
+    found = elastic_response(
+        [active("bump_stop", stiffness=500.0, gap=1.0), warming], Travel(q, time), linear(), ()
+    )
+    np.testing.assert_allclose(found.value, left * 300.0 * q + 500.0 * np.maximum(q - 1.0, 0.0), rtol=1e-12)
+    # Behind a spring: q (1 + c k left) = q_rig.
+    found = elastic_response(
+        [warming, active("rig_compliance", compliance=1e-3)], Travel(q, time), linear(), ()
+    )
+    np.testing.assert_allclose(found.value, left * 300.0 * q / (1.0 + 0.3 * left), rtol=1e-10)
+
+
+def test_a_factor_on_all_channels_is_the_laws():
+    gain, batch, stop = (effect(name) for name in ("gain", "batch_stiffness", "bump_stop"))
+    two = ["axial", "radial"]
+    assert gain.is_told_from_law(["axial"], two, law_held=False)
+    assert not gain.is_told_from_law(two, two, law_held=False)
+    assert gain.is_told_from_law(["axial"], ["axial"], law_held=True)
+    assert not batch.is_told_from_law(["axial"], two, law_held=False)
+    assert stop.is_told_from_law(["axial"], ["axial"], law_held=False)

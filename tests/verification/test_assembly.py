@@ -207,8 +207,16 @@ def test_a_misaligned_bushing_is_one_with_a_moved_mesh():
     np.testing.assert_allclose(off_centre.force, expected, rtol=2e-3)
 
 
+BONDS = effect("debonding").parameter("bond").choices
+
+
+def loose(bond, length=3.0):
+    return features(debonding={"length": length, "bond": float(BONDS.index(bond))})
+
+
+@pytest.mark.parametrize("sleeve", ["inner", "outer"])
 @pytest.mark.parametrize(("mode", "q"), [("axial", 1.0), ("torsional", 0.1)])
-def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q):
+def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q, sleeve):
     """What a free length of 3 mm takes from the force, against a mesh where the boundary is not held there."""
     fine, length = Refinement(across=8, along=68), 3.0
     mesh = build(bushing(), 2, frozenset(), fine)
@@ -219,7 +227,7 @@ def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q):
         return march(model, Program(np.array([q]))).force[0]
 
     whole = force(mesh)
-    facets = mesh.facets.find(mesh.boundary["inner"])
+    facets = mesh.facets.find(mesh.boundary[sleeve])
     middle = dolfinx_mesh.compute_midpoints(mesh.mesh, 1, facets)[:, 1]
     values = mesh.facets.values.copy()
     free = facets[middle > 17.0 - length]
@@ -228,12 +236,56 @@ def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q):
     values[np.isin(mesh.facets.indices, free)] = 99
     tags = dolfinx_mesh.meshtags(mesh.mesh, 1, mesh.facets.indices, values)
     lost = whole - force(replace(mesh, facets=tags))
-    bonded = prepare(
-        bushing(), replace(kind), YEOH, fine, features=features(debonding={"length": float(length)})
+    bonded = prepare(bushing(), kind, YEOH, fine, features=loose(f"{sleeve}_top", float(length)))
+
+    def found(length):
+        bonded.set_parameters({"debonding.length": float(length)})
+        return whole - march(bonded, Program(np.array([q]))).force[0]
+
+    assert lost > 0.005 * whole
+    # The edge of the bond is a twentieth of the thickness wide; what is free begins within half of that.
+    assert found(length - 0.2) < lost < found(length + 0.2)
+    if (mode, sleeve) != ("torsional", "outer"):
+        assert found(length) == pytest.approx(lost, rel=0.05)
+
+
+@pytest.mark.parametrize("sleeve", ["inner", "outer"])
+@pytest.mark.parametrize("mode", ["axial", "torsional", "radial", "conical"])
+def test_a_bond_that_is_off_at_the_bottom_is_the_mirror_image_of_one_at_the_top(mode, sleeve):
+    """So the choices that a diagnosis need not try are those that give the same curve."""
+    reach = 0.1 if modes()[mode].rotational else 1.0
+    q = np.array([-reach, reach])
+    top, bottom = (
+        curve(bushing(), mode, YEOH, q, installed_features=loose(f"{sleeve}_{end}")).force
+        for end in ("top", "bottom")
     )
-    found = whole - march(bonded, Program(np.array([q]))).force[0]
-    assert lost > 0.02 * whole
-    assert found == pytest.approx(lost, rel=0.05)
+    np.testing.assert_allclose(bottom, -top[::-1], rtol=1e-6)
+    choice = effect("debonding").parameter("bond")
+    alike = len(choice.distinct(bushing(), [mode])) == 2
+    assert alike == bool(np.allclose(top, bottom, rtol=1e-6))
+    # Beside an effect that is not symmetric about the mid-plane all of them differ.
+    assert choice.distinct(bushing(), [mode], frozenset("z")) == BONDS
+
+
+def test_a_swaged_sleeve_takes_the_bond_with_it():
+    """Where the outer bond is springs (here all of it holds), they are drawn in with the sleeve."""
+    swaged, off = {"reduction": 0.5}, {"length": 0.0, "bond": 2.0}
+    expected = curve(bushing(), "axial", YEOH, [1.0], installed_features=features(swaging=swaged)).force
+    both = features(swaging=swaged, debonding=off)
+    found = curve(bushing(), "axial", YEOH, [1.0], installed_features=both, sensitivity=["swaging.reduction"])
+    np.testing.assert_allclose(found.force, expected, rtol=1e-5)
+    step = 0.01
+    ends = [
+        curve(
+            bushing(),
+            "axial",
+            YEOH,
+            [1.0],
+            installed_features=features(swaging={"reduction": r}, debonding=off),
+        ).force
+        for r in (0.5 - step, 0.5 + step)
+    ]
+    np.testing.assert_allclose(found.sensitivity[:, 0], (ends[1] - ends[0]) / (2 * step), rtol=1e-3)
 
 
 def test_sleeves_that_are_rigid_turn_with_the_bushing():

@@ -1,6 +1,7 @@
 """The error of form: formulas of a true effect are wrong by an unknown share of what they explain.
 
-A formula that has the right physics leaves a misfit of some `PHI` of the one without it, smooth along the path; a law leaves some `LAMBDA` of the force. Such a misfit has few degrees of freedom, about `EFFECTIVE` per channel, however many
+A formula that has the right physics leaves a misfit of some `PHI` of the one without it, smooth along the path; a law
+leaves some `LAMBDA` of the force. Such a misfit has few degrees of freedom, about `EFFECTIVE` per channel, however many
 samples show it. With E the sum of squares of the features of a channel beyond what noise makes expect, D that of the
 plain law, F that of the force, and m effective features, a model has the likelihood
 
@@ -61,7 +62,7 @@ class Judged:
     log : float
         Natural logarithm of the likelihood, up to a constant that all models of a diagnosis share.
     scale : tuple of float
-        By channel, the variance v by which its features are divided, harmonic mean over the posterior of phi and lambda.
+        By channel, the variance v of its features: harmonic mean over the posterior of phi and lambda.
     phi : float
         Posterior mean of the error of form.
     """
@@ -130,17 +131,19 @@ class Likelihood:
         m = self.effective
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         base = PHI**2 * self.explained
-        total, scales = 0.0, []
+        total, nowhere, scales = 0.0, 0.0, []
+        sizes = np.concatenate([[0.0], _SIZES])
+        prior = np.full(len(sizes), UNKNOWN_IN_CHANNEL / len(_SIZES))
+        prior[0] = 1.0 - UNKNOWN_IN_CHANNEL
         for c in range(len(m)):
-            sizes = np.concatenate([[0.0], _SIZES])
-            prior = np.concatenate(
-                [[1.0 - UNKNOWN_IN_CHANNEL], np.full(len(_SIZES), UNKNOWN_IN_CHANNEL / len(_SIZES))]
-            )
             form = base[c] + (sizes[:, None] ** 2 + lam[None, :] ** 2) * self.signal[c]
             v = 1.0 + form / m[c]
             log = -0.5 * m[c] * np.log(v) - 0.5 * (m[c] + excess[c]) / v
             log = log + np.log(prior)[:, None] + np.log(_WEIGHTS)[None, :]
             part = float(logsumexp(log))
             total += part
+            nowhere += float(logsumexp(log[0]))
             scales.append(1.0 / float(np.sum(np.exp(log - part) / v)))
-        return Judged(total, tuple(scales), 1.0)
+        # It acts in one channel at least.
+        anywhere = -np.expm1(min(nowhere - total, -1e-12)) / (1.0 - (1.0 - UNKNOWN_IN_CHANNEL) ** len(m))
+        return Judged(total + float(np.log(anywhere)), tuple(scales), 1.0)

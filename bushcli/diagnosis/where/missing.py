@@ -140,35 +140,33 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
         sign = {"loading": 1.0, "unloading": -1.0}.get(branch.kind, 0.0)
         loading[inside] = sign * np.sign(recording.displacement[inside])
         cycle[inside] = branch.cycle
+
+    def constant(a: Any) -> str:
+        return f"{at}the recorded force is {100 * a[0]:+.1f} % off, a constant share"
+
+    def fading(a: Any) -> str:
+        sense = "grows" if a[0] > 0 else "falls"
+        return f"{at}the force {sense} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % to the end"
+
+    def drifting(a: Any) -> str:
+        return f"{at}the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range"
+
+    def looping(a: Any) -> str:
+        sense = "wider" if a[0] > 0 else "narrower"
+        return f"{at}the recorded loop is {sense} than the simulated one by {abs(200 * a[0] / span):.1f} % of the range"
+
     descriptions: list[tuple[Any, Callable[[Any], str]]] = [
-        (
-            force[:, None],
-            lambda a: (
-                f"{at}the recorded force is a constant share of {100 * a[0]:+.1f} % off the simulated one"
-            ),
-        ),
-        (
-            (clock * force)[:, None],
-            lambda a: (
-                f"{at}the force {'grows' if a[0] > 0 else 'falls'} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % to the end"
-            ),
-        ),
-        (
-            clock[:, None],
-            lambda a: f"{at}the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range",
-        ),
-        (
-            loading[:, None],
-            lambda a: (
-                f"{at}the recorded loop is {'wider' if a[0] > 0 else 'narrower'} than the simulated one by {abs(200 * a[0] / span):.1f} % of the range"
-            ),
-        ),
+        (force[:, None], constant),
+        ((clock * force)[:, None], fading),
+        (clock[:, None], drifting),
+        (loading[:, None], looping),
     ]
     for first in sorted(set(cycle))[1:]:
         later = np.where(cycle >= first, force, 0.0)
 
-        def step(a: Array, first: float = first) -> str:
-            return f"{at}from cycle {first:.0f} on the recorded force is {'larger' if a[1] > 0 else 'smaller'} by {abs(100 * a[1]):.1f} %"
+        def step(a: Any, first: float = first) -> str:
+            sense = "larger" if a[1] > 0 else "smaller"
+            return f"{at}from cycle {first:.0f} on the recorded force is {sense} by {abs(100 * a[1]):.1f} %"
 
         descriptions.append((np.column_stack([force, later]), step))
     found = []

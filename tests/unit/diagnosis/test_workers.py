@@ -40,6 +40,18 @@ def case(tmp_path):
     return load_case(tmp_path / "case.toml")
 
 
+def none_left() -> bool:
+    """Whether all processes have ended.
+
+    The pool's own thread may have asked for the end of one just before, and not have written it down yet: seen on
+    Python 3.14 once in 25 interruptions.
+    """
+    soon = time.monotonic() + 5.0
+    while active_children() and time.monotonic() < soon:
+        time.sleep(0.01)
+    return not active_children()
+
+
 def name(crew, *question):
     return crew._file(operator.mul, question).name
 
@@ -58,7 +70,7 @@ def test_answers_are_in_order_and_every_process_is_of_a_group_of_its_own():
     assert heard == [(i, i * i) for i in range(5)]
     # Ctrl-C at the terminal goes to the group of the first process.
     assert os.getpgrp() not in groups
-    assert not active_children()
+    assert none_left()
 
 
 def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp_path):
@@ -69,7 +81,7 @@ def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp
     with pytest.raises(KeyboardInterrupt), Workers(2, tmp_path).open() as crew:
         crew.run(time.sleep, [(0.0,), (100.0,), (100.0,), (100.0,), (100.0,)], interrupt)
     assert time.monotonic() - begin < 50.0
-    assert not active_children()
+    assert none_left()
     (kept,) = tmp_path.glob("*.result")
     assert pickle.loads(kept.read_bytes()) is None
     # Another answer than the work would give: it can only come from there.
@@ -87,7 +99,7 @@ def test_processes_that_do_not_hear_are_killed_and_gone_when_the_interruption_is
         with pytest.raises(KeyboardInterrupt):
             crew.run(time.sleep, [(0.0,), (100.0,), (100.0,), (100.0,)], interrupt)
         crew.stop()
-    assert not active_children()
+    assert none_left()
 
 
 def test_processes_end_with_the_first_one_when_that_is_killed(tmp_path):

@@ -1,0 +1,78 @@
+"""What differs between the DOLFINx releases that bushcli runs on; everything else is written once, for all of them.
+
+Here because meshes are the first to need it, and `cases` may import `geometry`. Nothing here loads DOLFINx before it is
+called: `bushcli check` asks for its version only.
+
+``Expression.eval`` needs nothing here: since 0.10 it returns the shape (cells, points, values), before that the last
+two were one, and whoever calls it gives the shape.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+#: First and last release that the tests have run on: DOLFINx renames things with each one.
+TRIED = ((0, 9), (0, 11))
+
+
+def is_tried(version: str) -> bool:
+    """Whether a version ("0.11.0.post0") belongs to one of the releases that bushcli was tried with."""
+    return TRIED[0] <= release(version) <= TRIED[1]
+
+
+def release(version: str) -> tuple[int, int]:
+    """Release of a version: (0, 11) of "0.11.0.post0"."""
+    major, minor = version.split(".")[:2]
+    return int(major), int(minor)
+
+
+def model_to_mesh(model: Any, comm: Any, dimension: int) -> tuple[Any, Any, Any]:
+    """Distribute the Gmsh model of rank 0, without ghost cells: mesh, cell tags, facet tags."""
+    from dolfinx.mesh import GhostMode, create_cell_partitioner
+
+    try:
+        # 0.10 renamed `gmshio`.
+        from dolfinx.io import gmsh as reader
+    except ImportError:
+        from dolfinx.io import gmshio as reader
+    try:
+        # 0.11 wants to be told that no facet has more than two cells; 0.10 assumed it, 0.9 has no such argument.
+        partitioner = create_cell_partitioner(GhostMode.none, 2)
+    except TypeError:
+        partitioner = create_cell_partitioner(GhostMode.none)
+    result = reader.model_to_mesh(model, comm, 0, gdim=dimension, partitioner=partitioner)
+    # 0.10 made a named tuple, with more members, of the three.
+    return tuple(result) if type(result) is tuple else (result.mesh, result.cell_tags, result.facet_tags)
+
+
+def cell_nodes(mesh: Any) -> Any:
+    """Nodes of each cell of a mesh, shape (cells, nodes)."""
+    # 0.11 has one table for each type of cell, and the name of before is to go.
+    geometry = mesh.geometry
+    return geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
+
+
+def collapsed(space: Any) -> tuple[Any, NDArray[np.int32]]:
+    """A space of its own for a part of a mixed one, and the mixed one's number of each of its unknowns."""
+    import numpy as np
+
+    alone, dofs = space.collapse()
+    # 0.11 has one list of numbers for each type of cell; a mesh has one type here.
+    return alone, np.asarray(dofs, dtype=np.int32).reshape(-1)
+
+
+def column_map(pattern: Any) -> Any:
+    """Index map of the columns of a finalised sparsity pattern, those that other ranks brought in included."""
+    # 0.11 has one map less: `index_map` grows with what other ranks bring in, and stayed as it was made before.
+    return pattern.column_index_map() if hasattr(pattern, "column_index_map") else pattern.index_map(1)
+
+
+def interpolation_points(element: Any) -> Any:
+    """Points of a finite element at which a function is evaluated to interpolate it, shape (n, dimension)."""
+    points = element.interpolation_points
+    # 0.10 made a property of the method.
+    return points() if callable(points) else points

@@ -1,0 +1,45 @@
+"""What the options of `bushcli diagnose` ask for; nothing is solved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from bushcli.cli import main
+from bushcli.diagnosis import diagnose as driver
+from bushcli.errors import InputError, Problem
+
+CASE = Path(__file__).parents[2] / "examples" / "batch" / "case.toml"
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ([], {"budget": None, "hold_out": (), "uniform": False}),
+        (["--budget", "1.5"], {"budget": 90.0}),
+        (["--hold-out", "radial", "--hold-out", "radial"], {"hold_out": ("radial",)}),
+        (["--uniform-odds"], {"uniform": True}),
+    ],
+)
+def test_options_reach_the_diagnosis(
+    options: list[str], expected: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: dict[str, Any] = {}
+
+    def diagnose(case: object, **given: Any) -> None:
+        asked.update(given)
+        raise InputError(Problem("test", "asked enough"))
+
+    monkeypatch.setattr(driver, "diagnose", diagnose)
+    done = CliRunner().invoke(main, ["diagnose", str(CASE), *options])
+    assert done.exit_code == 2, done.output
+    assert expected.items() <= asked.items()
+
+
+def test_a_budget_is_some_time() -> None:
+    done = CliRunner().invoke(main, ["diagnose", str(CASE), "--budget", "0"])
+    assert done.exit_code == 2
+    assert "--budget" in done.output
