@@ -1,0 +1,124 @@
+"""What the unknown effect looks like, in words: forces that miss one thing, and the sentence that says which."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from bushcli.diagnosis.likelihood.features import features
+from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
+from bushcli.diagnosis.where.missing import missing
+from bushcli.recording import Recording, branches
+
+SIGMA = 3.0
+
+
+def program():
+    """Four cycles to 6 mm and as far to the other side at two rates."""
+    q = np.concatenate([[0.0], *(np.linspace(a, b, 31)[1:] for a, b in pairwise([0.0, *[6.0, -6.0] * 4, 0.0]))])
+    rate = np.repeat([0.5, 2.0], [len(q) // 2, len(q) - len(q) // 2])
+    time = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)) / rate[1:])])
+    return time, q
+
+
+TIME, Q = program()
+LAW = 100.0 * Q + 2.0 * Q**3
+SPAN = float(np.ptp(LAW))
+
+
+def compared(recorded, simulated=LAW, name="axial", time=TIME):
+    noise = SIGMA * np.random.default_rng(len(name)).normal(size=len(Q))
+    recording = Recording("axial", Q, recorded + noise, time, name=name)
+    return Compared(recording, simulated, NoiseModel(SIGMA))
+
+
+def described(*channels):
+    used = np.ones(len(Q), dtype=bool)
+    parts = [features(one.recording, one.noise, used, 0.005) for one in channels]
+    return missing(channels, parts, 0.97, 0.8)
+
+
+def cycle():
+    found = np.zeros(len(Q))
+    for branch in branches(Recording("axial", Q, LAW, TIME, name="axial")):
+        found[branch.start : branch.stop] = branch.cycle
+    return found
+
+
+def test_a_force_that_falls_with_time_is_said_so():
+    found = described(compared(LAW * (1.0 - 0.15 * TIME / TIME[-1])))
+    assert "the force falls with time, whatever the displacement" in found.text[0]
+    # 15 % of the simulated force, some 16 % of the recorded one.
+    share = float(found.text[0].rpartition("by ")[2].split()[0])
+    assert share == pytest.approx(16.0, abs=1.5)
+
+
+def test_a_constant_share_in_one_channel_is_said_of_that_channel():
+    found = described(compared(1.08 * LAW), compared(LAW, name="radial"))
+    assert found.text[0].startswith("in the axial channel, the recorded force is a constant share of ")
+    assert not any("radial" in one and "constant share" in one for one in found.text)
+    # A calibration of half a percent is taken out first, and hardly matters.
+    assert np.abs(found.force["radial"]).max() < 2.0 * SIGMA
+
+
+@pytest.mark.xfail(reason="all features are shrunk alike, by their mean excess: one that stands out is too small")
+def test_a_constant_share_is_said_in_its_size():
+    """0.08 / 1.08 of the recorded force, sixteen standard deviations of the calibration: 5.3 % are said."""
+    (said, *_) = described(compared(1.08 * LAW)).text
+    assert float(said.partition("share of ")[2].split()[0]) == pytest.approx(7.4, abs=0.7)
+
+
+def test_a_step_after_a_cycle_is_said_with_its_cycle():
+    first = int(np.unique(cycle())[2])
+    found = described(compared(np.where(cycle() >= first, 0.85, 1.0) * LAW))
+    said = [one for one in found.text if f"from cycle {first} on" in one]
+    assert said
+    assert "smaller by" in said[0]
+
+
+def test_a_loop_is_said_to_be_wider():
+    sign = np.sign(np.gradient(Q)) * np.sqrt(np.maximum(1.0 - (Q / 6.0) ** 2, 0.0))
+    found = described(compared(LAW + 0.05 * SPAN * sign))
+    assert "the recorded loop is wider than the simulated one" in found.text[0]
+
+
+def test_a_zero_that_drifts_is_said_so():
+    found = described(compared(LAW + 0.1 * SPAN * TIME / TIME[-1]))
+    assert any("the zero of the force drifts by +" in one for one in found.text)
+
+
+def test_what_another_law_would_do_is_said_to_follow_the_displacement():
+    found = described(compared(LAW + 0.08 * SPAN * np.cos(np.pi * Q / 4.0)))
+    assert any("follows the displacement alone" in one for one in found.text)
+
+
+def test_noise_is_no_physics():
+    found = described(compared(LAW))
+    assert np.sqrt(np.mean(found.force["axial"] ** 2)) < 0.5 * SIGMA
+    for profile in found.profiles:
+        assert np.abs(profile.mean).max() < 100.0 * SIGMA / SPAN
+
+
+def test_the_mean_is_recorded_less_simulated_and_without_noise():
+    truth = 0.06 * SPAN * np.sin(np.pi * Q / 6.0) ** 2
+    found = described(compared(LAW + truth))
+    assert np.sqrt(np.mean((found.force["axial"] - truth) ** 2)) < SIGMA
+    assert {one.along for one in found.profiles} == {"displacement", "time", "cycle", "rate"}
+    rates = next(one for one in found.profiles if one.along == "rate")
+    np.testing.assert_allclose(rates.x, [0.5, 2.0], rtol=0.05)
+    assert found.probability == 0.97
+    assert found.share == 0.8
+
+
+def test_without_time_there_are_no_profiles_along_it():
+    found = described(compared(1.1 * LAW, time=None))
+    assert {one.along for one in found.profiles} == {"displacement", "cycle"}
+
+
+def test_samples_that_are_no_data_are_left_out():
+    simulated = LAW.copy()
+    simulated[100:103] = np.nan
+    found = described(compared(LAW, simulated))
+    assert np.isfinite(found.force["axial"]).all()

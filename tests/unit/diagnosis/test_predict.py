@@ -1,0 +1,145 @@
+"""First-order predictions: on a linear problem they are the evidence of the exact fit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from bushcli.active import ActiveEffect
+from bushcli.diagnosis.columns import Trial, columns, trials
+from bushcli.diagnosis.evidence import evidence
+from bushcli.diagnosis.predict import Addition, Beside
+from bushcli.diagnosis.prior import known_parameters
+from bushcli.diagnosis.queue import SLACK
+from bushcli.effect import effect
+
+
+@pytest.fixture(scope="module")
+def made(coupon):
+    return coupon("yeoh", set_=0.03)
+
+
+def addition(one, name, column, **values):
+    """An effect whose first amplitude changes the stress by a column (n,)."""
+    found = effect(name)
+    amplitudes = tuple(p.name for p in found.amplitudes)
+    off = {p.name: float(p.off) for p in found.amplitudes}
+    slopes = np.zeros((len(column), len(amplitudes)))
+    slopes[:, 0] = column
+    trial = Trial(ActiveEffect(found, {**off, **values}).started(), amplitudes[:1], values)
+    return Addition(trial, (one.problem.likelihood.features[0].of(slopes[:, :1]),))
+
+
+def exactly(one, *added):
+    """Evidence of the linear problem at its exact minimum, with the fit's own units."""
+    state = one.state
+    J = np.hstack([state.slopes[0], *(a.slopes[0] for a in added)])
+    actives = tuple(a.trial.active for a in added)
+    shear = 2.0 * state.fitted.values["C10"]
+    priors = known_parameters(one.case, actives, shear, one.recordings)
+    known = [priors[f"{a.trial.active.name}.{a.trial.amplitudes[0]}"] for a in added]
+    root = np.sqrt(one.problem.variances[0])
+    p = len(state.fitted.x)
+    rows = np.zeros((len(added), J.shape[1]))
+    for i, k in enumerate(known):
+        rows[i, p + i] = np.sqrt(k.prior.curvature(0.0, k.scales))
+    low = np.full(J.shape[1], -np.inf)
+    low[p:] = [0.0 if k.one_sided else -np.inf for k in known]
+    best = lsq_linear(
+        np.vstack([J / root, rows]),
+        -np.concatenate([state.misfit[0] / root, np.zeros(len(added))]),
+        (low, np.inf),
+        method="bvls",
+        tol=1e-14,
+    ).x
+    found = evidence(
+        one.problem.likelihood,
+        [state.misfit[0] + J @ best],
+        [J],
+        np.concatenate([state.fitted.x, best[p:]]),
+        [*state.known, *known],
+        [0.0] * J.shape[1],
+    )
+    return found.log, best[p:]
+
+
+def loop(one, size=0.5):
+    return size * np.sign(np.gradient(one.strain)) * np.sin(np.pi * one.strain / one.strain.max())
+
+
+def test_a_prediction_is_the_evidence_after_the_exact_fit(made):
+    for sign in (1.0, -1.0):
+        added = addition(made, "permanent_set", sign * loop(made))
+        (found,) = Beside(made.state, [added]).singles()
+        log, best = exactly(made, added)
+        assert found.log_evidence == pytest.approx(log, abs=1e-3)
+        (active,) = found.model.effects
+        if best[0] > 0.0:
+            assert active.values["set"] == pytest.approx(best[0], rel=1e-6)
+
+
+def test_an_amplitude_that_cannot_be_negative_is_not(made):
+    """Of the two signs of a column one helps; the other stays off and costs evidence, as a useless effect does."""
+    here, there = (
+        Beside(made.state, [addition(made, "permanent_set", sign * loop(made))]).singles()[0]
+        for sign in (1.0, -1.0)
+    )
+    worse, better = sorted((here, there), key=lambda one: one.log_evidence)
+    assert better.log_evidence > worse.log_evidence + 1.0
+    assert worse.log_evidence < made.state.evidence.log
+    # A fit begins inside: at a bound a search cannot.
+    assert 0.0 < worse.model.effects[0].values["set"] < 0.05
+
+
+def test_one_that_can_have_either_sign_is_found_with_both(made):
+    here, there = (
+        Beside(made.state, [addition(made, "drift", sign * loop(made))]).singles()[0] for sign in (1.0, -1.0)
+    )
+    assert here.log_evidence == pytest.approx(there.log_evidence, abs=1e-6)
+    a, b = (one.model.effects[0].values["rate"] for one in (here, there))
+    assert a == pytest.approx(-b)
+
+
+def test_pairs_are_fitted_together(made):
+    """Two changes that are much alike: together they are not the sum of what each brings."""
+    set_ = addition(made, "permanent_set", loop(made))
+    drift = addition(made, "drift", loop(made) + 0.01 * made.time / made.time[-1])
+    (found,) = Beside(made.state, [set_, drift]).pairs()
+    log, best = exactly(made, set_, drift)
+    assert found.log_evidence == pytest.approx(log, abs=1e-3)
+    assert {one.name for one in found.model.effects} == {"permanent_set", "drift"}
+    values = found.model.values
+    assert values["drift.rate"] == pytest.approx(best[1], rel=1e-5)
+
+
+def test_points_of_a_grid_are_averaged(made):
+    """A shape parameter is integrated over: one good point of two has half the weight."""
+    good = addition(made, "permanent_set", loop(made))
+    bad = addition(made, "permanent_set", 1e-6 * loop(made))
+    single = [Beside(made.state, [one]).singles()[0].log_evidence for one in (good, bad)]
+    (found,) = Beside(made.state, [good, bad]).singles()
+    assert found.log_evidence == pytest.approx(np.logaddexp(*single) - np.log(2.0))
+
+
+def test_what_the_law_does_itself_is_no_share_of_its_own(made):
+    column = made.state.fitted.jacobians[0] @ np.array([1.0, 0.5, -0.2])
+    beside = Beside(made.state, ())
+    assert beside.share(addition(made, "drift", column)) < 1e-6
+    assert beside.share(addition(made, "drift", loop(made))) > 0.3
+
+
+@pytest.mark.parametrize("name", ["permanent_set", "drift", "warming", "time_lag"])
+def test_predictions_of_the_catalogue_are_what_fits_bring(made, name):
+    """From real derivatives on a coupon, as near as the search takes them to be."""
+    some, reason = trials(made.case, made.state.model, effect(name), made.recordings)
+    assert some, reason
+    features = made.problem.likelihood.features[0]
+    added = []
+    for trial in some:
+        (column,) = columns(made.case, made.state.model, trial)
+        added.append(Addition(trial, (features.of(column),)))
+    (found,) = Beside(made.state, added).singles()
+    state = made.fit(found.model, made.state)
+    gained, foretold = (log - made.state.evidence.log for log in (state.evidence.log, found.log_evidence))
+    assert foretold == pytest.approx(gained, abs=max(SLACK, 0.3 * abs(gained)))

@@ -1,0 +1,224 @@
+"""The search on a world of straight lines, where every fit is one least-squares step and no model takes any time."""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from bushcli.diagnosis import answer, queue
+from bushcli.diagnosis.columns import shear_modulus
+from bushcli.diagnosis.fit import WORSE
+from bushcli.diagnosis.model import Fitted
+from bushcli.diagnosis.posterior import posterior, probabilities
+from bushcli.diagnosis.prior import known_parameters, scales_of
+from bushcli.diagnosis.queue import BATCH, LEFT, Search, label
+from bushcli.diagnosis.state import State
+from bushcli.diagnosis.workers import Workers
+from bushcli.effect import effect
+
+NAMES = ("permanent_set", "drift", "time_lag", "warming", "viscoelasticity", "friction", "mullins")
+
+
+TRUTH = {"drift.rate": 1.5, "permanent_set.set": 2.0}
+
+
+class World:
+    """A coupon whose stress is that of the plain law and a column for each amplitude of an effect."""
+
+    def __init__(self, coupon, **truth):
+        self.one = coupon("yeoh")
+        strain, clock = self.one.strain, self.one.time / self.one.time[-1]
+        rng = np.random.default_rng(1)
+        shapes = [np.sin(np.pi * k * clock + rng.uniform(0.0, 3.0)) * strain for k in range(1, 30)]
+        self.columns, self.median = {}, {}
+        for name in NAMES:
+            for parameter in effect(name).amplitudes:
+                # An amplitude of its prior's median changes the stress by some per cent of its range.
+                scales = scales_of(self.one.case, 1.0, self.one.recordings)
+                size = parameter.prior.median(scales) if parameter.prior else parameter.start
+                full = f"{name}.{parameter.name}"
+                self.columns[full], self.median[full] = 0.1 * shapes[len(self.columns)] / size, size
+        self.unsolved = set()
+        self.asked = []
+        plain = self.one.state.fitted
+        recorded = self.one.recordings[0].force
+        bent = plain.simulated[0] - sum(a * self.median[n] * self.columns[n] for n, a in truth.items())
+        # What is simulated lacks what is concealed; what is recorded stays.
+        self.base = Fitted(plain.model, plain.names, plain.x, (bent,), plain.jacobians, True, 1)
+        self.recorded = recorded
+        excess = State(self.one.problem, self.base).evidence.excess
+        whole = self.one.problem.likelihood
+        self.problem = replace(self.one.problem, likelihood=replace(whole, plain=tuple(map(float, excess))))
+        self.plain = State(self.problem, self.base)
+
+    def derivatives(self, case, base, trial):
+        return (np.column_stack([self.columns[f"{trial.effect.name}.{n}"] for n in trial.amplitudes]),)
+
+    def fit(self, case, model, measured, contained=(), least=float("inf")):
+        self.asked.append(model.structure)
+        if set(model.identities) & self.unsolved:
+            return None
+        held = [
+            (f"{one.name}.{p.name}", p) for one in model.effects for p in one.parameters if p.off is not None
+        ]
+        features = self.problem.likelihood.features[0]
+        shear = shear_modulus(model, case)
+        priors = known_parameters(case, model.effects, shear, self.one.recordings)
+        names = (*self.base.names, *(name for name, _ in held))
+        own = self.base.jacobians[0]
+        if model.law != self.base.model.law:
+            # No other law helps: it has one more useless parameter.
+            return None
+        J = np.hstack([own, *(self.columns[name][:, None] for name, _ in held)])
+        root = np.sqrt(measured.variances[0])
+        slopes = [0.0] * own.shape[1] + [priors[n].prior.curvature(0.5 * p.start, priors[n].scales) ** 0.5 for n, p in held]
+        A = np.vstack([features.of(J) / root, np.diag(slopes)])
+        z = features.of(self.base.simulated[0] - self.recorded) / root
+        low = np.array([-np.inf] * own.shape[1] + [float(p.lower) for _, p in held])
+        step = lsq_linear(A, -np.concatenate([z, np.zeros(len(names))]), (low, np.inf), method="bvls").x
+        x = np.concatenate([self.base.x, np.zeros(len(held))]) + step
+        return Fitted(
+            model.at(dict(zip(names, map(float, x), strict=True))),
+            names,
+            x,
+            (self.base.simulated[0] + J @ step,),
+            (J,),
+            True,
+            3,
+        )
+
+    def search(self, monkeypatch, crew=None, deadline=float("inf"), names=NAMES, told=None):
+        monkeypatch.setattr(queue, "fit", self.fit)
+        monkeypatch.setattr(queue, "columns", self.derivatives)
+        monkeypatch.setattr(queue, "laws", dict)
+        catalogue = [effect(name) for name in names]
+        made = Search(
+            self.problem, crew or Workers(1), self.plain, catalogue, False, deadline, told or (lambda *_: None)
+        )
+        made.run()
+        return made
+
+
+@pytest.fixture
+def world(coupon):
+    # In medians of their priors.
+    return World(coupon, **TRUTH)
+
+
+def sizes(search):
+    return {key: round(state.evidence.log, 9) for key, state in search.states.items()}
+
+
+def test_the_best_waits_least(world, monkeypatch):
+    order = []
+    whole = Search._fit_next
+
+    def spied(self):
+        waiting = dict(self.waiting)
+        before = set(waiting)
+        whole(self)
+        taken = before - set(self.waiting)
+        best = sorted(waiting, key=lambda key: (-waiting[key].optimistic, key))[:BATCH]
+        order.append(taken >= set(best))
+
+    monkeypatch.setattr(Search, "_fit_next", spied)
+    found = world.search(monkeypatch)
+    assert len(order) > 1
+    assert all(order)
+    # No model is fitted twice.
+    assert len(set(world.asked)) == len(world.asked)
+    assert found.solves > len(world.asked)
+
+
+def test_it_ends_when_what_is_left_is_next_to_nothing(world, monkeypatch):
+    found = world.search(monkeypatch)
+    assert found.ended == "nothing left"
+    assert found.left < LEFT
+    # And before: with seven effects there are 63 sets of up to three.
+    assert found.waiting
+    assert len(world.asked) < 40
+    said = answer.searched(found)
+    assert said.complete
+    models = posterior(found)
+    assert set(models[0].effects) == {"drift", "permanent_set"}
+    probability = probabilities(models, NAMES)
+    assert min(probability["drift"], probability["permanent_set"]) > 0.9
+
+
+def test_a_budget_ends_it_and_says_so(world, monkeypatch):
+    found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
+    assert found.ended == "budget"
+    assert world.asked == []
+    # The plain law's neighbours are known by their predictions.
+    assert found.left > 0.5
+    said = answer.searched(found)
+    assert not said.complete
+    assert said.left == pytest.approx(found.left)
+    (best, *_) = posterior(found)
+    (condition,) = [
+        one for one in answer.doubts(world.one.case, (), best, found) if one.name == "budget"
+    ]
+    assert f"{100 * found.left:.0f} %" in condition.message
+
+
+def test_the_answer_does_not_depend_on_the_number_of_workers(coupon, monkeypatch):
+    answers = []
+    for count in (1, 3):
+        world = World(coupon, **TRUTH)
+        if count == 1:
+            found = world.search(monkeypatch)
+        else:
+            with ThreadPoolExecutor(count) as pool:
+                found = world.search(monkeypatch, Workers(1, None, pool))
+        answers.append((sizes(found), [row.effects for row in found.rows], round(found.left, 12)))
+    assert answers[0] == answers[1]
+
+
+def test_a_lost_model_is_said_and_has_no_probability(world, monkeypatch):
+    heard = []
+    world.unsolved = {"drift"}
+    found = world.search(monkeypatch, told=lambda *line: heard.append(line))
+    assert any("drift" in name for name in found.lost)
+    assert all("drift" not in state.model.identities for state in found.states.values())
+    assert any("drift" in what and text.startswith("cannot be solved") for _, what, text in heard)
+    said = answer.searched(found)
+    assert said.lost == tuple(found.lost)
+    (row,) = [one for one in said.trials if one.effects == ("drift",)]
+    assert row.text == "cannot be solved from any start"
+    best = posterior(found)[0]
+    (condition,) = [
+        one for one in answer.doubts(world.one.case, (), best, found) if one.name == "models_lost"
+    ]
+    assert "drift" in condition.message
+
+
+def test_no_model_ends_worse_than_one_that_it_contains(world, monkeypatch):
+    found = world.search(monkeypatch)
+    pairs = [
+        (a, b) for a in found.states.values() for b in found.states.values() if a.model.contains(b.model)
+    ]
+    assert len(pairs) > 3
+    assert all(a.objective <= b.objective + WORSE for a, b in pairs)
+
+
+def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
+    world.columns["warming.slope" if "warming.slope" in world.columns else "time_lag.lag"] *= 0.0
+    name = "warming" if "warming.slope" in world.columns else "time_lag"
+    found = world.search(monkeypatch)
+    assert found.untestable[name] == "these recordings do not respond to it"
+
+
+def test_what_the_law_does_itself_is_untestable(world, monkeypatch):
+    world.columns["time_lag.lag"] = world.base.jacobians[0] @ np.ones(3)
+    found = world.search(monkeypatch)
+    assert found.untestable["time_lag"] == "the law's parameters do all that it does to these recordings"
+    assert not any("time_lag" in state.model.identities for state in found.states.values())
+
+
+def test_names_of_models_are_words(world):
+    assert label(world.one.model(permanent_set={}, drift={})) == "yeoh + drift + permanent_set"
