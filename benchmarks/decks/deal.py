@@ -24,8 +24,7 @@ def deal(deck: str, parts: Sequence[str] = ()) -> Iterator[str]:
         except Unsuitable as failure:
             yield f"{name}: none: {failure}"
             continue
-        known = {**manifest.read(deck), name: found}
-        manifest.write(deck, known)
+        manifest.put(deck, found)
         yield f"{name}: {time.perf_counter() - begin:.0f} s"
 
 

@@ -97,14 +97,15 @@ def make_all(deck: str, folder: Path, names: Sequence[str] = ()) -> Iterator[str
     """Make what is not there yet; what is there is never written again. Yields a line for each."""
     for entry in missing(deck, folder, names):
         begin = time.perf_counter()
+        if (folder / "truth" / f"{entry.name}.json").exists():
+            continue  # by another process
         found = make(entry, folder)
-        kept = manifest.read(deck)
-        if not kept[entry.name].digest:
-            kept[entry.name] = replace(kept[entry.name], digest=found)
-            manifest.write(deck, kept)
+        kept = manifest.read(deck)[entry.name]
+        if not kept.digest:
+            manifest.put(deck, replace(kept, digest=found))
             how = "made"
         else:
-            how = "made, " + compared(kept[entry.name], found)
+            how = "made, " + compared(kept, found)
         yield f"{entry.name}: {how}, {time.perf_counter() - begin:.0f} s"
 
 

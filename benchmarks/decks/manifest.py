@@ -6,6 +6,7 @@ what was made elsewhere is the same.
 
 from __future__ import annotations
 
+import fcntl
 import json
 import re
 from collections.abc import Mapping
@@ -208,6 +209,14 @@ def write(deck: str, entries: Mapping[str, Entry], folder: Path = FOLDER) -> Non
     part = file.with_suffix(".part")
     part.write_text(text + "\n", encoding="utf-8")
     part.replace(file)
+
+
+def put(deck: str, found: Entry, folder: Path = FOLDER) -> None:
+    """Put a recording into a manifest, beside what other processes put there meanwhile."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / f".{deck}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        write(deck, {**read(deck, folder), found.name: found}, folder)
 
 
 def entry(data: Mapping[str, Any]) -> Entry:
