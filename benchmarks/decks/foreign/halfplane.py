@@ -188,8 +188,8 @@ class HalfPlane:
 
     def _tangent(self, state: State, memory: Memory, dt: float) -> SuperLU:
         F, B, P, J, H = state.F, state.B, state.P, state.J, state.cofactor
-        first, second = self.rubber.volume(J)
-        p = first if self._pressure is None else self._pressure
+        _, second = self.rubber.volume(J)
+        p = self._pressure
         A = np.zeros((len(F), 3, 3, 3, 3))
         pairs = [(0, 0), (0, 2), (1, 1), (2, 0), (2, 2)] + ([(1, 0), (1, 2)] if self.twist else [])
         for k, m in pairs:
@@ -224,7 +224,7 @@ class HalfPlane:
         """Force (n,) at samples that are visited one after the other, from rest."""
         x = np.zeros(len(self.fixed))
         memory = self.rubber.start(self.count)
-        self._largest = 0.0
+        self._largest, self._pressure = 0.0, np.zeros(self.count)
         whole = np.zeros((len(self.points), self.width))
         if self.reduction is not None:
             whole[self._outer, 0] = -self.reduction(self.points[self._outer, 1])
@@ -251,11 +251,13 @@ class HalfPlane:
         halvings: int,
     ) -> tuple[Array, Memory, float]:
         """One sample's step, halved where it fails."""
+        pressure = self._pressure
         try:
             return self._step(x, memory, end[0] - begin[0], base + end[1] * self.driven)
         except NotSolved:
             if halvings == 0:
                 raise
+            self._pressure = pressure
             middle = (0.5 * (begin[0] + end[0]), 0.5 * (begin[1] + end[1]))
             x, memory, _ = self._go(x, memory, base, begin, middle, halvings - 1)
             return self._go(x, memory, base, middle, end, halvings - 1)
@@ -264,7 +266,6 @@ class HalfPlane:
         """Newton's method, from the last state: its first step moves the sleeve and the rubber together."""
         free = ~self.fixed
         x = x.copy()
-        self._pressure = None
         for k in range(MOST):
             r, state, new = self._residual(x, memory, dt)
             rest = float(np.linalg.norm(r[free]))
