@@ -19,6 +19,8 @@ from benchmarks.concealed.truth import Specimen
 Kind = Literal["none", "single", "pair", "outside"]
 Part = Literal["own", "foreign", "nothing"]
 
+# Standard errors, to first order, below which nobody can see an effect, and nothing is a right answer too.
+HIDDEN = 3.0
 FOLDER = Path(__file__).parent / "manifests"
 DECKS = ("own", "foreign", "nothing", "dev")
 
@@ -177,8 +179,18 @@ class Entry:
 
     @property
     def right(self) -> frozenset[frozenset[str]]:
-        """Sets of effect names that are right."""
-        return frozenset(frozenset(names) for names in (self.truth, *self.also_right))
+        """Sets of effect names that are right; also without an effect that these recordings do not show."""
+        sets = [frozenset(names) for names in (self.truth, *self.also_right)]
+        hidden = frozenset(name for name in self.truth if self.shown.get(name, HIDDEN) < HIDDEN)
+        return frozenset(sets + [names - hidden for names in sets])
+
+    @property
+    def shown(self) -> Mapping[str, float]:
+        """Standard errors by the catalogue's names: those of a foreign formula go to all effects that it is."""
+        if self.part == "own":
+            return self.strength
+        most = max(self.strength.values(), default=0.0)
+        return dict.fromkeys(self.truth, most) if self.strength else {}
 
     @property
     def tellable(self) -> bool:
