@@ -99,7 +99,9 @@ def main() -> int:
     five = actions.add_parser("run", help="diagnose, each recording in a process of its own")
     five.add_argument("--command", default="bushcli diagnose --no-maps", help="default: %(default)s")
     five.add_argument("--label", required=True, help="name of the code that is run: its ledger and results")
-    five.add_argument("--timeout", type=float, default=600.0, help="seconds per recording (default: %(default)g)")
+    five.add_argument(
+        "--timeout", type=float, default=600.0, help="seconds per recording (default: %(default)g)"
+    )
     five.add_argument("--workers", type=int, default=1)
     five.add_argument("--count", type=int, default=None, help="no more than so many now")
     five.add_argument("--again", action="store_true", help="also those that failed or ran out of time")

@@ -59,11 +59,15 @@ def compact(
 def _effect(one: Mapping[str, Any]) -> dict[str, Any]:
     kept = ("value", "std", "lower", "upper", "unit")
     parameters = {
-        name: {k: _rounded(said[k]) for k in kept if said.get(k) is not None} if isinstance(said, Mapping) else said
+        name: {k: _rounded(said[k]) for k in kept if said.get(k) is not None}
+        if isinstance(said, Mapping)
+        else said
         for name, said in (one.get("parameters") or {}).items()
     }
     found = {"name": one["name"], "parameters": parameters}
-    return found | {k: _rounded(one[k]) for k in ("evidence", "channels", "plausible") if one.get(k) is not None}
+    return found | {
+        k: _rounded(one[k]) for k in ("evidence", "channels", "plausible") if one.get(k) is not None
+    }
 
 
 def _names(one: Any) -> list[str]:
@@ -73,7 +77,11 @@ def _names(one: Any) -> list[str]:
 
 def _model(one: Mapping[str, Any]) -> dict[str, Any]:
     effects = [e["name"] if isinstance(e, Mapping) else e for e in one.get("effects") or []]
-    return {"law": one.get("law"), "effects": sorted(effects), "probability": _rounded(one.get("probability"))}
+    return {
+        "law": one.get("law"),
+        "effects": sorted(effects),
+        "probability": _rounded(one.get("probability")),
+    }
 
 
 def _rounded(value: Any) -> Any:

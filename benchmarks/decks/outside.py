@@ -44,7 +44,7 @@ NAMES = {"warming": "warming", "gain": "gain", "dimension": "dimension", "drift"
 # Of a rich program, counted from 1: the second half of its cycles.
 STEP_CYCLE = 4
 ATTEMPTS = 6
-# Standard errors that what is outside must show at least. A gain is no more than calibration may be off by, several times.
+# Standard errors that what is outside must show at least; a gain is only several times what calibration may be off by.
 SEEN, GAIN_SEEN = 12.0, 2.5
 
 
@@ -72,7 +72,7 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
     truth = (NAMES.get(name, ""),) if name in NAMES else ()
     found = replace(found, formulas=({"name": name, **formula},), truth=truth, outside=True, where=where)
     if name == "dimension":
-        found = replace(found, said={k: v for k, v in formula.items()}, formulas=({"name": name},))
+        found = replace(found, said=dict(formula), formulas=({"name": name},))
     shown, share = _shown(found)
     if shown < (GAIN_SEEN if name in ("gain", "dimension") else SEEN):
         raise Unsuitable(f"{name} shows by {shown:.1f} standard errors")
@@ -224,7 +224,11 @@ def tear(formula: Formula, c: Channel, force: Array) -> Array:
 def _detent(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
     """A burr in the fixture: a bump of force over a band of displacement."""
     where = {"displacement": _uniform(rng, 0.25, 0.6)}
-    return {"at": where["displacement"], "width": _uniform(rng, 0.04, 0.08), "percent": _uniform(rng, 1.5, 5.0)}, where
+    return {
+        "at": where["displacement"],
+        "width": _uniform(rng, 0.04, 0.08),
+        "percent": _uniform(rng, 1.5, 5.0),
+    }, where
 
 
 def detent(formula: Formula, c: Channel, force: Array) -> Array:
@@ -238,7 +242,9 @@ def detent(formula: Formula, c: Channel, force: Array) -> Array:
 def _transducer(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
     """The displacement transducer is not linear: a wave over its range, in one channel."""
     at = entry.channels[-1]
-    return {"channel": at, "percent": _uniform(rng, 0.6, 1.5), "waves": _uniform(rng, 1.5, 2.5)}, {"channel": at}
+    return {"channel": at, "percent": _uniform(rng, 0.6, 1.5), "waves": _uniform(rng, 1.5, 2.5)}, {
+        "channel": at
+    }
 
 
 def transducer(formula: Formula, c: Channel, force: Array) -> Array:

@@ -59,7 +59,9 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
     answers = [force(body, c, finer=False, names=names) for c in channels]
     fine = tuple(force(body, c, finer=True)[0] for c in channels)
     sigma = tuple(s.noise / 100 * float(np.ptp(f)) for s, f in zip(felt, fine, strict=True))
-    bench = Bench(body, channels, tuple(a[0] for a in answers), fine, sigma, tuple(a[1] for a in answers), fast)
+    bench = Bench(
+        body, channels, tuple(a[0] for a in answers), fine, sigma, tuple(a[1] for a in answers), fast
+    )
     if bench.mesh > MESH:
         factor = bench.mesh / MESH
         felt = tuple(replace(s, noise=round(min(s.noise * factor, 2.0), 4)) for s in felt)

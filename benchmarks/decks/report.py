@@ -32,7 +32,9 @@ def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = 
     for deck, runs in found.items():
         parts.append(_deck(deck, runs))
     together = {label: [one for deck in decks for one in found[deck][label]] for label in labels}
-    parts.append(_reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg")))
+    parts.append(
+        _reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg"))
+    )
     parts += [_misses(deck, runs) for deck, runs in found.items()]
     return "\n".join(parts)
 
@@ -123,7 +125,9 @@ def _by_truth(runs: Runs) -> str:
     groups: dict[str, None] = {}
     for found in runs.values():
         for i in sorted(found, key=lambda i: truth_of(i.entry)):
-            groups.setdefault("a pair" if i.entry.part == "own" and i.entry.kind == "pair" else truth_of(i.entry))
+            groups.setdefault(
+                "a pair" if i.entry.part == "own" and i.entry.kind == "pair" else truth_of(i.entry)
+            )
     rows = []
     for group in sorted(groups):
         row = [group]
@@ -234,7 +238,9 @@ def _misses(deck: str, runs: Runs) -> str:
             entry = i.entry
             what = f"{truth_of(entry)}, {entry.share:.1f} %, {entry.program}, {', '.join(entry.channels)}"
             alike = ", ".join(entry.look_alikes or ())
-            rows.append([entry.name, what, alike, i.said.verdict.replace("_", " "), credible + more, _stated(i)])
+            rows.append(
+                [entry.name, what, alike, i.said.verdict.replace("_", " "), credible + more, _stated(i)]
+            )
         head = ["name", "truth", "look-alikes", "verdict", "credible set", "wrongly stated"]
         text += f"\n### {label}\n\n" + (table(head, rows) if rows else "None.\n")
     return text

@@ -59,9 +59,7 @@ class Said:
     @cached_property
     def stated(self) -> Names:
         """Effects that are said to be there with 95 % or more."""
-        return frozenset(
-            n for n, p in self.effects.items() if p >= STATED - ROUNDING and n != "unknown"
-        )
+        return frozenset(n for n, p in self.effects.items() if p >= STATED - ROUNDING and n != "unknown")
 
     def of(self, right: Iterable[Names]) -> float:
         """Probability of all these sets together."""

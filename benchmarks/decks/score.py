@@ -99,7 +99,8 @@ def _there(part: dict[str, Any], item: Item) -> bool:
         soft = "too_soft" if where["softer"] else "too_stiff"
         stiff = "too_stiff" if where["softer"] else "too_soft"
         return bool(
-            (last < where["cycle"] and part["sign"] == soft) or (first >= where["cycle"] and part["sign"] == stiff)
+            (last < where["cycle"] and part["sign"] == soft)
+            or (first >= where["cycle"] and part["sign"] == stiff)
         )
     if "falls_with" in where:
         return bool(part["sign"] == ("too_soft" if last <= 3 else "too_stiff" if first >= 4 else ""))

@@ -18,10 +18,10 @@ from benchmarks.decks.manifest import Sensor
 
 Array = NDArray[np.float64]
 
-# Digits of a logger: the force is written to this share of its range, the digest taken of a tenth of the digits. What
-# two machines compute differs by some 1e-8 of the range, which changes a digit of the digest once in 10^4 values.
+# Digits of a logger: the force is written to this share of its range, the digest takes a digit less or two.
+# What two machines compute differs by some 1e-8 of the range, which changes a digit of the digest once in 10^3 values.
 LOGGED, COMPARED = 1e-5, 1e-4
-# Values of the sketch, by which another machine's data are compared where the digest differs, and how near they must be.
+# Values of the sketch, by which data are compared where the digest differs, and how near they must be.
 SKETCH, NEAR = 16, 1e-3
 
 
@@ -54,9 +54,7 @@ def sensed(sensor: Sensor, time: Array, displacement: Array, force: Array) -> tu
 def remembering(white: Array, correlation: float) -> Array:
     """Noise of unit variance whose samples know the one before (autoregressive, first order)."""
     start = white[:1]
-    rest = lfilter(
-        [np.sqrt(1 - correlation**2)], [1.0, -correlation], white[1:], zi=correlation * start
-    )[0]
+    rest = lfilter([np.sqrt(1 - correlation**2)], [1.0, -correlation], white[1:], zi=correlation * start)[0]
     return np.concatenate([start, rest])
 
 
@@ -64,11 +62,13 @@ def digest(time: Array, displacement: Array, force: Array) -> dict[str, Any]:
     """Digest of a channel's file, and the sketch of its forces over their range."""
     hasher = hashlib.sha256()
     for column in (time, displacement, force):
-        step = COMPARED * float(np.ptp(column))
+        # A power of ten, so that a column that is longer by a percent has another digest.
+        step = COMPARED * 10.0 ** np.floor(np.log10(float(np.ptp(column))))
         hasher.update(np.round(column / step).astype(np.int64).tobytes())
     at = np.linspace(0, len(force) - 1, SKETCH).round().astype(int)
     span = float(np.ptp(force))
-    return {"sha256": hasher.hexdigest(), "range": float(f"{span:.6g}"), "sketch": [round(float(f), 4) for f in force[at] / span]}
+    sketch = [round(float(f), 4) for f in force[at] / span]
+    return {"sha256": hasher.hexdigest(), "range": float(f"{span:.6g}"), "sketch": sketch}
 
 
 def same(kept: Mapping[str, Any], found: Mapping[str, Any]) -> str:

@@ -1,7 +1,7 @@
 """Memory of the whole bushing: models of the force over displacement and time, as vehicle dynamics has them.
 
-All take samples (n,) of time, displacement and elastic force, and return the force beside the elastic one. Steps between
-samples are cut where a formula needs them short.
+All take samples (n,) of time, displacement and elastic force, and return the force beside the elastic one. Steps
+between samples are cut where a formula needs them short.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ def power_law(time: Array, force: Array, share: float, exponent: float, shortest
 
     References
     ----------
-    Sjoeberg and Kari (2002), Non-linear behavior of a rubber isolator system using fractional derivatives, Vehicle Syst.
-    Dyn. 37:217-236, doi:10.1076/vesd.37.3.217.3532.
+    Sjoeberg and Kari (2002), Non-linear behavior of a rubber isolator system using fractional derivatives, Vehicle
+    Syst. Dyn. 37:217-236, doi:10.1076/vesd.37.3.217.3532.
     """
     decades = np.log10(3 * time[-1] / shortest)
     tau = np.geomspace(shortest, 3 * time[-1], int(np.ceil(4 * decades)) + 1)

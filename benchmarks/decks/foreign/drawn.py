@@ -30,6 +30,8 @@ LAWS = ("yeoh", "mooney_rivlin", "gent")
 THIN = 100
 # Of a law fitted to a MORPH rubber.
 STEPS = 6
+# Share of the force range that counts as much as a constant that is twice what was drawn.
+TETHER = 0.01
 
 
 def drawn(card: Card) -> Entry:
@@ -76,7 +78,11 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
     thin = thinned(found, THIN)
     if "knee" in values or "more" in values:
         # A force that the joint knows: the largest of the stiffest translation.
-        largest = max(float(np.abs(f).max()) for f, c in zip(elastic(found, thin), thin, strict=True) if c.name != "torsional")
+        largest = max(
+            float(np.abs(f).max())
+            for f, c in zip(elastic(found, thin), thin, strict=True)
+            if c.name != "torsional"
+        )
         values["largest"] = float(f"{largest:.5g}")
         found = with_values(found, values)
     if formula.base == "morph":
@@ -124,7 +130,7 @@ def situation(body: Specimen, fast: float, program: str) -> Situation:
 
 
 def measured(entry: Entry, channels: list[Channel], exact: list[Array]) -> tuple[float, float]:
-    """Standard errors and percent of the range by which forces differ from the elastic ones, beside what a law can do."""
+    """Standard errors, and percent of the range, of what forces do that a law cannot."""
     body = entry.specimen
     rows, slopes, scale = [], [], []
     for c, sensor, f, plain in zip(channels, entry.sensors, exact, elastic(entry, channels), strict=True):
@@ -150,8 +156,14 @@ def _fitted(entry: Entry, channels: list[Channel]) -> Entry:
             own, slope = force(body, c, finer=False, names=names)
             rows.append((f - own) / float(np.ptp(f)))
             slopes.append(slope / float(np.ptp(f)))
-        step = np.linalg.lstsq(np.vstack(slopes), np.concatenate(rows), rcond=1e-8)[0]
-        values = {n: float(f"{body.parameters[n] + s:.5g}") for n, s in zip(names, step, strict=True)}
+        J, d = np.vstack(slopes), np.concatenate(rows)
+        # Held to the shape of the drawn law where the curve leaves it open, so that it stays stable.
+        now = np.array([body.parameters[n] for n in names])
+        drawn_ = np.array([entry.specimen.parameters[n] for n in names])
+        held = TETHER * np.sqrt(len(d)) * np.diag(1 / np.abs(drawn_)) * np.array([0.0, 1.0, 1.0])
+        away = held @ (now[0] / drawn_[0] * drawn_ - now)
+        step = np.linalg.lstsq(np.vstack([J, held]), np.concatenate([d, away]), rcond=1e-10)[0]
+        values = {n: float(f"{x + s:.5g}") for n, x, s in zip(names, now, step, strict=True)}
         if values["C10"] <= 0 or values["C30"] <= 0:
             raise Unsuitable("no stable law is near")
         body = replace(body, parameters=values)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -132,7 +133,11 @@ def solved(c: Channel, answer: Callable[[Array], Array], points: int, odd: bool)
         q = np.linspace(0, reach, points + 1)
         f = answer(q)
         return CubicSpline(np.concatenate([-q[:0:-1], q]), np.concatenate([-f[:0:-1], f]))
-    q = np.unique(np.concatenate([np.linspace(low, 0, points + 1) if low < 0 else [0.0], np.linspace(0, high, points + 1)]))
+    q = np.unique(
+        np.concatenate(
+            [np.linspace(low, 0, points + 1) if low < 0 else [0.0], np.linspace(0, high, points + 1)]
+        )
+    )
     return CubicSpline(q, answer(q))
 
 
@@ -223,7 +228,12 @@ def _bergstroem_boyce(rng: np.random.Generator, s: Situation) -> dict[str, float
 
 def _two_times(rng: np.random.Generator, s: Situation) -> dict[str, float]:
     time = s.fast * _log(rng, 0.7, 8.0)
-    return {"amplitude": 0.15, "tau": float(f"{time:.5g}"), "slower": _log(rng, 3.0, 15.0), "second": _uniform(rng, 0.3, 1.0)}
+    return {
+        "amplitude": 0.15,
+        "tau": float(f"{time:.5g}"),
+        "slower": _log(rng, 3.0, 15.0),
+        "second": _uniform(rng, 0.3, 1.0),
+    }
 
 
 def _one_time(rng: np.random.Generator, s: Situation) -> dict[str, float]:
@@ -267,9 +277,11 @@ def _morph_force(v: Values, body: Specimen, c: Channel) -> Array:
     # Every third sample of a leg is marched; between them the curve is smooth.
     sign = np.sign(np.diff(c.displacement))
     turns = [0, *(np.flatnonzero(np.diff(sign)) + 1), len(c.displacement) - 1]
-    nodes = sorted({i for a_, b_ in zip(turns[:-1], turns[1:], strict=True) for i in (*range(a_, b_, 3), b_)})
+    nodes = sorted({i for a_, b_ in pairwise(turns) for i in (*range(a_, b_, 3), b_)})
     q = c.displacement[nodes]
-    found = ask("morph", {"dimensions": dict(body.dimensions), "p": p, "bulk": v["bulk"], "displacement": q.tolist()})
+    found = ask(
+        "morph", {"dimensions": dict(body.dimensions), "p": p, "bulk": v["bulk"], "displacement": q.tolist()}
+    )
     return np.asarray(PchipInterpolator(nodes, found)(np.arange(len(c.displacement))))
 
 
@@ -338,7 +350,10 @@ def _set_saturating(rng: np.random.Generator, s: Situation) -> dict[str, float]:
 
 
 def _set_power(rng: np.random.Generator, s: Situation) -> dict[str, float]:
-    return {"amplitude": 0.03, "exponent": float(rng.choice([_uniform(rng, 0.5, 0.75), _uniform(rng, 1.4, 2.2)]))}
+    return {
+        "amplitude": 0.03,
+        "exponent": float(rng.choice([_uniform(rng, 0.5, 0.75), _uniform(rng, 1.4, 2.2)])),
+    }
 
 
 def _low_pass(rng: np.random.Generator, s: Situation) -> dict[str, float]:
@@ -390,7 +405,11 @@ def _edges(v: Values, F: Array, most: float, q: float) -> Array:
 
 
 def _stop(rng: np.random.Generator, s: Situation) -> dict[str, float]:
-    return {"amplitude": 0.5, "gap": _sign(rng) * _uniform(rng, 0.4, 0.75), "width": _uniform(rng, 0.08, 0.25)}
+    return {
+        "amplitude": 0.5,
+        "gap": _sign(rng) * _uniform(rng, 0.4, 0.75),
+        "width": _uniform(rng, 0.08, 0.25),
+    }
 
 
 def _beside(law: Callable[[Values, Array], Array]) -> Callable[[Values, Specimen, Channel], Array]:
@@ -485,7 +504,11 @@ def _tilted(v: Values, body: Specimen, c: Channel) -> Array:
 
 
 def _joint(rng: np.random.Generator, s: Situation) -> dict[str, float]:
-    return {"amplitude": 0.01 * s.thickness, "knee": _uniform(rng, 0.05, 0.3), "rest": _uniform(rng, 0.2, 1.0)}
+    return {
+        "amplitude": 0.01 * s.thickness,
+        "knee": _uniform(rng, 0.05, 0.3),
+        "rest": _uniform(rng, 0.2, 1.0),
+    }
 
 
 def _bend(rng: np.random.Generator, s: Situation) -> dict[str, float]:
@@ -513,7 +536,10 @@ def _rubber(
 VISCOUS, SOFTENED, FRICTION = ("viscoelasticity",), ("mullins",), ("friction",)
 FORMULAS: Mapping[str, Formula] = {
     "bergstroem_boyce": _rubber(
-        VISCOUS, _bergstroem_boyce, lambda v, law: BergstroemBoyce(law, v["amplitude"], v["rate"], v["m"]), 5.0
+        VISCOUS,
+        _bergstroem_boyce,
+        lambda v, law: BergstroemBoyce(law, v["amplitude"], v["rate"], v["m"]),
+        5.0,
     ),
     "simo": _rubber(VISCOUS, _two_times, _simo, 5.0),
     "holzapfel": _rubber(
@@ -568,9 +594,7 @@ FORMULAS: Mapping[str, Formula] = {
     "swaged_unevenly": Formula(("swaging",), _uneven, _swaged, 0.1, 3.0, SOLID, base="solid"),
     "shrunk_unevenly": Formula(("cure_shrinkage",), _shrunk_values, _shrunk, 0.1, 3.0, SOLID, base="solid"),
     "other_volume": Formula(("compressibility",), _volume, _other_volume, 0.1, 3.0, SOLID, base="solid"),
-    "tilted": Formula(
-        ("misalignment",), _tilt, _tilted, 0.2, 4.0, (("radial",),), base="solid"
-    ),
+    "tilted": Formula(("misalignment",), _tilt, _tilted, 0.2, 4.0, (("radial",),), base="solid"),
     "compliance_hardening": Formula(
         ("rig_compliance",), _joint, _in_series(_hardening), 0.1, 8.0, (*TWISTED, *SOLID)
     ),

@@ -108,7 +108,9 @@ class HalfPlane:
     ) -> None:
         self.rubber, self.twist, self.reduction = rubber, twist, reduction
         a, b = dimensions["inner_radius"], dimensions["outer_radius"]
-        lengths = [dimensions.get(key, dimensions.get("length", 0.0)) for key in ("inner_length", "outer_length")]
+        lengths = [
+            dimensions.get(key, dimensions.get("length", 0.0)) for key in ("inner_length", "outer_length")
+        ]
         along = max(8, round(ALONG * max(lengths) / (b - a)))
         self.points, self.elements = _mesh(a, b, lengths[0], lengths[1], ACROSS, along)
         self.width = 3 if twist else 2
@@ -288,13 +290,16 @@ class HalfPlane:
             x = x + step
             # The pressure that this step foresees.
             first, second = self.rubber.volume(state.J)
-            moved = np.einsum("pijm,pm->pij", state.B, step[self._dofs[self._element]]) / self._rest[:, None, None]
+            moved = (
+                np.einsum("pijm,pm->pij", state.B, step[self._dofs[self._element]])
+                / self._rest[:, None, None]
+            )
             self._pressure = first + second * np.einsum("pij,pij->p", state.cofactor, moved)
         raise NotSolved
 
 
 def followed(body: HalfPlane, time: Array, q: Array) -> Array:
-    """Force (n,) at samples, of which every second is marched: a spline between the turning points serves the others."""
+    """Force (n,) at samples, of which every second is marched: a spline between turning points has the others."""
     sign = np.sign(np.diff(q))
     turns = [0, *(np.flatnonzero(np.diff(sign)) + 1), len(q) - 1]
     nodes = sorted({i for a, b in pairwise(turns) for i in (*range(a, b, 2), b)} | {0})
@@ -324,7 +329,9 @@ def _graded(n: int) -> Array:
     return -1 + 2 * np.concatenate([[0.0], np.cumsum(length) / length.sum()])
 
 
-def _mesh(a: float, b: float, inner: float, outer: float, across: int, along: int) -> tuple[Array, NDArray[np.int_]]:
+def _mesh(
+    a: float, b: float, inner: float, outer: float, across: int, along: int
+) -> tuple[Array, NDArray[np.int_]]:
     """Nodes (n, 2) in r, z and elements (e, 8): corners, then the middles of the sides."""
 
     def with_middles(x: Array) -> Array:

@@ -29,9 +29,15 @@ def main():
     d = task["dimensions"]
     a, b = d["inner_radius"], d["outer_radius"]
     lengths = [d.get(k, d.get("length")) for k in ("inner_length", "outer_length")]
-    mesh = fem.mesh.Grid(2 * graded(ALONG, 2.0) - 1, graded(ACROSS, 2.0)).add_midpoints_edges().add_midpoints_faces()
+    mesh = (
+        fem.mesh.Grid(2 * graded(ALONG, 2.0) - 1, graded(ACROSS, 2.0))
+        .add_midpoints_edges()
+        .add_midpoints_faces()
+    )
     t, s = mesh.points.T.copy()
-    mesh.points[:] = np.column_stack([0.5 * t * (lengths[0] + s * (lengths[1] - lengths[0])), a + s * (b - a)])
+    mesh.points[:] = np.column_stack(
+        [0.5 * t * (lengths[0] + s * (lengths[1] - lengths[0])), a + s * (b - a)]
+    )
     region = fem.RegionBiQuadraticQuad(mesh)
     field = fem.FieldsMixed(region, n=3, axisymmetric=True, disconnect=False)
     umat = mat.Material(mat.models.lagrange.morph, p=task["p"], nstatevars=13)

@@ -136,10 +136,12 @@ class Simo:
         return self.law.volume(J)
 
     def start(self, n: int) -> Memory:
+        """Virgin rubber."""
         zero = np.zeros((n, 3, 3))
         return {f"h{i}": zero for i in range(len(self.g))} | {"S": zero}
 
     def stress(self, F: Array, memory: Memory, dt: float) -> tuple[Array, Memory]:
+        """Stress, and memory at the end of the step."""
         J, _, tau, _ = self.law.parts(F)
         G = F * (J ** (-1 / 3))[:, None, None]
         back = inverse(G)
@@ -178,12 +180,14 @@ class Holzapfel:
         return self.law.volume(J)
 
     def start(self, n: int) -> Memory:
+        """Virgin rubber."""
         zero = np.zeros((n, 3, 3))
         found = {f"Q{i}": zero for i in range(len(self.g))} | {"S": zero}
         return found | {"C": np.broadcast_to(UNIT, (n, 3, 3))} if self.arc else found
 
     def stress(self, F: Array, memory: Memory, dt: float) -> tuple[Array, Memory]:
-        J, _, tau, _ = self.law.parts(F)
+        """Stress, and memory at the end of the step."""
+        _, _, tau, _ = self.law.parts(F)
         back = inverse(F)
         S = back @ tau @ transposed(back)
         new: dict[str, Array] = {"S": S}
@@ -222,9 +226,11 @@ class BergstroemBoyce:
         return self.law.volume(J)
 
     def start(self, n: int) -> Memory:
+        """Virgin rubber."""
         return {"Ci": np.broadcast_to(UNIT, (n, 3, 3))}
 
     def stress(self, F: Array, memory: Memory, dt: float) -> tuple[Array, Memory]:
+        """Stress, and memory at the end of the step."""
         J, _, tau, _ = self.law.parts(F)
         G = F * (J ** (-1 / 3))[:, None, None]
         C = transposed(G) @ G
@@ -267,12 +273,14 @@ class DorfmannOgden:
         return self.law.volume(J)
 
     def start(self, n: int) -> Memory:
+        """Virgin rubber."""
         return {"peak": np.full(n, 1e-9), "Cp": np.broadcast_to(UNIT, (n, 3, 3))}
 
     def stress(self, F: Array, memory: Memory, dt: float) -> tuple[Array, Memory]:
+        """Stress, and memory at the end of the step."""
         J, _, tau, W = self.law.parts(F)
         G = F * (J ** (-1 / 3))[:, None, None]
-        news = W > memory["peak"]
+        news = memory["peak"] < W
         peak = np.where(news, W, memory["peak"])
         Cp = np.where(news[:, None, None], transposed(G) @ G, memory["Cp"])
         e1 = 1 - self.inverse_r * np.tanh((peak - W) / self.m)
@@ -289,7 +297,8 @@ class Damage:
 
     References
     ----------
-    Simo (1987), doi:10.1016/0045-7825(87)90107-1 (discontinuous damage). Miehe (1995), doi:10.1016/0997-7538.
+    Simo (1987), doi:10.1016/0045-7825(87)90107-1 (discontinuous damage). Miehe (1995),
+    Eur. J. Mech. A 14:697-720.
     """
 
     law: Law
@@ -301,10 +310,12 @@ class Damage:
         return self.law.volume(J)
 
     def start(self, n: int) -> Memory:
+        """Virgin rubber."""
         return {"peak": np.zeros(n)}
 
     def stress(self, F: Array, memory: Memory, dt: float) -> tuple[Array, Memory]:
-        J, _, tau, W = self.law.parts(F)
+        """Stress, and memory at the end of the step."""
+        _, _, tau, W = self.law.parts(F)
         peak = np.maximum(memory["peak"], W)
         left = 1 - self.most * (1 - np.exp(-peak / self.scale))
         return first(F, left[:, None, None] * tau), {"peak": peak}
@@ -328,9 +339,11 @@ class DamagedSimo:
         return self.law.volume(J)
 
     def start(self, n: int) -> Memory:
+        """Virgin rubber."""
         return {**self.simo.start(n), "peak": np.zeros(n)}
 
     def stress(self, F: Array, memory: Memory, dt: float) -> tuple[Array, Memory]:
+        """Stress, and memory at the end of the step."""
         W = self.law.parts(F)[3]
         peak = np.maximum(memory["peak"], W)
         left = (1 - self.most * (1 - np.exp(-peak / self.scale)))[:, None, None]

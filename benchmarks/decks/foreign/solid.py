@@ -3,9 +3,9 @@
     python solid.py < task.json
 
 Run by `external.py` in FElupe's own environment; it needs NumPy, SciPy and FElupe alone. The task: `dimensions` (mm),
-`yeoh` (MPa), `bulk`, `volumetric` ("simple" or "log"), `targets` (mm, one side, outward), and as needed `free` (mm of bond
-that is off, `sleeve`, `end`), `reduction`, `shrinkage` and `offset`, each a mean and a slope (along the axis over half the
-length; of the shrinkage across the thickness). Prints the forces as JSON.
+`yeoh` (MPa), `bulk`, `volumetric` ("simple" or "log"), `targets` (mm, one side, outward), and as needed `free` (mm of
+bond that is off, `sleeve`, `end`), `reduction`, `shrinkage` and `offset`, each a mean and a slope (along the axis over
+half the length; of the shrinkage across the thickness). Prints the forces as JSON.
 """
 
 import json
@@ -28,6 +28,7 @@ class Yeoh:
         self.x = [np.eye(3), np.zeros(0)]
 
     def parts(self, F):
+        """F^-T, J^(-2/3), I1 of C, first and second derivative of W by the isochoric one."""
         T = transpose(inv(F))
         s = det(F) ** (-2 / 3)
         I1 = np.einsum("ij...,ij...->...", F, F)
@@ -36,11 +37,13 @@ class Yeoh:
         return T, s, I1, a + 2 * b * e + 3 * c * e**2, 2 * b + 6 * c * e
 
     def gradient(self, x, *args, out=None, **kwargs):
+        """First Piola-Kirchhoff stress."""
         F = x[0]
         T, s, I1, slope, _ = self.parts(F)
         return [2 * slope * s * (F - I1 / 3 * T), x[-1]]
 
     def hessian(self, x, *args, out=None, **kwargs):
+        """Derivative of the stress by F."""
         F = x[0]
         T, s, I1, slope, curvature = self.parts(F)
         D = 2 * s * (F - I1 / 3 * T)
@@ -81,7 +84,10 @@ def main():
         strain = shrinkage[0] + shrinkage[1] * (X - 0.5)
     rest = (1 - strain) ** 3
     if task.get("volumetric") == "log":
-        dU, ddU = (lambda J, k: k / 2 * (J / rest - rest / J)), (lambda J, k: k / 2 * (1 / rest + rest / J**2))
+        dU, ddU = (
+            (lambda J, k: k / 2 * (J / rest - rest / J)),
+            (lambda J, k: k / 2 * (1 / rest + rest / J**2)),
+        )
     else:
         dU, ddU = (lambda J, k: k * (J / rest - 1)), (lambda J, k: k / rest * np.ones_like(J))
     material = fem.NearlyIncompressible(Yeoh(*task["yeoh"]), bulk=task["bulk"], dUdJ=dU, d2UdJdJ=ddU)
