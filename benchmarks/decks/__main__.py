@@ -63,6 +63,7 @@ def run(options: argparse.Namespace) -> int:
         options.label,
         workers=options.workers,
         timeout=options.timeout,
+        processor=options.processor,
         count=options.count,
         again=options.again,
     )
@@ -101,6 +102,9 @@ def main() -> int:
     five.add_argument("--label", required=True, help="name of the code that is run: its ledger and results")
     five.add_argument(
         "--timeout", type=float, default=600.0, help="seconds per recording (default: %(default)g)"
+    )
+    five.add_argument(
+        "--processor", type=int, default=None, help="seconds of processor time per recording (default: any)"
     )
     five.add_argument("--workers", type=int, default=1)
     five.add_argument("--count", type=int, default=None, help="no more than so many now")

@@ -17,10 +17,14 @@ from numpy.typing import NDArray
 from benchmarks.concealed.make import COUPON_NOISE, COUPONS
 from benchmarks.decks import manifest
 from benchmarks.decks.drawing import channels_of
+from benchmarks.decks.foreign.external import Failed
+from benchmarks.decks.foreign.halfplane import NotSolved
 from benchmarks.decks.manifest import Entry
 from benchmarks.decks.sensing import digest, read_csv, same, sensed
 from bushcli.curve import Curve
 from bushcli.recording import write_curve_csv
+from bushcli.rig import NoEquilibrium
+from cases.march import NotConverged
 from cases.stability import nominal_stress
 from forms.law import law
 
@@ -99,7 +103,11 @@ def make_all(deck: str, folder: Path, names: Sequence[str] = ()) -> Iterator[str
         begin = time.perf_counter()
         if (folder / "truth" / f"{entry.name}.json").exists():
             continue  # by another process
-        found = make(entry, folder)
+        try:
+            found = make(entry, folder)
+        except (NotConverged, NotSolved, Failed, NoEquilibrium) as failure:
+            yield f"{entry.name}: {type(failure).__name__}: {failure}"
+            continue
         kept = manifest.read(deck)[entry.name]
         if not kept.digest:
             manifest.put(deck, replace(kept, digest=found))

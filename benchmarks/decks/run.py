@@ -7,12 +7,16 @@ machine did it.
 from __future__ import annotations
 
 import json
+import resource
 from collections.abc import Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from benchmarks.concealed.run import Run, Running, run_one
 from benchmarks.decks import ledger
+
+# How a process ends whose processor time is over (SIGXCPU, SIGKILL), or the shell that reports it.
+OUT_OF_TIME = (-24, -9, 152, 137)
 
 
 def waiting(
@@ -37,6 +41,7 @@ def run_all(
     *,
     workers: int = 1,
     timeout: float = 600.0,
+    processor: int | None = None,
     count: int | None = None,
     again: bool = False,
     kept: Path = ledger.FOLDER,
@@ -52,14 +57,18 @@ def run_all(
     label
         Of the code that is run.
     workers, timeout, count
-        Recordings at the same time; seconds for each; no more than so many now.
+        Recordings at the same time; seconds of wall clock for each; no more than so many now.
+    processor
+        Seconds of processor time for each: the limit that a machine which does other work does not move.
     again
         Whether to repeat those that left no result.
     kept
         Folder of the ledger.
     """
+    if processor is not None:
+        command = ["sh", "-c", f'ulimit -t {processor:d}; exec "$@"', "sh", *command]
     todo = waiting(deck, folder, label, again=again, kept=kept)[:count]
-    running = Running()
+    running, before = Running(), processor_seconds()
     with ThreadPoolExecutor(workers) as pool:
         jobs = {pool.submit(_one, case, folder, command, timeout, running, label): case for case in todo}
         try:
@@ -73,14 +82,28 @@ def run_all(
                     file = folder / f"results-{label}" / name / "result.json"
                     result = json.loads(file.read_text("utf-8"))
                 line = ledger.compact(
-                    name, result, seconds=found.seconds, code=found.code, stderr=found.stderr
+                    name,
+                    result,
+                    seconds=found.seconds,
+                    code=None if found.code in OUT_OF_TIME else found.code,
+                    stderr=found.stderr,
                 )
+                # Of children that have ended; of this one where there is no other.
+                used, before = processor_seconds() - before, processor_seconds()
+                if workers == 1:
+                    line["processor_seconds"] = round(used, 1)
                 ledger.append(deck, label, line, kept)
                 yield f"{deck} {name}: {found.how}, {found.seconds:.0f} s"
         finally:
             # Interrupted: what is under way ends with this process, and is not done.
             pool.shutdown(wait=False, cancel_futures=True)
             running.stop()
+
+
+def processor_seconds() -> float:
+    """Of all processes that this one has started and that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _one(

@@ -237,7 +237,7 @@ class BergstroemBoyce:
         Ci, mu = memory["Ci"], self.g * self.law.shear
         stretch = np.sqrt(np.maximum(trace(Ci) / 3, 1.0)) - 1 + 0.01
         a = np.zeros(len(F))
-        # The multiplier and the stress it leaves, in turn: the stress falls as the multiplier grows, so they are halved.
+        # The multiplier and the stress it leaves, in turn; the stress falls as the multiplier grows: their mean.
         for _ in range(12):
             M = Ci + a[:, None, None] * C
             new = M / np.cbrt(det(M))[:, None, None]
