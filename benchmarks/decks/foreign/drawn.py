@@ -28,6 +28,8 @@ SHARE, SEEN, ATTEMPTS = (0.5, 15.0), 4.0, 8
 LAWS = ("yeoh", "mooney_rivlin", "gent")
 # Samples with which a size is sought.
 THIN = 100
+# Of the travel, that a rig in series may take: what takes more is seen without any calculation.
+GIVES = 0.2
 # Of a law fitted to a MORPH rubber.
 STEPS = 6
 # Share of the force range that counts as much as a constant that is twice what was drawn.
@@ -90,9 +92,10 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
         shown, share = measured(found, thin, concealed(found, thin))
     else:
         usual, size = values["amplitude"], 1.0
+        most = min(formula.most, rig_gives(values, found) / usual)
         shown, share = measured(found, thin, concealed(found, thin))
         for _ in range(2):
-            best = float(np.clip(size * wanted / max(share, 1e-9), formula.least, formula.most))
+            best = float(np.clip(size * wanted / max(share, 1e-9), formula.least, most))
             if abs(np.log(best / size)) < 0.15:
                 break
             size = best
@@ -110,6 +113,15 @@ def with_values(entry: Entry, values: dict[str, Any]) -> Entry:
     """The same with other values of its formula."""
     (formula,) = entry.formulas
     return replace(entry, formulas=({"name": formula["name"], **values},))
+
+
+def rig_gives(values: dict[str, Any], entry: Entry) -> float:
+    """Largest amplitude of a rig in series, so that it takes no more than a share of the travel; else infinite."""
+    if "largest" not in values:
+        return np.inf
+    travel = min(a for c, a in entry.specimen.amplitude.items() if c != "torsional")
+    one = np.tanh(1 / values["knee"]) + values["rest"] if "knee" in values else 1 + values["more"]
+    return GIVES * travel / float(one)
 
 
 def situation(body: Specimen, fast: float, program: str) -> Situation:
