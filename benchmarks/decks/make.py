@@ -103,6 +103,8 @@ def make_all(deck: str, folder: Path, names: Sequence[str] = ()) -> Iterator[str
         begin = time.perf_counter()
         if (folder / "truth" / f"{entry.name}.json").exists():
             continue  # by another process
+        # As the manifest has it now: it may have been a long time.
+        entry = manifest.read(deck)[entry.name]
         try:
             found = make(entry, folder)
         except (NotConverged, NotSolved, Failed, NoEquilibrium) as failure:

@@ -17,6 +17,8 @@ from benchmarks.decks import ledger
 
 # How a process ends whose processor time is over (SIGXCPU, SIGKILL), or the shell that reports it.
 OUT_OF_TIME = (-24, -9, 152, 137)
+# And one that somebody ends: SIGINT, SIGTERM.
+INTERRUPTED = (-2, -15, 130, 143)
 
 
 def waiting(
@@ -77,6 +79,10 @@ def run_all(
                 if found is None:
                     continue
                 name = jobs[job].parent.name
+                if found.code in INTERRUPTED:
+                    # By somebody from outside, which says nothing of the recording: it is not done.
+                    yield f"{deck} {name}: interrupted, {found.seconds:.0f} s"
+                    continue
                 result = None
                 if found.result:
                     file = folder / f"results-{label}" / name / "result.json"

@@ -259,7 +259,9 @@ def test_a_step_in_stiffness_begins_with_its_cycle() -> None:
 
 TOOL = """
 import json, sys
-if "bad" in open(sys.argv[1]).read(): sys.exit(3)
+text = open(sys.argv[1]).read()
+if "bad" in text: sys.exit(3)
+if "ended" in text: sys.exit(130)
 print(json.dumps({"verdict": "explained", "effects": [], "rivals": [], "misfit": {}, "mismatch": []}))
 """
 
@@ -280,6 +282,15 @@ def test_what_is_in_the_ledger_is_done(tmp_path: Path) -> None:
     assert lines["000"]["verdict"] == "explained"
     assert lines["001"]["code"] == 3
     assert len(list(run_all("own", tmp_path / "own", command, "new", again=True, **go))) == 1
+
+
+def test_what_somebody_ended_is_not_done(tmp_path: Path) -> None:
+    tool, case = tmp_path / "tool.py", tmp_path / "own" / "cases" / "000"
+    tool.write_text(TOOL)
+    case.mkdir(parents=True)
+    (case / "case.toml").write_text("ended")
+    list(run_all("own", tmp_path / "own", [sys.executable, str(tool)], "new", kept=tmp_path / "ledger"))
+    assert not ledger.read("own", "new", tmp_path / "ledger")
 
 
 # -- scores ------------------------------------------------------------------------------------------------------
