@@ -14,7 +14,7 @@ while [ "$left" = 1 ]; do
     left=0
     for deck in "$@"; do
         setup/enter python -m benchmarks.decks run "$deck" "$folder/$deck" --label "$label" --command "$command" \
-            --processor "$seconds" --timeout $((8 * seconds)) --workers 1 --count "$batch" >"$folder/turn-$label.txt" || exit 1
+            --processor "$seconds" --timeout $((60 * seconds)) --workers 1 --count "$batch" >"$folder/turn-$label.txt" || exit 1
         [ -s "$folder/turn-$label.txt" ] && left=1 && cat "$folder/turn-$label.txt"
     done
 done
