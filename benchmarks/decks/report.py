@@ -163,11 +163,18 @@ def _times(runs: Runs) -> str:
     for kind in kinds:
         row = [kind]
         for found in runs.values():
-            s = [float(i.said.line["seconds"]) for i in found if ", ".join(i.entry.channels) == kind]
+            s = [_seconds(i) for i in found if ", ".join(i.entry.channels) == kind]
             row.append(f"{len(s)}: {statistics.median(s):.0f}, {max(s):.0f}" if s else "")
         rows.append(row)
     head = ["channels", *(f"{label}: recordings: median, longest (s)" for label in runs)]
-    return "### Seconds\n\n" + table(head, rows)
+    return "### Seconds\n\nOf processor time where it was measured, else of wall clock.\n\n" + table(
+        head, rows
+    )
+
+
+def _seconds(item: Item) -> float:
+    line = item.said.line
+    return float(line.get("processor_seconds", line["seconds"]))
 
 
 def _reliability(runs: Runs, picture: Path | None) -> str:
@@ -190,7 +197,7 @@ def _reliability(runs: Runs, picture: Path | None) -> str:
                 row.append("" if one is None else f"{one.mean:.2f}: {shown(one.true)}")
             rows.append(row)
         rows.append(
-            ["expected calibration error", *(f"{score.calibration_error(own):.3f}" for own in bins.values())]
+            ["expected calibration error", *(finite(score.calibration_error(own)) for own in bins.values())]
         )
         head = [what, *(f"{label}: mean said: true" for label in runs)]
         text += table(head, rows) + "\n"
