@@ -8,7 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-PACKAGES = {"ngsolve": ["ngsolve"], "felupe": ["felupe"]}
+# FElupe differentiates some of its rubbers with tensortrax, which it does not ask for.
+PACKAGES = {"ngsolve": ["ngsolve"], "felupe": ["felupe"], "decks": ["felupe", "tensortrax"]}
 
 
 def home() -> Path:

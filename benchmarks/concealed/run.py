@@ -126,11 +126,18 @@ def run_all(
             running.stop()
 
 
-def run_one(case: Path, folder: Path, command: Sequence[str], timeout: float, running: Running) -> Run | None:
+def run_one(
+    case: Path,
+    folder: Path,
+    command: Sequence[str],
+    timeout: float,
+    running: Running,
+    results: str = "results",
+) -> Run | None:
     """Diagnose one recording; the files appear whole or not at all, and not when it was stopped (None)."""
     if running.stopped.is_set():
         return None
-    kept = folder / "results" / case.parent.name
+    kept = folder / results / case.parent.name
     kept.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
         # A copy: whatever the command might look for around its case, there is nothing.

@@ -1,0 +1,128 @@
+"""Draw, make, check, diagnose and score decks of recordings."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from pathlib import Path
+
+# Several processes share the machine: threads of the linear algebra would only wait for each other.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+def draw(options: argparse.Namespace) -> int:
+    """Draw what the manifest lacks; what it has is never drawn again."""
+    from benchmarks.decks.deal import deal
+
+    for line in deal(options.deck, options.parts or ()):
+        print(line, flush=True)
+    return 0
+
+
+def make(options: argparse.Namespace) -> int:
+    """Make the data that are not there."""
+    from benchmarks.decks.make import make_all
+
+    for line in make_all(options.deck, options.folder, options.names or ()):
+        print(line, flush=True)
+    return 0
+
+
+def check(options: argparse.Namespace) -> int:
+    """Compare data with the manifest's digests."""
+    from benchmarks.decks.make import check_all
+
+    found = list(check_all(options.deck, options.folder))
+    for name, how in found:
+        if how != "same":
+            print(f"{name}: {how}")
+    good = sum(how in ("same", "near") for _, how in found)
+    print(f"{good} of {len(found)} as in the manifest")
+    return 0 if good == len(found) else 1
+
+
+def judge(options: argparse.Namespace) -> int:
+    """Say which other effects each recording of a deck cannot be told from."""
+    from benchmarks.decks.judge import judge_all
+
+    for line in judge_all(options.deck, options.folder):
+        print(line, flush=True)
+    return 0
+
+
+def run(options: argparse.Namespace) -> int:
+    """Diagnose what is not in the ledger."""
+    from benchmarks.decks.run import run_all
+
+    lines = run_all(
+        options.deck,
+        options.folder,
+        options.command.split(),
+        options.label,
+        workers=options.workers,
+        timeout=options.timeout,
+        processor=options.processor,
+        count=options.count,
+        again=options.again,
+    )
+    for line in lines:
+        print(line, flush=True)
+    return 0
+
+
+def score(options: argparse.Namespace) -> int:
+    """Compare manifests and ledgers, write the tables."""
+    from benchmarks.decks.report import document
+
+    text = document(options.labels or ["old", "new"], options.decks, options.output)
+    print(text)
+    if options.output:
+        options.output.write_text(text, encoding="utf-8")
+    return 0
+
+
+def main() -> int:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.decks", description=__doc__)
+    actions = parser.add_subparsers(required=True, metavar="draw|make|check|judge|run|score")
+    one = actions.add_parser("draw", help="draw a deck into its manifest (done once)")
+    one.add_argument("--parts", nargs="*", choices=["own", "foreign", "nothing"])
+    one.set_defaults(act=draw)
+    two = actions.add_parser("make", help="make the data of a manifest")
+    two.add_argument("--names", nargs="*", help="these recordings only")
+    two.set_defaults(act=make)
+    three = actions.add_parser("check", help="compare data with the manifest's digests")
+    three.set_defaults(act=check)
+    four = actions.add_parser("judge", help="look-alikes of each recording, into the manifest (done once)")
+    four.set_defaults(act=judge)
+    five = actions.add_parser("run", help="diagnose, each recording in a process of its own")
+    five.add_argument("--command", default="bushcli diagnose --no-maps", help="default: %(default)s")
+    five.add_argument("--label", required=True, help="name of the code that is run: its ledger and results")
+    five.add_argument(
+        "--timeout", type=float, default=600.0, help="seconds per recording (default: %(default)g)"
+    )
+    five.add_argument(
+        "--processor", type=int, default=None, help="seconds of processor time per recording (default: any)"
+    )
+    five.add_argument("--workers", type=int, default=1)
+    five.add_argument("--count", type=int, default=None, help="no more than so many now")
+    five.add_argument("--again", action="store_true", help="also those that failed or ran out of time")
+    five.set_defaults(act=run)
+    six = actions.add_parser("score", help="compare truth and ledgers, write the tables")
+    six.add_argument("--label", dest="labels", action="append", help="may be given several times (old, new)")
+    six.add_argument("--decks", nargs="*", default=["own", "foreign", "nothing"], metavar="DECK")
+    six.add_argument("-o", "--output", type=Path, help="write the page there, and a picture beside it")
+    six.set_defaults(act=score)
+    for action in (one, two, three, four, five):
+        action.add_argument("deck", metavar="DECK")
+    for action in (two, three, four, five):
+        action.add_argument("folder", type=Path, metavar="DIR")
+    options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    return int(options.act(options))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,42 @@
+"""Draw a deck's recordings into its manifest, one by one; what is there stays."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from benchmarks.decks import manifest
+from benchmarks.decks.drawing import Unsuitable
+from benchmarks.decks.manifest import Entry
+from benchmarks.decks.plan import Card, cards
+
+
+def deal(deck: str, parts: Sequence[str] = ()) -> Iterator[str]:
+    """Draw what the manifest lacks, of some parts or all; yields a line for each, which says nothing of what it is."""
+    known = manifest.read(deck)
+    for name, card in cards(deck).items():
+        if name in known or (parts and card.part not in parts):
+            continue
+        begin = time.perf_counter()
+        try:
+            found = replace(_drawn(card), name=name)
+        except Unsuitable as failure:
+            yield f"{name}: none: {failure}"
+            continue
+        manifest.put(deck, found)
+        yield f"{name}: {time.perf_counter() - begin:.0f} s"
+
+
+def _drawn(card: Card) -> Entry:
+    if card.part == "own":
+        from benchmarks.decks import own
+
+        return own.drawn(card)
+    if card.part == "foreign":
+        from benchmarks.decks.foreign import drawn
+
+        return drawn.drawn(card)
+    from benchmarks.decks import outside
+
+    return outside.drawn(card)

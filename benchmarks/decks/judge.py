@@ -1,0 +1,142 @@
+"""Which other single effects of the catalogue a recording cannot be told from: its look-alikes, into the manifest.
+
+Of each effect the change of the curves is taken at a few sizes and over the grid of its shape parameters (`scan` in its
+file), multiplied by the amplitudes that come nearest to the concealed change, the law's parameters refitted and the
+calibration factors free to the extent that calibration leaves them, all to first order. What then stays within four
+standard errors, or a fifth of the concealed change, looks alike. Memory is left out of radial channels, where it costs
+too much.
+
+The grid and the list of effects are those of the day the deck is judged; the manifest keeps what was found.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from benchmarks.concealed.draw import MEMORY
+from benchmarks.concealed.make import Bench
+from benchmarks.concealed.simulate import force
+from benchmarks.concealed.sizes import SIZES, sized
+from benchmarks.concealed.strength import left
+from benchmarks.decks import manifest
+from benchmarks.decks.drawing import channels_of
+from benchmarks.decks.manifest import Entry
+from bushcli.active import ActiveEffect
+from bushcli.effect import Effect, EffectParameter, effects
+from bushcli.rig import NoEquilibrium
+from cases.march import NotConverged
+
+Array = NDArray[np.float64]
+
+# Standard errors, and share of the concealed change, within which another effect looks alike.
+TOLD, FORM = 4.0, 0.2
+# Sizes over the usual one: the shapes of changes that are not linear in their amplitude.
+SIZES_TRIED = (0.3, 1.0)
+# An offset is a factor of the same curve whatever its size.
+LINEAR = ("offset", "time_lag", "batch_stiffness", "rig_compliance")
+
+
+def judge_all(deck: str, folder: Path) -> Iterator[str]:
+    """Judge what is not judged yet: rich programs with an effect; yields a line for each."""
+    for name, entry in manifest.read(deck).items():
+        file = folder / "truth" / f"{name}.npz"
+        if entry.look_alikes is not None or not entry.rich or not entry.truth or entry.outside:
+            continue
+        if not file.exists():
+            yield f"{name}: not made"
+            continue
+        begin = time.perf_counter()
+        alike = look_alikes(entry, dict(np.load(file)))
+        manifest.put(deck, replace(manifest.read(deck)[name], look_alikes=alike))
+        yield f"{name}: {time.perf_counter() - begin:.0f} s"
+
+
+def look_alikes(entry: Entry, made: Mapping[str, Array]) -> tuple[str, ...]:
+    """Names of the look-alikes of a recording, given the noise-free forces that were made."""
+    bench = _bench(entry, made)
+    changes = [made[f"exact_{c}"] - made[f"plain_{c}"] for c in entry.channels]
+    d = left(bench.weighed(changes), bench.taken)
+    within = max(TOLD, FORM * float(np.linalg.norm(d)))
+    found = []
+    for name, other in effects().items():
+        if {name} in (set(names) for names in entry.right) or not _possible(entry, other):
+            continue
+        if any(_apart(d, columns, other, bench) < within for columns in _columns(entry, bench, other)):
+            found.append(name)
+    return tuple(found)
+
+
+def _bench(entry: Entry, made: Mapping[str, Array]) -> Bench:
+    channels = tuple(channels_of(entry))
+    names = () if entry.coupons else tuple(entry.specimen.parameters)
+    answers = [force(entry.specimen, c, finer=False, names=names) for c in channels]
+    exact = tuple(made[f"exact_{c}"] for c in entry.channels)
+    sigma = tuple(s.noise / 100 * float(np.ptp(f)) for s, f in zip(entry.sensors, exact, strict=True))
+    fast = entry.programs[0].slow / max(pace for _, pace in entry.programs[0].legs)
+    return Bench(
+        entry.specimen,
+        channels,
+        tuple(a[0] for a in answers),
+        exact,
+        sigma,
+        tuple(a[1] for a in answers),
+        fast,
+    )
+
+
+def _possible(entry: Entry, other: Effect) -> bool:
+    if not any(other.acts_on(c) for c in entry.channels) or other.name not in SIZES:
+        return False
+    if other.name == "batch_stiffness" and not entry.coupons:
+        return False
+    return not (other.name in MEMORY and "radial" in entry.channels)
+
+
+def _columns(entry: Entry, bench: Bench, other: Effect) -> Iterator[Array]:
+    """Changes (n, amplitudes) by an effect, one matrix for each size and each point of the grid."""
+    rng = np.random.default_rng([*entry.seed, 6])
+    usual = dict(SIZES[other.name].values(rng, bench.situation(other.name)))
+    rigs = [c for c in entry.channels if other.acts_on(c)] if other.of_channel else [""]
+    shapes = [p for p in other.parameters if p.off is None and p.name in usual and p.scan]
+    duration = float(bench.channels[0].time[-1])
+    for point in itertools.product(*(p.scan for p in shapes)):
+        for size in SIZES_TRIED[: 1 if other.name in LINEAR or other.of_channel else None]:
+            columns = []
+            for rig in rigs:
+                reach = float(
+                    np.abs(bench.channels[entry.channels.index(rig) if rig else 0].displacement).max()
+                )
+                scale = {"duration": duration, "amplitude": reach, "": 1.0}
+                values = usual | {p.name: x * scale[p.scale] for p, x in zip(shapes, point, strict=True)}
+                for amplitude in other.amplitudes:
+                    if amplitude.name in usual:
+                        one = _only(sized(other.name, values, size), amplitude)
+                        columns.append(replace(one, channels=(rig,)) if rig else one)
+            try:
+                yield np.column_stack([bench.change([one]) for one in columns])
+            except (NotConverged, NoEquilibrium):
+                continue
+
+
+def _only(one: ActiveEffect, amplitude: EffectParameter) -> ActiveEffect:
+    """The same with all other amplitudes off."""
+    off = {p.name: float(p.off or 0.0) for p in one.effect.amplitudes if p.name != amplitude.name}
+    return replace(one, values=dict(one.values) | {k: v for k, v in off.items() if k in one.values})
+
+
+def _apart(d: Array, columns: Array, other: Effect, bench: Bench) -> float:
+    """Standard errors between a change and the nearest multiple of others, positive where they are one-sided."""
+    G = np.column_stack([left(column, bench.taken) for column in columns.T])
+    scale = np.maximum(np.linalg.norm(G, axis=0), 1e-12)
+    G = G / scale
+    if all(p.off == p.lower for p in other.amplitudes):
+        return float(nnls(G, d)[1])
+    return float(np.linalg.norm(d - G @ np.linalg.lstsq(G, d, rcond=1e-8)[0]))

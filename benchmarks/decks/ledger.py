@@ -1,0 +1,97 @@
+"""What was said of each recording, one line of JSON each, kept in git: sessions on other machines go on from it."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+FOLDER = Path(__file__).parent / "results"
+# Of a result that can be long.
+HYPOTHESES, MODELS, PARTS, TAIL = 20, 30, 12, 600
+
+
+def file_of(deck: str, label: str, folder: Path = FOLDER) -> Path:
+    """The ledger of a deck and a label."""
+    return folder / f"{deck}-{label}.jsonl"
+
+
+def read(deck: str, label: str, folder: Path = FOLDER) -> dict[str, dict[str, Any]]:
+    """Lines by recording; a later line takes the place of an earlier one."""
+    file = file_of(deck, label, folder)
+    if not file.exists():
+        return {}
+    lines = [json.loads(line) for line in file.read_text("utf-8").splitlines() if line.strip()]
+    return {line["name"]: line for line in lines}
+
+
+def append(deck: str, label: str, line: Mapping[str, Any], folder: Path = FOLDER) -> None:
+    """Add a line, whole, whatever other processes add meanwhile."""
+    folder.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(line, separators=(",", ":"), allow_nan=True)
+    with file_of(deck, label, folder).open("a", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        file.write(text + "\n")
+
+
+def compact(
+    name: str, result: Mapping[str, Any] | None, *, seconds: float, code: int | None, stderr: str
+) -> dict[str, Any]:
+    """A line from a result.json, old or new; without one how the command ended (code None = out of time)."""
+    line: dict[str, Any] = {"name": name, "seconds": round(seconds, 1), "code": code}
+    if result is None:
+        return line | {"stderr": stderr[-TAIL:]}
+    line["verdict"] = result["verdict"]
+    line["effects"] = [_effect(one) for one in result.get("effects") or []]
+    line["rivals"] = [_names(one) for one in result.get("rivals") or []]
+    line["misfit"] = {key: _rounded(value) for key, value in (result.get("misfit") or {}).items()}
+    line["mismatch"] = _rounded((result.get("mismatch") or [])[:PARTS])
+    for key in ("probability", "groups", "data_faults", "searched", "law"):
+        if result.get(key) is not None:
+            line[key] = _rounded(result[key])
+    if result.get("models") is not None:
+        line["models"] = [_model(one) for one in result["models"][:MODELS]]
+    return line
+
+
+def _effect(one: Mapping[str, Any]) -> dict[str, Any]:
+    kept = ("value", "std", "lower", "upper", "unit")
+    parameters = {
+        name: {k: _rounded(said[k]) for k in kept if said.get(k) is not None}
+        if isinstance(said, Mapping)
+        else said
+        for name, said in (one.get("parameters") or {}).items()
+    }
+    found = {"name": one["name"], "parameters": parameters}
+    return found | {
+        k: _rounded(one[k]) for k in ("evidence", "channels", "plausible") if one.get(k) is not None
+    }
+
+
+def _names(one: Any) -> list[str]:
+    """Effects of a rival: a list of names, or a model with them."""
+    return sorted(one["effects"] if isinstance(one, Mapping) else one)
+
+
+def _model(one: Mapping[str, Any]) -> dict[str, Any]:
+    effects = [e["name"] if isinstance(e, Mapping) else e for e in one.get("effects") or []]
+    return {
+        "law": one.get("law"),
+        "effects": sorted(effects),
+        "probability": _rounded(one.get("probability")),
+    }
+
+
+def _rounded(value: Any) -> Any:
+    """Numbers with six digits, in whatever holds them."""
+    if isinstance(value, bool) or value is None or isinstance(value, (int, str)):
+        return value
+    if isinstance(value, float):
+        return float(f"{value:.6g}")
+    if isinstance(value, Mapping):
+        return {key: _rounded(one) for key, one in value.items()}
+    if isinstance(value, Iterable):
+        return [_rounded(one) for one in value]
+    return value

@@ -1,0 +1,180 @@
+"""What each deck holds: how many of which kind, in an order that says nothing. Used once, when a deck is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.concealed import draw
+from benchmarks.decks.manifest import Kind, Part
+from bushcli.effect import effects
+
+SEEDS = {"dev": 70_001, "own": 71_001, "foreign": 72_001, "nothing": 73_001}
+# The catalogue of the day on which the decks were drawn.
+EFFECTS = (
+    *(
+        "batch_stiffness",
+        "bump_stop",
+        "compressibility",
+        "cure_shrinkage",
+        "debonding",
+        "free_play",
+        "friction",
+    ),
+    *("misalignment", "mullins", "offset", "permanent_set", "rig_compliance", "sleeve_compliance", "swaging"),
+    *("time_lag", "viscoelasticity"),
+)
+# Share of poor programs among the singles of the own deck that are content with one channel; a quarter of all.
+POOR = 0.3
+
+# Formulas of the foreign deck, how often. Each is a function of `foreign.formulas`; the names before the dot are what
+# is physically right, for a reader: the manifest holds the truth.
+FOREIGN: dict[str, int] = {
+    "bergstroem_boyce": 4,
+    "simo": 3,
+    "holzapfel": 3,
+    "power_law": 3,
+    "dorfmann_ogden": 3,
+    "damage": 3,
+    "morph": 3,
+    "berg": 3,
+    "bouc_wen": 3,
+    "endochronic": 3,
+    "iwan": 1,
+    "set_saturating": 2,
+    "set_power": 2,
+    "debonded_outer": 3,
+    "debonded_bottom": 2,
+    "swaged_unevenly": 2,
+    "shrunk_unevenly": 1,
+    "other_volume": 1,
+    "compliance_hardening": 2,
+    "compliance_softening": 2,
+    "stop_quadratic": 2,
+    "stop_ramp": 2,
+    "play_edges": 2,
+    "low_pass": 1,
+    "tilted": 1,
+    "power_law_bouc_wen": 2,
+    "damage_simo": 1,
+}
+FOREIGN_DEV = (
+    *("bergstroem_boyce", "simo", "holzapfel", "power_law", "dorfmann_ogden", "damage", "morph", "berg"),
+    *("bouc_wen", "endochronic", "iwan", "set_saturating", "set_power", "debonded_outer", "swaged_unevenly"),
+    *("debonded_bottom", "compliance_hardening", "stop_quadratic", "stop_ramp", "play_edges", "low_pass"),
+    *("power_law_bouc_wen", "other_volume", "compliance_softening"),
+)
+OUTSIDE: dict[str, int] = {
+    "warming": 4,
+    "gain": 4,
+    "dimension": 4,
+    "step": 3,
+    "drift": 1,
+    "tear": 1,
+    "detent": 1,
+    "transducer": 1,
+    "quadratic_damping": 1,
+}
+OUTSIDE_DEV = ("warming", "warming", "gain", "dimension", "step", "tear")
+
+
+@dataclass(frozen=True)
+class Card:
+    """A recording to be drawn.
+
+    Attributes
+    ----------
+    part, kind
+    names : tuple of str
+        Effects (own), or formulas (foreign, outside).
+    program : str
+    channels : tuple of str
+        Empty where the formula decides.
+    coupons : bool
+    seed : tuple of int
+    """
+
+    part: Part
+    kind: Kind
+    names: tuple[str, ...]
+    program: str
+    channels: tuple[str, ...]
+    coupons: bool
+    seed: tuple[int, ...]
+
+
+def cards(deck: str) -> dict[str, Card]:
+    """The recordings of a deck by name."""
+    seed = SEEDS[deck]
+    found: list[Card] = []
+    if deck in ("own", "dev"):
+        found += _own(seed, *((5, 10, 10) if deck == "own" else (1, 4, 4)))
+    if deck == "foreign":
+        found += _foreign(seed, [name for name, times in FOREIGN.items() for _ in range(times)])
+    if deck == "dev":
+        found += _foreign(seed, list(FOREIGN_DEV))
+    if deck == "nothing":
+        found += _nothing(seed, 20, [name for name, times in OUTSIDE.items() for _ in range(times)])
+    if deck == "dev":
+        found += _nothing(seed, 6, list(OUTSIDE_DEV))
+    order = np.random.default_rng([seed, 99]).permutation(len(found))
+    return {f"{i:03d}": found[k] for i, k in enumerate(order)}
+
+
+def _own(seed: int, times: int, pairs: int, nothings: int) -> list[Card]:
+    rng = np.random.default_rng([seed, 1])
+    found: list[Card] = []
+
+    def add(
+        kind: Kind, names: tuple[str, ...], program: str, channels: tuple[str, ...], coupons: bool
+    ) -> None:
+        found.append(Card("own", kind, names, program, channels, coupons, (seed, 1, len(found))))
+
+    for name in EFFECTS:
+        for _ in range(times):
+            channels = draw._channels(rng, (name,))
+            poor = name != "batch_stiffness" and rng.random() < POOR
+            if poor:
+                channel = "axial" if effects()[name].acts_on("axial") else "radial"
+                add("single", (name,), str(rng.choice(["ramp", "loop"])), (channel,), False)
+            else:
+                add("single", (name,), "rich", channels, name == "batch_stiffness")
+    drawn: set[tuple[str, ...]] = set()
+    while len(drawn) < pairs:
+        plan = draw._pair(rng)
+        if plan.names not in drawn:
+            drawn.add(plan.names)
+            add("pair", plan.names, "rich", plan.channels, False)
+    for i in range(nothings):
+        poor = i % 4 == 3
+        channels = ("axial",) if poor else draw.ANY[rng.integers(len(draw.ANY))]
+        program = str(rng.choice(["ramp", "loop"])) if poor else "rich"
+        add("none", (), program, channels, not poor and bool(rng.random() < 0.2))
+    return found
+
+
+def _foreign(seed: int, names: list[str]) -> list[Card]:
+    """Channels are the formula's own; programs rich but for a fifth."""
+    rng = np.random.default_rng([seed, 2])
+    found = []
+    for i, name in enumerate(names):
+        program = str(rng.choice(["rich", "loop"], p=[0.8, 0.2]))
+        found.append(Card("foreign", "single", (name,), program, (), False, (seed, 2, i)))
+    return found
+
+
+def _nothing(seed: int, nothings: int, outside: list[str]) -> list[Card]:
+    rng = np.random.default_rng([seed, 3])
+    found: list[Card] = []
+    for i in range(nothings):
+        channels = draw.ANY[rng.integers(len(draw.ANY))]
+        program = "loop" if i % 5 == 4 else "rich"
+        channels = ("axial",) if program == "loop" else channels
+        found.append(Card("nothing", "none", (), program, channels, False, (seed, 3, i)))
+    for i, name in enumerate(outside):
+        channels = ("axial",)
+        if name in ("gain", "dimension", "transducer"):
+            channels = ("axial", "torsional") if i % 2 else ("axial", "radial")
+        found.append(Card("nothing", "outside", (name,), "rich", channels, False, (seed, 3, nothings + i)))
+    return found

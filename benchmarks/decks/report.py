@@ -1,0 +1,262 @@
+"""Manifests and ledgers -> the page of tables, and the picture of the reliability diagrams."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+
+from benchmarks.concealed.report import shown, table
+from benchmarks.concealed.score import Count
+from benchmarks.decks import ledger, manifest, score
+from benchmarks.decks.manifest import Entry
+from benchmarks.decks.said import said
+from benchmarks.decks.score import Item
+
+ABOUT = Path(__file__).parent / "about.md"
+# By label, the recordings that were diagnosed.
+Runs = Mapping[str, Sequence[Item]]
+
+
+def items(deck: str, label: str) -> list[Item]:
+    """All recordings of a deck that were diagnosed under a label."""
+    lines = ledger.read(deck, label)
+    return [Item(one, said(lines[name])) for name, one in manifest.read(deck).items() if name in lines]
+
+
+def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = None) -> str:
+    """The whole page, with a picture beside it where it is written."""
+    found = {deck: {label: items(deck, label) for label in labels} for deck in decks}
+    parts = [ABOUT.read_text(encoding="utf-8")]
+    for deck, runs in found.items():
+        parts.append(_deck(deck, runs))
+    together = {label: [one for deck in decks for one in found[deck][label]] for label in labels}
+    parts.append(
+        _reliability(together, None if output is None else output.with_name(f"{output.stem}-reliability.svg"))
+    )
+    parts += [_misses(deck, runs) for deck, runs in found.items()]
+    return "\n".join(parts)
+
+
+def _deck(deck: str, runs: Runs) -> str:
+    entries = manifest.read(deck)
+    head = ["", *(f"{label} ({len(found)} of {len(entries)})" for label, found in runs.items())]
+    common = set.intersection(*({i.entry.name for i in found} for found in runs.values())) if runs else set()
+    rows = _rows(runs)
+    text = f"## Deck {deck}\n\n" + table(head, rows)
+    if len(runs) > 1 and any(len(found) != len(common) for found in runs.values()) and common:
+        same = {label: [i for i in found if i.entry.name in common] for label, found in runs.items()}
+        head = ["", *(f"{label} ({len(common)} alike)" for label in runs)]
+        text += "\nThe recordings that all of them have diagnosed:\n\n" + table(head, _rows(same))
+    return "\n".join([text, _by_truth(runs), _times(runs)])
+
+
+def _rows(runs: Runs) -> list[list[str]]:
+    def catalogue(found: Sequence[Item]) -> list[Item]:
+        return [i for i in found if i.entry.truth and not i.entry.outside]
+
+    def tellable(found: Sequence[Item]) -> list[Item]:
+        return [i for i in catalogue(found) if i.entry.tellable]
+
+    def nothing(found: Sequence[Item]) -> list[Item]:
+        return [i for i in found if i.entry.kind == "none"]
+
+    def outside(found: Sequence[Item]) -> list[Item]:
+        return [i for i in found if i.entry.outside]
+
+    def of(choose: Callable[[Sequence[Item]], list[Item]], good: Callable[[Item], bool]) -> list[str]:
+        return [shown(score.count(choose(found), good)) for found in runs.values()]
+
+    def wrong(found: Sequence[Item]) -> str:
+        effects = sum(len(score.wrongly(i)) for i in found)
+        return f"{effects} in {shown(Count(sum(bool(score.wrongly(i)) for i in found), len(found)))}"
+
+    def inside(found: Sequence[Item]) -> str:
+        return shown(_held([one.holds for i in found for one in score.intervals(i)]))
+
+    def logs(found: Sequence[Item]) -> str:
+        return f"{statistics.mean(map(score.log_score, found)):.2f}" if found else ""
+
+    rows = [
+        ["right set in the credible set", *of(catalogue, score.in_set)],
+        ["named outright, where it can be told", *of(tellable, score.outright)],
+        ["named outright, all", *of(catalogue, score.outright)],
+        ["called unexplained, though in the catalogue", *of(catalogue, score.unexplained)],
+        ["nothing concealed: `explained`", *of(nothing, score.explained)],
+        ["nothing concealed: nothing in the credible set", *of(nothing, score.in_set)],
+        ["outside: unexplained in the right place, or its later name", *of(outside, score.outside_right)],
+        ["outside: `unexplained`", *of(outside, score.unexplained)],
+        ["effects stated with 95 % that are not there", *map(wrong, runs.values())],
+        ["95 % intervals that hold the true value", *map(inside, runs.values())],
+        ["`faulty_data`, which is never right here", *of(list, lambda i: i.said.verdict == "faulty_data")],
+        ["spikes said where they are", *of(_with_spikes, lambda i: "spikes" in i.said.faults)],
+        ["a data fault said where none is", *of(_clean, lambda i: bool(i.said.faults))],
+        ["no result (failed, out of time)", *of(list, lambda i: i.said.verdict == "no result")],
+        ["log score, mean (nats)", *map(logs, runs.values())],
+    ]
+    return [row for row in rows if any(cell not in ("none", "") for cell in row[1:])]
+
+
+def _with_spikes(found: Sequence[Item]) -> list[Item]:
+    return [i for i in found if "spikes" in i.entry.faults]
+
+
+def _clean(found: Sequence[Item]) -> list[Item]:
+    return [i for i in found if not i.entry.faults]
+
+
+def _held(holds: Iterable[bool]) -> Count:
+    all_ = list(holds)
+    return Count(sum(all_), len(all_))
+
+
+def truth_of(entry: Entry) -> str:
+    """The truth in words."""
+    if entry.kind == "none":
+        return "nothing"
+    if entry.outside:
+        return str(entry.formulas[0]["name"])
+    names = " + ".join(entry.truth)
+    return f"{names} ({entry.formulas[0]['name']})" if entry.part == "foreign" else names
+
+
+def _by_truth(runs: Runs) -> str:
+    groups: dict[str, None] = {}
+    for found in runs.values():
+        for i in sorted(found, key=lambda i: truth_of(i.entry)):
+            groups.setdefault(
+                "a pair" if i.entry.part == "own" and i.entry.kind == "pair" else truth_of(i.entry)
+            )
+    rows = []
+    for group in sorted(groups):
+        row = [group]
+        for found in runs.values():
+            of = [
+                i
+                for i in found
+                if truth_of(i.entry) == group
+                or (group == "a pair" and i.entry.part == "own" and i.entry.kind == "pair")
+            ]
+            if not of:
+                row += ["", "", ""]
+                continue
+            row += [
+                f"{sum(map(_good, of))} of {len(of)}",
+                str(sum(map(score.outright, of))),
+                str(sum(bool(score.wrongly(i)) for i in of)),
+            ]
+        rows.append(row)
+    head = ["truth"]
+    for label in runs:
+        head += [f"{label}: right", "outright", "wrong effect stated"]
+    return "### By truth\n\n" + table(head, rows)
+
+
+def _good(item: Item) -> bool:
+    return score.outside_right(item) if item.entry.outside else score.in_set(item)
+
+
+def _times(runs: Runs) -> str:
+    kinds = sorted({", ".join(i.entry.channels) for found in runs.values() for i in found})
+    rows = []
+    for kind in kinds:
+        row = [kind]
+        for found in runs.values():
+            s = [_seconds(i) for i in found if ", ".join(i.entry.channels) == kind]
+            row.append(f"{len(s)}: {statistics.median(s):.0f}, {max(s):.0f}" if s else "")
+        rows.append(row)
+    head = ["channels", *(f"{label}: recordings: median, longest (s)" for label in runs)]
+    return "### Seconds\n\nOf processor time where it was measured, else of wall clock.\n\n" + table(
+        head, rows
+    )
+
+
+def _seconds(item: Item) -> float:
+    line = item.said.line
+    return float(line.get("processor_seconds", line["seconds"]))
+
+
+def _reliability(runs: Runs, picture: Path | None) -> str:
+    text = (
+        "## Reliability\n\nOf what is said with a probability in the range, the share that is true; all decks. "
+        "Old answers know only 1 over the number of sets.\n\n"
+    )
+    kinds = {"effects": score.statements, "sets of effects": score.models}
+    drawn = {}
+    for what, of in kinds.items():
+        bins = {
+            label: score.reliability([one for i in found for one in of(i)]) for label, found in runs.items()
+        }
+        drawn[what] = bins
+        rows = []
+        for low, high in zip(score.BINS[:-1], score.BINS[1:], strict=True):
+            row = [f"{low:g} to {high:g}"]
+            for own in bins.values():
+                (one,) = [b for b in own if b.low == low] or [None]
+                row.append("" if one is None else f"{one.mean:.2f}: {shown(one.true)}")
+            rows.append(row)
+        rows.append(
+            ["expected calibration error", *(finite(score.calibration_error(own)) for own in bins.values())]
+        )
+        head = [what, *(f"{label}: mean said: true" for label in runs)]
+        text += table(head, rows) + "\n"
+    if picture is not None and any(any(bins.values()) for bins in drawn.values()):
+        draw(drawn, picture)
+        text += f"![Reliability diagrams]({picture.name})\n"
+    return text
+
+
+def draw(kinds: Mapping[str, Mapping[str, Sequence[score.Bin]]], file: Path) -> None:
+    """Reliability diagrams side by side: said against true, with 95 % intervals."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    # The same text for the same numbers: the picture is kept in git.
+    matplotlib.rcParams["svg.hashsalt"] = "decks"
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(1, len(kinds), figsize=(4.2 * len(kinds), 4.2), squeeze=False)
+    for axis, (what, bins) in zip(axes[0], kinds.items(), strict=True):
+        axis.plot([0, 1], [0, 1], color="0.7", linewidth=1)
+        for k, (label, own) in enumerate(bins.items()):
+            x = [one.mean + 0.006 * k for one in own]
+            y = [one.true.share for one in own]
+            ends = [one.true.wilson() for one in own]
+            low = [max(0.0, s - e[0]) for s, e in zip(y, ends, strict=True)]
+            high = [max(0.0, e[1] - s) for s, e in zip(y, ends, strict=True)]
+            axis.errorbar(x, y, [low, high], marker="o", markersize=4, linewidth=1, capsize=2, label=label)
+        axis.set(xlabel="said", ylabel="true", title=what, xlim=(-0.02, 1.04), ylim=(-0.02, 1.02))
+        axis.legend(frameon=False)
+    figure.tight_layout()
+    figure.savefig(file, metadata={"Date": None} if file.suffix == ".svg" else None)
+    pyplot.close(figure)
+
+
+def _misses(deck: str, runs: Runs) -> str:
+    text = f"## Misses of deck {deck}\n"
+    for label, found in runs.items():
+        rows = []
+        for i in found:
+            if _good(i) and not score.wrongly(i):
+                continue
+            credible = " or ".join(" + ".join(sorted(names)) or "nothing" for names in i.said.credible[:5])
+            more = f" or {len(i.said.credible) - 5} more" if len(i.said.credible) > 5 else ""
+            entry = i.entry
+            what = f"{truth_of(entry)}, {entry.share:.1f} %, {entry.program}, {', '.join(entry.channels)}"
+            alike = ", ".join(entry.look_alikes or ())
+            rows.append(
+                [entry.name, what, alike, i.said.verdict.replace("_", " "), credible + more, _stated(i)]
+            )
+        head = ["name", "truth", "look-alikes", "verdict", "credible set", "wrongly stated"]
+        text += f"\n### {label}\n\n" + (table(head, rows) if rows else "None.\n")
+    return text
+
+
+def _stated(item: Item) -> str:
+    return ", ".join(sorted(score.wrongly(item)))
+
+
+def finite(value: float) -> str:
+    """A number, or nothing where there is none."""
+    return f"{value:.3f}" if math.isfinite(value) else ""

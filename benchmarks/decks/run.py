@@ -1,0 +1,118 @@
+"""Diagnose a deck's recordings, each in a process of its own on a copy of its case; go on where it was.
+
+Beside ``DIR/results-LABEL/NAME`` a line goes to the ledger in git (`ledger`). What is in the ledger is done, whichever
+machine did it.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+from collections.abc import Generator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+
+from benchmarks.concealed.run import Run, Running, run_one
+from benchmarks.decks import ledger
+
+# How a process ends whose processor time is over (SIGXCPU, SIGKILL), or the shell that reports it.
+OUT_OF_TIME = (-24, -9, 152, 137)
+# And one that somebody ends: SIGINT, SIGTERM.
+INTERRUPTED = (-2, -15, 130, 143)
+
+
+def waiting(
+    deck: str, folder: Path, label: str, *, again: bool = False, kept: Path = ledger.FOLDER
+) -> list[Path]:
+    """Cases that are not in the ledger, in order; with `again` also those whose last line has no verdict."""
+    known = ledger.read(deck, label, kept)
+    cases = sorted((folder / "cases").glob("*/case.toml"))
+
+    def open_(case: Path) -> bool:
+        line = known.get(case.parent.name)
+        return line is None or (again and "verdict" not in line)
+
+    return [case for case in cases if open_(case)]
+
+
+def run_all(
+    deck: str,
+    folder: Path,
+    command: Sequence[str],
+    label: str,
+    *,
+    workers: int = 1,
+    timeout: float = 600.0,
+    processor: int | None = None,
+    count: int | None = None,
+    again: bool = False,
+    kept: Path = ledger.FOLDER,
+) -> Generator[str, None, None]:
+    """Diagnose what is not diagnosed yet; yields a line for each.
+
+    Parameters
+    ----------
+    deck, folder
+        Name of the deck, and where its ``cases`` are.
+    command
+        To which ``CASE --json -o OUT`` is added.
+    label
+        Of the code that is run.
+    workers, timeout, count
+        Recordings at the same time; seconds of wall clock for each; no more than so many now.
+    processor
+        Seconds of processor time for each: the limit that a machine which does other work does not move.
+    again
+        Whether to repeat those that left no result.
+    kept
+        Folder of the ledger.
+    """
+    if processor is not None:
+        command = ["sh", "-c", f'ulimit -t {processor:d}; exec "$@"', "sh", *command]
+    todo = waiting(deck, folder, label, again=again, kept=kept)[:count]
+    running, before = Running(), processor_seconds()
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = {pool.submit(_one, case, folder, command, timeout, running, label): case for case in todo}
+        try:
+            for job in as_completed(jobs):
+                found = job.result()
+                if found is None:
+                    continue
+                name = jobs[job].parent.name
+                if found.code in INTERRUPTED:
+                    # By somebody from outside, which says nothing of the recording: it is not done.
+                    yield f"{deck} {name}: interrupted, {found.seconds:.0f} s"
+                    continue
+                result = None
+                if found.result:
+                    file = folder / f"results-{label}" / name / "result.json"
+                    result = json.loads(file.read_text("utf-8"))
+                line = ledger.compact(
+                    name,
+                    result,
+                    seconds=found.seconds,
+                    code=None if found.code in OUT_OF_TIME else found.code,
+                    stderr=found.stderr,
+                )
+                # Of children that have ended; of this one where there is no other.
+                used, before = processor_seconds() - before, processor_seconds()
+                if workers == 1:
+                    line["processor_seconds"] = round(used, 1)
+                ledger.append(deck, label, line, kept)
+                yield f"{deck} {name}: {found.how}, {found.seconds:.0f} s"
+        finally:
+            # Interrupted: what is under way ends with this process, and is not done.
+            pool.shutdown(wait=False, cancel_futures=True)
+            running.stop()
+
+
+def processor_seconds() -> float:
+    """Of all processes that this one has started and that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _one(
+    case: Path, folder: Path, command: Sequence[str], timeout: float, running: Running, label: str
+) -> Run | None:
+    return run_one(case, folder, command, timeout, running, f"results-{label}")

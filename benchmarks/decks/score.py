@@ -1,0 +1,222 @@
+"""Compare what is right with what was said; the rules are in words in `about.md`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from benchmarks.concealed.score import NORMAL, Count, Interval
+from benchmarks.decks.manifest import Entry
+from benchmarks.decks.said import UNKNOWN, Names, Said
+
+# A right set to which nothing was given counts as this probable: models are listed down to 0.1 %.
+FLOOR = 1e-3
+# Share of the located misfit that must lie where the truth puts it.
+HALF = 0.5
+# Bins of the reliability diagram: more at the ends, where what is said matters most.
+BINS = (0.01, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 0.99, 1.0)
+
+
+@dataclass(frozen=True)
+class Item:
+    """A recording and what was said of it (None = not yet diagnosed)."""
+
+    entry: Entry
+    said: Said
+
+    @property
+    def right(self) -> frozenset[Names]:
+        """Sets that are right: of what is outside the catalogue, "unknown" or the effect that it gets later."""
+        if self.entry.outside:
+            later = {frozenset(self.entry.truth)} if self.entry.truth else set()
+            return frozenset({UNKNOWN, *later})
+        return self.entry.right
+
+    @property
+    def possible(self) -> Names:
+        """Effects that are in any right set."""
+        return frozenset().union(*self.right)
+
+
+# -- one recording -----------------------------------------------------------------------------------------------
+
+
+def in_set(item: Item) -> bool:
+    """Whether a right set of effects is in the credible set."""
+    return any(names in item.right for names in item.said.credible)
+
+
+def outright(item: Item) -> bool:
+    """Whether exactly the right effects are named, and nothing beside them."""
+    said = item.said
+    return (
+        said.verdict not in ("unexplained", "no result", "faulty_data")
+        and said.named in item.right
+        and len(said.credible) == 1
+    )
+
+
+def wrongly(item: Item) -> Names:
+    """Effects that are stated with 95 % or more, and are not there."""
+    return item.said.stated - item.possible
+
+
+def unexplained(item: Item) -> bool:
+    """Whether the catalogue is said not to explain it."""
+    return item.said.verdict == "unexplained"
+
+
+def explained(item: Item) -> bool:
+    """Whether the plain law is said to do, without any effect."""
+    return item.said.verdict == "explained" and not item.said.named
+
+
+def outside_right(item: Item) -> bool:
+    """Whether what is outside is called unexplained, in the right place, or by the effect that the catalogue got."""
+    later = frozenset(item.entry.truth)
+    if later and any(names == later for names in item.said.credible):
+        return True
+    return unexplained(item) and located(item)
+
+
+def located(item: Item) -> bool:
+    """Whether more than half of the misfit that is located lies where the truth puts it."""
+    where = item.entry.where
+    parts = item.said.line.get("mismatch") or []
+    if not where:
+        return bool(parts)
+    total = sum(part["share"] for part in parts)
+    right = sum(part["share"] for part in parts if _there(part, item))
+    return total > 0 and right > HALF * total
+
+
+def _there(part: dict[str, Any], item: Item) -> bool:
+    where = item.entry.where
+    first, last = _cycles(part)
+    if "cycle" in where:
+        soft = "too_soft" if where["softer"] else "too_stiff"
+        stiff = "too_stiff" if where["softer"] else "too_soft"
+        return bool(
+            (last < where["cycle"] and part["sign"] == soft)
+            or (first >= where["cycle"] and part["sign"] == stiff)
+        )
+    if "falls_with" in where:
+        return bool(part["sign"] == ("too_soft" if last <= 3 else "too_stiff" if first >= 4 else ""))
+    if "channel" in where:
+        # A gain may be laid at either channel's door.
+        return part["sign"] in ("too_soft", "too_stiff")
+    if "grows_with" in where:
+        return part["sign"] in ("too_high", "too_low") or first >= 4
+    if where.get("sign") == "+":
+        return float(part["displacement_to"]) > 0 and float(part["displacement_from"]) >= 0
+    if "rate" in where:
+        return first >= 4
+    if "displacement" in where:
+        reach = _amplitude(item, str(part.get("channel", "")))
+        at = where["displacement"] * reach
+        low, high = sorted((float(part["displacement_from"]), float(part["displacement_to"])))
+        return low - 0.15 * reach <= at <= high + 0.15 * reach
+    return True
+
+
+def _amplitude(item: Item, channel: str) -> float:
+    amplitude = item.entry.specimen.amplitude
+    return float(amplitude.get(channel, next(iter(amplitude.values()))))
+
+
+def _cycles(part: dict[str, Any]) -> tuple[int, int]:
+    cycle = part.get("cycle")
+    if isinstance(cycle, Sequence):
+        return int(cycle[0]), int(cycle[-1])
+    return (int(cycle), int(cycle)) if cycle is not None else (0, 10**6)
+
+
+def intervals(item: Item) -> list[Interval]:
+    """Intervals of the parameters, where exactly the concealed effects of the catalogue's own formulas are named."""
+    if item.entry.part != "own" or not item.entry.effects or item.said.named not in item.right:
+        return []
+    found = []
+    for one in item.said.line["effects"]:
+        for name, truth in item.entry.effects.get(one["name"], {}).items():
+            said = one["parameters"].get(name)
+            if not isinstance(said, dict) or not said.get("std"):
+                continue
+            lower = said.get("lower", said["value"] - NORMAL * said["std"])
+            upper = said.get("upper", said["value"] + NORMAL * said["std"])
+            found.append(Interval(item.entry.name, f"{one['name']}.{name}", truth, lower, upper))
+    return found
+
+
+def log_score(item: Item) -> float:
+    """Logarithm of the probability of what is right, no less than that of FLOOR."""
+    return math.log(max(item.said.of(item.right), FLOOR))
+
+
+# -- many --------------------------------------------------------------------------------------------------------
+
+
+def count(items: Sequence[Item], good: Callable[[Item], bool]) -> Count:
+    """How many of them."""
+    return Count(sum(map(good, items)), len(items))
+
+
+def statements(item: Item) -> Iterator[tuple[float, bool]]:
+    """All that is said of effects: probability and whether it is there; what is right or not is left out."""
+    truth = frozenset(item.entry.truth)
+    for name, probability in item.said.effects.items():
+        if name == "unknown":
+            true = item.entry.outside
+            if true and truth:
+                continue  # by its name or as unknown, as the catalogue has it
+        elif item.entry.outside and name in truth:
+            continue
+        else:
+            true = name in truth
+            if not true and name in item.possible:
+                continue
+        yield probability, true
+
+
+def models(item: Item) -> Iterator[tuple[float, bool]]:
+    """All that is said of sets of effects: probability and whether it is right."""
+    for names, probability in item.said.sets:
+        yield probability, names in item.right
+
+
+@dataclass(frozen=True)
+class Bin:
+    """What was said with a probability in a range.
+
+    Attributes
+    ----------
+    low, high : float
+    count : int
+    mean : float
+        Of the probabilities.
+    true : Count
+    """
+
+    low: float
+    high: float
+    mean: float
+    true: Count
+
+
+def reliability(said: Sequence[tuple[float, bool]]) -> list[Bin]:
+    """Bins of probability with the share that is true; what is said with less than 1 % is left out."""
+    found, low = [], BINS[0]
+    for high in BINS[1:]:
+        inside = [(p, t) for p, t in said if low <= p < high or (high == 1.0 and p == 1.0)]
+        if inside:
+            mean = sum(p for p, _ in inside) / len(inside)
+            found.append(Bin(low, high, mean, Count(sum(t for _, t in inside), len(inside))))
+        low = high
+    return found
+
+
+def calibration_error(bins: Sequence[Bin]) -> float:
+    """Mean distance of what is said from what is true, weighed by how often it is said."""
+    total = sum(one.true.all for one in bins)
+    return sum(one.true.all * abs(one.mean - one.true.share) for one in bins) / total if total else math.nan
