@@ -12,12 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.concealed.sizes import SIZES
 from benchmarks.concealed.truth import Kind, Specimen
 from bushcli.effect import effects
 from cases.stability import coupon_limits
 from forms.law import law
 
 NOTHINGS, PAIRS, OUTSIDERS = 5, 3, 1
+# Effects that are concealed: those of the catalogue when the seeds were dealt. A further one must not deal them anew.
+CONCEALED = tuple(sorted(SIZES))
 # Share of the recordings with one effect or none whose program is poor.
 POOR = 0.3
 # Channels that an effect asks for (`Effect.needs`); the others are content with one.
@@ -64,7 +67,7 @@ class Concealed:
 
 def deck() -> list[tuple[Kind, str]]:
     """Kinds of 25 recordings, and the effect of those with one."""
-    singles: list[tuple[Kind, str]] = [("single", name) for name in effects()]
+    singles: list[tuple[Kind, str]] = [("single", name) for name in CONCEALED]
     others: dict[Kind, int] = {"none": NOTHINGS, "pair": PAIRS, "outside": OUTSIDERS}
     return singles + [(kind, "") for kind, times in others.items() for _ in range(times)]
 
@@ -89,7 +92,7 @@ def concealed(seed: int) -> Concealed:
 
 def _pair(rng: np.random.Generator) -> Concealed:
     """Two effects that are not each other's rivals, on channels that serve both."""
-    names = [name for name in effects() if name != "batch_stiffness"]
+    names = [name for name in CONCEALED if name != "batch_stiffness"]
     while True:
         one, two = sorted(str(name) for name in rng.choice(names, 2, replace=False))
         rivals = two in effects()[one].rivals or one in effects()[two].rivals

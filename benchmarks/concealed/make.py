@@ -23,7 +23,7 @@ from benchmarks.concealed.strength import apart, beside_a_factor, strength
 from benchmarks.concealed.truth import FAINT, LARGEST, Specimen, Truth, write_truth
 from bushcli.active import ActiveEffect, acting
 from bushcli.curve import Curve
-from bushcli.effect import effect, effects
+from bushcli.effect import effect
 from bushcli.recording import write_curve_csv
 from bushcli.rig import NoEquilibrium
 from bushcli.segment import segment
@@ -319,7 +319,8 @@ def _look_alikes(
     """
     names = [c.name for c in bench.channels]
     alike = ["nothing"] if strength(change, bench.taken) < FAINT else []
-    for name, other in effects().items():
+    for name in draw.CONCEALED:
+        other = effect(name)
         memory = name in draw.MEMORY
         held = bench.slopes[0].shape[1] == 0
         if name == concealed.name or (name == "batch_stiffness" and not held):

@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 # Median of the share of the plain law's misfit that the right physics in another formula leaves, and standard deviation
 # of its logarithm: measured, see docs/diagnosis.md and benchmarks/form.
-PHI, PHI_SPREAD = 0.08, 0.7
+PHI, PHI_SPREAD = 0.08, 0.6
 # The same of what a law leaves of the force.
 LAMBDA, LAMBDA_SPREAD = 0.001, 0.7
 # Effective number of features of an error of form in one channel.
@@ -131,19 +131,23 @@ class Likelihood:
         m = self.effective
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         base = PHI**2 * self.explained
-        total, nowhere, scales = 0.0, 0.0, []
         sizes = np.concatenate([[0.0], _SIZES])
         prior = np.full(len(sizes), UNKNOWN_IN_CHANNEL / len(_SIZES))
         prior[0] = 1.0 - UNKNOWN_IN_CHANNEL
+        scales, by_size = [], []
         for c in range(len(m)):
             form = base[c] + (sizes[:, None] ** 2 + lam[None, :] ** 2) * self.signal[c]
             v = 1.0 + form / m[c]
-            log = -0.5 * m[c] * np.log(v) - 0.5 * (m[c] + excess[c]) / v
-            log = log + np.log(prior)[:, None] + np.log(_WEIGHTS)[None, :]
-            part = float(logsumexp(log))
-            total += part
-            nowhere += float(logsumexp(log[0]))
-            scales.append(1.0 / float(np.sum(np.exp(log - part) / v)))
-        # It acts in one channel at least.
-        anywhere = -np.expm1(min(nowhere - total, -1e-12)) / (1.0 - (1.0 - UNKNOWN_IN_CHANNEL) ** len(m))
-        return Judged(total + float(np.log(anywhere)), tuple(scales), 1.0)
+            log = -0.5 * m[c] * np.log(v) - 0.5 * (m[c] + excess[c]) / v + np.log(_WEIGHTS)[None, :]
+            by_size.append(logsumexp(log, axis=1))
+            whole = log + np.log(prior)[:, None]
+            weight = np.exp(whole - whole.max())
+            scales.append(float(weight.sum() / np.sum(weight / v)))
+        each = np.array(by_size)
+        # Either it acts in all channels alike, or in some by themselves, one at least.
+        alike = float(logsumexp(each[:, 1:].sum(axis=0))) - float(np.log(len(_SIZES)))
+        apart = float(logsumexp(each + np.log(prior), axis=1).sum())
+        nowhere = float((each[:, 0] + np.log(prior[0])).sum())
+        anywhere = -np.expm1(min(nowhere - apart, -1e-12)) / (1.0 - (1.0 - UNKNOWN_IN_CHANNEL) ** len(m))
+        total = float(np.logaddexp(alike, apart + np.log(anywhere))) - float(np.log(2.0))
+        return Judged(total, tuple(scales), 1.0)

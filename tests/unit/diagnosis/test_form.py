@@ -90,17 +90,13 @@ def test_channels_without_a_misfit_share_the_error_of_form():
     assert likelihood([-30.0], [1e5]).explained.tolist() == [0.0]
 
 
-TWICE = pytest.mark.xfail(reason="the unknown effect pays for its size once per channel, an effect once for all")
-
-
 @pytest.mark.parametrize(
     ("channels", "left"),
     [
         (1, 0.84),
         (1, 0.78),
-        pytest.param(2, 0.84, marks=TWICE),
-        pytest.param(2, 0.78, marks=TWICE),
-        pytest.param(1, 0.65, marks=pytest.mark.xfail(reason="phi has tails up to that: 2.6 nats behind")),
+        (2, 0.84),
+        (2, 0.78),
     ],
 )
 def test_the_unknown_effect_beats_a_poor_model(channels, left):

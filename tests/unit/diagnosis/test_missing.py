@@ -17,7 +17,9 @@ SIGMA = 3.0
 
 def program():
     """Four cycles to 6 mm and as far to the other side at two rates."""
-    q = np.concatenate([[0.0], *(np.linspace(a, b, 31)[1:] for a, b in pairwise([0.0, *[6.0, -6.0] * 4, 0.0]))])
+    q = np.concatenate(
+        [[0.0], *(np.linspace(a, b, 31)[1:] for a, b in pairwise([0.0, *[6.0, -6.0] * 4, 0.0]))]
+    )
     rate = np.repeat([0.5, 2.0], [len(q) // 2, len(q) - len(q) // 2])
     time = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(q)) / rate[1:])])
     return time, q
@@ -63,7 +65,9 @@ def test_a_constant_share_in_one_channel_is_said_of_that_channel():
     assert np.abs(found.force["radial"]).max() < 2.0 * SIGMA
 
 
-@pytest.mark.xfail(reason="all features are shrunk alike, by their mean excess: one that stands out is too small")
+@pytest.mark.xfail(
+    reason="all features are shrunk alike, by their mean excess: one that stands out is too small"
+)
 def test_a_constant_share_is_said_in_its_size():
     """0.08 / 1.08 of the recorded force, sixteen standard deviations of the calibration: 5.3 % are said."""
     (said, *_) = described(compared(1.08 * LAW)).text
