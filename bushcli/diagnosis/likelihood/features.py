@@ -9,7 +9,7 @@ quantisation contributes next to nothing, and what a formula gets wrong is in th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -61,11 +61,15 @@ class Features:
         share = self.taken * (self.along @ found)
         return np.asarray(found - (self.along * share if found.ndim == 1 else np.outer(self.along, share)))
 
-    def smooth(self, rows: Array) -> Array:
-        """Return the smooth part (n,) of a misfit (n,), in its own unit."""
+    def shrunk(self, rows: Array) -> Array:
+        """Return the smooth part (n,) of a misfit (n,), in its own unit, without what noise makes of each feature.
+
+        A feature z of unit noise is multiplied with 1 - 1/z^2, or left out where that is negative.
+        """
         weighted = np.where(self.weights > 0.0, rows * self.weights, 0.0)
         unit = np.where(self.weights > 0.0, self.weights, np.inf)
-        return np.asarray(self.basis @ (self.basis.T @ weighted) / unit)
+        z = self.basis.T @ weighted
+        return np.asarray(self.basis @ (z * np.maximum(0.0, 1.0 - 1.0 / np.maximum(z**2, 1e-300))) / unit)
 
 
 def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float) -> Features:
@@ -84,7 +88,10 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     unit = noise.sigma * np.sqrt(noise.correlation_time)
     weights = np.where(used, 1.0 / unit, 0.0)
     basis = _basis(recording, used)
-    force = basis.T @ (smoothed(recording) * weights)
+    place = np.arange(len(used), dtype=float)
+    # Samples that do not count are bridged, or a spike would bend the polynomial through its branch.
+    bridged = replace(recording, force=np.interp(place, place[used], recording.force[used]))
+    force = basis.T @ (smoothed(bridged) * weights)
     size = float(np.linalg.norm(force))
     taken = 1.0 - 1.0 / float(np.sqrt(1.0 + (factor * size) ** 2))
     centred = (recording.force - float(np.mean(recording.force[used]))) * weights

@@ -57,9 +57,7 @@ def missing(
 def _mean(channel: Compared, one: Features) -> Array:
     """Posterior mean (n,) of recorded less simulated force."""
     misfit = np.where(channel.known, -channel.misfit, 0.0)
-    z = one.of(misfit)
-    excess = max(float(z @ z) - len(z), 0.0) / len(z)
-    return np.asarray(one.smooth(misfit) * excess / (1.0 + excess))
+    return one.shrunk(misfit)
 
 
 def _profiles(channel: Compared, mean: Array) -> list[MissingProfile]:
