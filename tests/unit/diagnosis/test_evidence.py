@@ -1,4 +1,4 @@
-"""Laplace's evidence against exact integrals: in closed form, by quadrature, and on a coupon by a grid of simulations."""
+"""Laplace's evidence against exact integrals: in closed form, by quadrature, and on a coupon by a grid."""
 
 from __future__ import annotations
 
@@ -92,7 +92,9 @@ def test_half_normal_priors_are_integrated_above_zero_only(best, narrow):
     assert found.log == pytest.approx(exact, abs=0.1)
 
 
-@pytest.mark.parametrize(("first", "second"), [(4.0, 4.0), (0.0, 3.0), (-2.0, 2.0), (0.5, -3.0), (-1.0, -1.0)])
+@pytest.mark.parametrize(
+    ("first", "second"), [(4.0, 4.0), (0.0, 3.0), (-2.0, 2.0), (0.5, -3.0), (-1.0, -1.0)]
+)
 @pytest.mark.parametrize("correlation", [0.0, 0.4])
 def test_two_amplitudes_that_cannot_be_negative(first, second, correlation):
     """On a dense grid; where both lie near their bounds and act alike, their product is no longer exact."""

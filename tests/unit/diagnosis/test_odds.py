@@ -85,7 +85,9 @@ def test_a_fit_meets_the_density_of_the_prior(name, parameter):
     logarithm = np.log(np.abs(values)) if parameter.prior.is_logarithmic else 0.0
     density = np.array([parameter.prior.log_density(v, SCALES) for v in values]) + logarithm
     rows = np.array([known.row(v)[0] for v in values])
-    np.testing.assert_allclose(-0.5 * rows**2 - density, np.ptp(density) * 0.0 - density[0] - 0.5 * rows[0] ** 2)
+    np.testing.assert_allclose(
+        -0.5 * rows**2 - density, np.ptp(density) * 0.0 - density[0] - 0.5 * rows[0] ** 2
+    )
     step = 1e-6 * (high - low)
     slopes = [(known.row(v + step)[0] - known.row(v - step)[0]) / (2 * step) for v in values]
     np.testing.assert_allclose([known.row(v)[1] for v in values], slopes, rtol=1e-4, atol=1e-6 / (high - low))

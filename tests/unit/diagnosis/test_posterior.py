@@ -23,7 +23,8 @@ def state(*names, log=0.0, unknown=-5.0):
 def weighed(*pairs):
     """Models by their effects, with probabilities; "unknown" among the effects is the unknown one."""
     made = [
-        Weighed(state(*(n for n in names if n != "unknown")), "unknown" in names, p, 0.0) for names, p in pairs
+        Weighed(state(*(n for n in names if n != "unknown")), "unknown" in names, p, 0.0)
+        for names, p in pairs
     ]
     return tuple(sorted(made, key=lambda one: -one.probability))
 
@@ -51,9 +52,7 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
 
 
 def test_an_effect_has_the_sum_over_its_models():
-    models = weighed(
-        (("mullins",), 0.6), (("mullins", "offset"), 0.25), (("unknown",), 0.1), ((), 0.05)
-    )
+    models = weighed((("mullins",), 0.6), (("mullins", "offset"), 0.25), (("unknown",), 0.1), ((), 0.05))
     found = probabilities(models, ["mullins", "offset", "friction"])
     assert found == pytest.approx(
         {"mullins": 0.85, "offset": 0.25, "friction": 0.0, "unknown": 0.1, "nothing": 0.05}

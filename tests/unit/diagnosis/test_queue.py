@@ -76,7 +76,9 @@ class World:
             return None
         J = np.hstack([own, *(self.columns[name][:, None] for name, _ in held)])
         root = np.sqrt(measured.variances[0])
-        slopes = [0.0] * own.shape[1] + [priors[n].prior.curvature(0.5 * p.start, priors[n].scales) ** 0.5 for n, p in held]
+        slopes = [0.0] * own.shape[1] + [
+            priors[n].prior.curvature(0.5 * p.start, priors[n].scales) ** 0.5 for n, p in held
+        ]
         A = np.vstack([features.of(J) / root, np.diag(slopes)])
         z = features.of(self.base.simulated[0] - self.recorded) / root
         low = np.array([-np.inf] * own.shape[1] + [float(p.lower) for _, p in held])
@@ -98,7 +100,13 @@ class World:
         monkeypatch.setattr(queue, "laws", dict)
         catalogue = [effect(name) for name in names]
         made = Search(
-            self.problem, crew or Workers(1), self.plain, catalogue, False, deadline, told or (lambda *_: None)
+            self.problem,
+            crew or Workers(1),
+            self.plain,
+            catalogue,
+            False,
+            deadline,
+            told or (lambda *_: None),
         )
         made.run()
         return made
@@ -160,9 +168,7 @@ def test_a_budget_ends_it_and_says_so(world, monkeypatch):
     assert not said.complete
     assert said.left == pytest.approx(found.left)
     (best, *_) = posterior(found)
-    (condition,) = [
-        one for one in answer.doubts(world.one.case, (), best, found) if one.name == "budget"
-    ]
+    (condition,) = [one for one in answer.doubts(world.one.case, (), best, found) if one.name == "budget"]
     assert f"{100 * found.left:.0f} %" in condition.message
 
 

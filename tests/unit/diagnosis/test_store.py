@@ -142,7 +142,13 @@ def test_a_file_is_an_archive_of_plain_arrays(store):
 
 def test_another_question_has_another_name(store):
     def name(work="fit", **change):
-        given = {"model": MODEL, "used": np.ones(4, dtype=bool), "variance": 3.0, "contained": (), "least": 7.0}
+        given = {
+            "model": MODEL,
+            "used": np.ones(4, dtype=bool),
+            "variance": 3.0,
+            "contained": (),
+            "least": 7.0,
+        }
         given |= change
         measured = Measured((given["used"],), (given["variance"],))
         return store.file(work, ("case", given["model"], measured, given["contained"], given["least"])).name
