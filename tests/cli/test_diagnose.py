@@ -13,7 +13,6 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
-from bushcli.diagnosis.doubts import doubts_of_the_data
 
 from bushcli.casefile import load_case
 from bushcli.cli import diagnosis as command
@@ -49,7 +48,7 @@ def run(called: Any, diagnoses: ModuleType, monkeypatch: pytest.MonkeyPatch) -> 
         def diagnose(case: Any, *, progress: Any = None, **options: Any) -> Any:
             asked.update(options)
             if progress is not None:
-                progress("refit", "mullins", "misfit 1.02")
+                progress("fit", "mullins", "misfit 1.02")
             return diagnoses.diagnosis(case, kind)
 
         monkeypatch.setattr(driver, "diagnose", diagnose)
@@ -64,14 +63,14 @@ def test_the_verdict_is_on_stdout_and_progress_on_stderr(run: Any) -> None:
     done = run()
     assert done.code == 0, done.err
     assert done.out.startswith("Missing physics: mullins.")
-    line = next(line for line in done.err.splitlines() if "refit" in line)
+    line = next(line for line in done.err.splitlines() if "mullins" in line)
     # Seconds, stage, effect, misfit.
-    assert line.split()[1:] == ["s", "refit", "mullins", "misfit", "1.02"]
+    assert line.split()[1:] == ["s", "fit", "mullins", "misfit", "1.02"]
 
 
 def test_a_screening_is_told_effect_by_effect_or_point_by_point(capsys: pytest.CaptureFixture[str]) -> None:
     points = [("screen", "mullins", "m 0.1"), ("screen", "mullins", "m 0.3"), ("screen", "offset", "")]
-    steps = [*points, ("refit", "mullins", "misfit 1.02"), *points[1:2]]
+    steps = [*points, ("fit", "mullins", "misfit 1.02"), *points[1:2]]
     for verbose, count in ((False, 4), (True, 5)):
         run = Run("diagnose", Path("case.toml"), (), None, False, False, verbose)
         line = command._progress(run)
@@ -111,6 +110,11 @@ def test_options_reach_the_driver(run: Any, tmp_path: Path) -> None:
         "--workers",
         2,
         "--no-maps",
+        "--hold-out",
+        "axial",
+        "--budget",
+        3,
+        "--uniform-odds",
         "-o",
         tmp_path / "out",
     )
@@ -118,6 +122,10 @@ def test_options_reach_the_driver(run: Any, tmp_path: Path) -> None:
     assert done.asked == {
         "model": "gent",
         "effects": ["mullins", "friction"],
+        "hold_out": ("axial",),
+        "uniform": True,
+        # Minutes on the command line.
+        "budget": 180.0,
         "workers": 2,
         "executor": None,
         "journal": tmp_path / "out" / "history-diagnose",
@@ -162,7 +170,8 @@ def test_the_folder_holds_result_report_curves_and_map(run: Any, tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    ("kind", "code"), [("explained", 0), ("missing_physics", 1), ("law_too_poor", 1), ("unexplained", 1)]
+    ("kind", "code"),
+    [("explained", 0), ("missing_physics", 1), ("law_too_poor", 1), ("unexplained", 1), ("faulty_data", 1)],
 )
 def test_strict_asks_for_explained(run: Any, kind: str, code: int) -> None:
     assert run("--strict", "-q", kind=kind).code == code
@@ -180,6 +189,8 @@ def test_resume_needs_a_folder(run: Any) -> None:
     [
         (["--effects", "mulins"], ["--effects", "mulins", '"mullins"']),
         (["--model", "yeho"], ["yeho", '"yeoh"']),
+        (["--hold-out", "axil"], ["--hold-out", "axil", '"axial"']),
+        (["--hold-out", "axial"], ["--hold-out", "leaves no channel"]),
     ],
 )
 def test_wrong_names_end_with_2_and_the_nearest(called: Any, arguments: list[str], words: list[str]) -> None:
@@ -211,12 +222,15 @@ def test_a_folder_with_a_file_of_somebody_is_refused_before_anything_is_solved(
 
 
 def test_effects_of_the_case_and_loud_noise_are_told(small: Path, diagnoses: ModuleType) -> None:
+    best: Any = SimpleNamespace(state=SimpleNamespace(fitted=SimpleNamespace(converged=True)))
+    search: Any = SimpleNamespace(lost=[], ended="nothing left", left=0.0)
     case = load_case(small)
     channel = diagnoses.channel()
-    assert doubts_of_the_data(case, (channel,)) == []
+    assert answer.doubts(case, (channel,), best, search) == []
     text = small.read_text() + '[[effects]]\nname = "rig_compliance"\nparameters = { stiffness = 5000 }\n'
     small.write_text(text)
-    effects, noise = doubts_of_the_data(load_case(small), (replace(channel, noise_percent=63.0),))
+    loud = (replace(channel, noise_percent=63.0),)
+    effects, noise = answer.doubts(load_case(small), loud, best, search)
     assert effects.name == "effects_of_the_case"
     assert "(rig_compliance)" in effects.message
     assert noise.name == "loud_noise"
@@ -234,7 +248,7 @@ def test_a_case_without_recordings_is_refused(called: Any, small: Path) -> None:
 def test_a_recording_that_cannot_be_read_leaves_the_fits_of_an_earlier_run(
     called: Any, small: Path, tmp_path: Path
 ) -> None:
-    kept = tmp_path / "out" / "history-diagnose" / "0.result"
+    kept = tmp_path / "out" / "history-diagnose" / f"0{SUFFIX}"
     kept.parent.mkdir(parents=True)
     kept.touch()
     recording = small.parent / "axial.csv"
@@ -251,17 +265,17 @@ def test_a_recording_that_cannot_be_read_leaves_the_fits_of_an_earlier_run(
 @pytest.mark.parametrize(
     ("there", "resume", "words"),
     [
-        (2, True, "2 fits kept"),
-        (0, True, "no fits are kept there: from the beginning"),
-        (1, False, "1 fit of an earlier run thrown away: --resume would have kept them"),
+        (2, True, "2 results found"),
+        (0, True, "no results are there: from the beginning"),
+        (1, False, "1 result of an earlier run deleted; --resume would have kept them"),
         (0, False, ""),
     ],
 )
 def test_what_becomes_of_an_earlier_run_is_told(tmp_path: Path, there: int, resume: bool, words: str) -> None:
     for i in range(there):
-        (tmp_path / f"{i}.result").touch()
+        (tmp_path / f"{i}{SUFFIX}").touch()
     told: list[str] = []
-    driver._tell_what_is_kept(Workers(1, tmp_path, resume), resume, lambda *line: told.append(line[2]))
+    driver._tell_what_is_kept(Store(tmp_path, resume), resume, lambda *line: told.append(line[2]))
     assert told == ([words] if words else [])
 
 
@@ -271,40 +285,53 @@ def test_an_output_folder_has_a_name(called: Any) -> None:
     assert "names no folder" in done.err
 
 
+def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) -> Any:
+    """The next test and the map of a diagnosis whose one or other is stopped."""
+
+    def stop(*_: Any) -> None:
+        raise error
+
+    models: Any = [SimpleNamespace(effects=("mullins",), probability=0.6)]
+    models.append(SimpleNamespace(effects=("friction",), probability=0.4))
+    monkeypatch.setattr(driver, "next_test", lambda *_: "a test")
+    monkeypatch.setattr(driver, "_maps", lambda *_: ("a map",))
+    if stopped:
+        monkeypatch.setattr(driver, stopped, stop)
+    found = driver._Extras()
+    nothing: Any = None
+    found.make(nothing, nothing, models, Workers(), True, lambda *_: None)
+    return found
+
+
 @pytest.mark.parametrize(
     ("stopped", "error", "condition", "words"),
     [
-        ("propose", KeyboardInterrupt(), "interrupted", "next test and map of the bushing not made"),
-        ("_maps", KeyboardInterrupt(), "interrupted", ": map of the bushing not made"),
+        (
+            "next_test",
+            KeyboardInterrupt(),
+            "interrupted",
+            "the next test or the map of the bushing is missing",
+        ),
+        ("_maps", KeyboardInterrupt(), "interrupted", "the map of the bushing is missing"),
         # As PETSc's callbacks have it.
-        ("_maps", RuntimeError("KeyboardInterrupt"), "interrupted", "map of the bushing not made"),
+        ("_maps", RuntimeError("KeyboardInterrupt"), "interrupted", "the map of the bushing is missing"),
         ("_maps", unsolved("at 2 mm"), "no_map", "at 2 mm"),
     ],
 )
 def test_what_stops_the_extras_is_a_condition_beside_the_verdict(
     monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException, condition: str, words: str
 ) -> None:
-    def stop(*_: Any) -> None:
-        raise error
-
-    monkeypatch.setattr(driver, "propose", lambda *_: "a test")
-    monkeypatch.setattr(driver, stopped, stop)
-    rivals = {("mullins",): None, ("friction",): None}
-    named: Any = SimpleNamespace(best=SimpleNamespace(model=SimpleNamespace(effects=("mullins",))))
-    proposal, maps, (found,) = driver._beyond(None, named, rivals, Workers(), True, lambda *_: None)  # type: ignore[arg-type]
-    assert proposal == (None if stopped == "propose" else "a test")
-    assert maps == ()
+    made = extras(monkeypatch, stopped, error)
+    assert made.test == (None if stopped == "next_test" else "a test")
+    assert made.maps == ()
+    (found,) = made.conditions
     assert found.name == condition
     assert words in found.message
 
 
 def test_a_mistake_in_the_extras_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
-    def stop(*_: Any) -> None:
-        raise ZeroDivisionError
-
-    monkeypatch.setattr(driver, "_maps", stop)
     with pytest.raises(ZeroDivisionError):
-        driver._beyond(None, None, {}, Workers(), True, lambda *_: None)  # type: ignore[arg-type]
+        extras(monkeypatch, "_maps", ZeroDivisionError())
 
 
 def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Path, tmp_path: Path) -> None:
@@ -336,7 +363,7 @@ def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Pa
         ) as process:
             assert process.stderr is not None
             said = ""
-            while "alone" not in said:
+            while "screen" not in said:
                 said = process.stderr.readline()
                 assert said, "ended before the plain law was fitted"
             os.killpg(process.pid, sent)
@@ -347,7 +374,7 @@ def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Pa
         assert said.splitlines()[-1] == "interrupted"
         assert "kept for --resume" in said
         assert not (out / "result.json").exists()
-        return {file.name: file.stat().st_mtime_ns for file in (out / "history-diagnose").glob("*.result")}
+        return {file.name: file.stat().st_mtime_ns for file in (out / "history-diagnose").glob(f"*{SUFFIX}")}
 
     kept = stopped(signal.SIGINT, "--workers", "2")
     assert kept

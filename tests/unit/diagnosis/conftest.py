@@ -1,4 +1,4 @@
-"""A coupon with a recording in closed form, and the problem that a diagnosis makes of it: no mesh, no march to wait for."""
+"""A coupon with a recording in closed form, and the problem that a diagnosis makes of it: no mesh, no long march."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from bushcli.active import ActiveEffect
 from bushcli.casefile import load_case
 from bushcli.diagnosis.diagnose import _posed
-from bushcli.diagnosis.fit import Measured, fit, fit_plain
+from bushcli.diagnosis.fit import Measured, begin, fit, fit_plain
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.state import State
 from bushcli.diagnosis.workers import Workers
@@ -64,7 +64,8 @@ class Coupon:
         self.plain = fit_plain(self.case, Model(law, start))
         self.used = tuple(np.ones(len(one.force), dtype=bool) for one in self.recordings)
         # As a diagnosis does it: the plain law at its best under the likelihood, which it sets the units of.
-        self.problem, self.state = _posed(self.case, self.plain, self.recordings, self.used, Workers(1))
+        rough = begin(self.case, Model(law, start), self.used)
+        self.problem, self.state = _posed(self.case, rough, self.recordings, self.used, Workers(1))
 
     @property
     def measured(self):

@@ -1,4 +1,4 @@
-"""Laplace's evidence against exact integrals: in closed form, by quadrature, and on a coupon by a grid of simulations."""
+"""Laplace's evidence against exact integrals: in closed form, by quadrature, and on a coupon by a grid."""
 
 from __future__ import annotations
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import operator
 import os
-import pickle
 import signal
 import subprocess
 import sys
@@ -13,9 +12,12 @@ from dataclasses import replace
 from multiprocessing import active_children
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bushcli.casefile import load_case
+from bushcli.diagnosis import workers
+from bushcli.diagnosis.store import SUFFIX, Store
 from bushcli.diagnosis.workers import Workers, _deaf
 from bushcli.errors import InputError
 
@@ -52,8 +54,8 @@ def none_left() -> bool:
     return not active_children()
 
 
-def name(crew, *question):
-    return crew._file(operator.mul, question).name
+def name(folder, *question):
+    return Store(folder).file("mul", question).name
 
 
 def test_answers_are_in_order_and_every_process_is_of_a_group_of_its_own():
@@ -73,20 +75,27 @@ def test_answers_are_in_order_and_every_process_is_of_a_group_of_its_own():
     assert none_left()
 
 
-def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp_path):
+def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp_path, monkeypatch):
     def interrupt(number, answer):
         raise KeyboardInterrupt
 
+    monkeypatch.setattr(workers, "KEPT", frozenset({"sleep"}))
     begin = time.monotonic()
-    with pytest.raises(KeyboardInterrupt), Workers(2, tmp_path).open() as crew:
+    with pytest.raises(KeyboardInterrupt), Workers(2, Store(tmp_path)).open() as crew:
         crew.run(time.sleep, [(0.0,), (100.0,), (100.0,), (100.0,), (100.0,)], interrupt)
     assert time.monotonic() - begin < 50.0
-    assert none_left()
-    (kept,) = tmp_path.glob("*.result")
-    assert pickle.loads(kept.read_bytes()) is None
+    assert not active_children()
+    (file,) = tmp_path.glob(f"*{SUFFIX}")
+    assert Store.read(file, (0.0,)) == (True, None)
     # Another answer than the work would give: it can only come from there.
-    kept.write_bytes(pickle.dumps("kept"))
-    assert Workers(1, tmp_path, resume=True).run(time.sleep, [(0.0,)]) == ["kept"]
+    Store.write(file, (np.arange(3.0),))
+    ((found,),) = Workers(1, Store(tmp_path, resume=True)).run(time.sleep, [(0.0,)])
+    np.testing.assert_array_equal(found, np.arange(3.0))
+
+
+def test_only_what_takes_time_is_kept(tmp_path):
+    assert Workers(1, Store(tmp_path)).run(operator.mul, [(2, 3)]) == [6]
+    assert not list(tmp_path.iterdir())
 
 
 def test_processes_that_do_not_hear_are_killed_and_gone_when_the_interruption_is_told():
@@ -141,52 +150,40 @@ def lives(pid):
 @pytest.mark.parametrize("seed", ["1", "2"])
 def test_a_question_has_the_same_name_in_every_process(case, tmp_path, seed):
     script = (
-        "import operator, sys\n"
+        "import sys\n"
         "from pathlib import Path\n"
         "from bushcli.casefile import load_case\n"
-        "from bushcli.diagnosis.workers import Workers\n"
+        "from bushcli.diagnosis.store import Store\n"
         "case = load_case(Path(sys.argv[1]))\n"
-        "print(Workers(1, Path(sys.argv[2]))._file(operator.mul, (case, {'a', 'b', 'c', 'd'})).name)\n"
+        "print(Store(Path(sys.argv[2])).file('mul', (case, {'a', 'b', 'c', 'd'})).name)\n"
     )
     # Sets have another order with another seed of the hash; the geometry holds one.
     environment = os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": str(Path(__file__).parents[2])}
     arguments = [sys.executable, "-c", script, str(case.path), str(tmp_path / "out")]
     said = subprocess.run(arguments, env=environment, capture_output=True, text=True, check=True).stdout
-    assert said.strip() == name(Workers(1, tmp_path / "out"), case, {"a", "b", "c", "d"})
+    assert said.strip() == name(tmp_path / "out", case, {"a", "b", "c", "d"})
 
 
 def test_equal_questions_have_one_name_whether_their_parts_are_one_object_or_two(tmp_path):
-    crew = Workers(1, tmp_path)
     # No literals: equal ones would be one object.
     one, two = "".join(["ax", "ial"]), "".join(["ax", "ial"])
     assert one is not two
-    assert name(crew, (one, one)) == name(crew, (one, two))
+    assert name(tmp_path, (one, one)) == name(tmp_path, (one, two))
 
 
 def test_a_recording_that_was_changed_is_another_question(case, tmp_path):
-    crew = Workers(1, tmp_path / "out")
-    before = name(crew, case)
-    assert name(crew, replace(case, title="another")) != before
+    folder = tmp_path / "out"
+    before = name(folder, case)
+    assert name(folder, replace(case, title="another")) != before
     file = case.recordings[0].file
     file.write_text(file.read_text() + "6,6.1\n")
-    assert name(crew, case) != before
-
-
-def test_a_new_run_begins_with_an_empty_folder(tmp_path):
-    assert Workers(1, tmp_path).run(operator.mul, [(2, 3)]) == [6]
-    (tmp_path / "half.1.part").touch()
-    assert Workers(1, tmp_path, resume=True).run(operator.mul, [(2, 3)]) == [6]
-    assert len(list(tmp_path.iterdir())) == 1
-    assert Workers(1, tmp_path, resume=True).there == 1
-    assert Workers(1, tmp_path).there == 1
-    assert not list(tmp_path.iterdir())
-    assert Workers(1, tmp_path).there == 0
+    assert name(folder, case) != before
 
 
 def test_a_folder_that_cannot_be_made_is_wrong_input(tmp_path):
     (tmp_path / "history").write_text("a file")
     with pytest.raises(InputError, match="history: cannot be written: File exists"):
-        Workers(1, tmp_path / "history")
+        Store(tmp_path / "history")
 
 
 def test_a_signal_that_comes_while_processes_are_started_is_heard_when_they_are():
