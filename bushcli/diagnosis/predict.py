@@ -25,6 +25,7 @@ from scipy.special import logsumexp
 
 from bushcli.diagnosis.columns import Trial, shear_modulus
 from bushcli.diagnosis.evidence import evidence
+from bushcli.diagnosis.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_SPREAD
 from bushcli.diagnosis.linearised import cone_fit
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.prior import Known, known_parameters
@@ -36,6 +37,8 @@ Array = NDArray[np.float64]
 TRIED = 2.0
 # Points of an effect's grid that are tried in a pair, the best first.
 POINTS = 2
+# Errors of form of formulas that are about right: two standard deviations below the median.
+EXACT = PHI * math.exp(-2.0 * PHI_SPREAD), LAMBDA * math.exp(-2.0 * LAMBDA_SPREAD)
 # Factor beyond the 95 % range of a logarithmic prior that an amplitude may begin at.
 FAR = 3.0
 # Share of a change that has to be its own beside the fitted parameters: less is rounding.
@@ -122,6 +125,19 @@ class Beside:
         size = np.linalg.norm(G, axis=0)
         own = np.linalg.norm(self._left(G), axis=0)
         return float(np.max(own / np.where(size > 0.0, size, 1.0)))
+
+    def shows(self, addition: Addition) -> float:
+        """Fall of twice the negative log likelihood that the effect could make in a size that its priors still admit.
+
+        Each amplitude by itself at the far end of its 95 % range, formulas taken to be right.
+        """
+        exact = np.sqrt(self.state.problem.likelihood.variances(*EXACT))
+        G = np.vstack([part / root for part, root in zip(addition.slopes, self.roots, strict=True)])
+        own = self._left(np.vstack([G, np.zeros((len(self._rest) - len(G), G.shape[1]))]))
+        rows = np.vstack([part / root for part, root in zip(self._split(own), exact, strict=True)])
+        known, _ = self._unknowns((addition,))
+        sizes = [np.inf if one is None else one.prior.range(one.scales)[1] for one in known]
+        return float(np.max(np.sum(rows**2, axis=0) * np.square(sizes)))
 
     def any_law(self, more: int) -> float:
         """Log evidence of the model if its law could follow the misfit wherever that is a function of displacement.

@@ -44,6 +44,8 @@ BATCH = 2
 SHARE_SLACK, SLACK = 0.05, 1.5
 # Share of an effect's change that has to be its own beside the fitted parameters: less is rounding.
 OWN = 1e-3
+# Fall of twice the negative log likelihood below which an effect cannot be seen: a nat, a factor of e.
+VISIBLE = 2.0
 # Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.
 TERMS, TERMS_OF_COUPON = 2, 3
 
@@ -155,7 +157,9 @@ class Search:
 
     def _fit_next(self) -> None:
         order = sorted(self.waiting, key=lambda key: (-self.waiting[key].optimistic, key))
-        chosen = [self.waiting.pop(key) for key in order[:BATCH]]
+        # What is beaten by the first one if that is as good as predicted need not be fitted beside it.
+        least = self.waiting[order[0]].predicted + math.log(LEFT)
+        chosen = [self.waiting.pop(key) for key in order[:BATCH] if self.waiting[key].optimistic >= least]
         measured = Measured(self.problem.used, self.problem.variances)
         questions = []
         for one in chosen:

@@ -141,7 +141,7 @@ def test_a_hum_contributes_next_to_nothing():
 def test_smoothing_keeps_what_is_smooth_and_takes_noise_off():
     one = made()
     smooth = 3.0 * Q - 0.1 * Q**2
-    np.testing.assert_allclose(one.shrunk(smooth), smooth, atol=0.02 * np.abs(smooth).max())
+    np.testing.assert_allclose(one.shrunk(smooth), smooth, atol=SIGMA)
     noise = SIGMA * np.random.default_rng(4).normal(size=len(Q))
     # Six coefficients for forty samples.
     assert np.std(one.shrunk(noise)) < 2.0 * SIGMA * np.sqrt(6.0 / 40.0)

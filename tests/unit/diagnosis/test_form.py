@@ -90,14 +90,6 @@ def test_channels_without_a_misfit_share_the_error_of_form():
     assert likelihood([-30.0], [1e5]).explained.tolist() == [0.0]
 
 
-<<<<<<< HEAD
-=======
-TWICE = pytest.mark.xfail(
-    reason="the unknown effect pays for its size once per channel, an effect once for all"
-)
-
-
->>>>>>> tests
 @pytest.mark.parametrize(
     ("channels", "left"),
     [
