@@ -234,7 +234,7 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
         unit = one.noise.sigma * np.sqrt(one.noise.correlation_time)
         size = float(np.sqrt(max(excess, 0.0) * m / max(samples, 1.0))) * unit
         percent[one.name] = float(100.0 * size / np.ptp(one.recording.force))
-    left = float(np.sum(np.maximum(best.state.evidence.excess, 0.0)))
+    left = float(np.sum(np.maximum(best.state.evidence.left.excess, 0.0)))
     allowed = float(np.sum(np.maximum(scale, 0.0) * likelihood.effective))
     return FormError(judged.phi, percent, 1.0 if left <= allowed else allowed / left)
 

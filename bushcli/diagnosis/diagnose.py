@@ -272,7 +272,7 @@ def _posed(
     fitted = plain
     for _ in range(2):
         empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
-        excess = State(empty, fitted).evidence.excess
+        excess = State(empty, fitted).evidence.left.excess
         problem = replace(empty, likelihood=Likelihood(features, tuple(map(float, excess))))
         if not fitted.names:
             break
@@ -371,7 +371,7 @@ def _judged(case: Case, plain: Fitted, compared: Sequence[Compared]) -> tuple[Co
 def _left(best: Weighed, plain: State) -> float:
     """Share of the plain law's squared misfit above the noise that the best model leaves."""
     before, after = (
-        max(float(np.sum(np.maximum(s.evidence.excess, 0.0))), 1e-12) for s in (plain, best.state)
+        max(float(np.sum(np.maximum(s.evidence.left.excess, 0.0))), 1e-12) for s in (plain, best.state)
     )
     return min(1.0, after / before)
 

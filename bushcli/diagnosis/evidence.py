@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from bushcli.diagnosis.likelihood.form import Judged, Likelihood
+from bushcli.diagnosis.likelihood.features import Features
+from bushcli.diagnosis.likelihood.form import Judged, Left, Likelihood
 from bushcli.diagnosis.prior import LAW_SHARE, Known
 
 Array = NDArray[np.float64]
@@ -41,8 +42,8 @@ class Evidence:
         Natural logarithm, up to a constant that all models of a diagnosis share: of the model, and of the model with
         the unknown effect beside it.
     judged, judged_unknown : Judged
-    excess : shape (channels,)
-        Sum of squares of the features beyond noise.
+    left : Left
+        What the model leaves.
     covariance : shape (p, p)
         Of the parameters, in their own units; the posterior of the model without the unknown effect.
     """
@@ -51,7 +52,7 @@ class Evidence:
     log_unknown: float
     judged: Judged
     judged_unknown: Judged
-    excess: Array
+    left: Left
     covariance: Array
 
 
@@ -78,27 +79,27 @@ def evidence(
     off : sequence of float
         Of a one-sided amplitude its off value, any number elsewhere.
     """
-    excess = likelihood.excess(misfit)
-    judged, unknown = likelihood.judge(excess), likelihood.judge_unknown(excess)
+    left = likelihood.left(misfit)
+    judged, unknown = likelihood.judge(left), likelihood.judge_unknown(left)
     signal = float(likelihood.signal.sum())
     units, density, precision = _prior(slopes, values, known, signal)
     found, covariance = [], np.zeros((0, 0))
     for one in (judged, unknown):
-        gram, slope = _gram(misfit, slopes, one.scale)
+        gram, slope = _gram(likelihood.features, misfit, slopes, one.scale)
         log, inverse = _laplace(gram, slope, units, density, precision, values, known, off)
         found.append(one.log + log)
         if one is judged:
             covariance = inverse * np.outer(units, units)
-    return Evidence(found[0], found[1], judged, unknown, excess, covariance)
+    return Evidence(found[0], found[1], judged, unknown, left, covariance)
 
 
-def _gram(misfit: Sequence[Array], slopes: Sequence[Array], scale: Sequence[float]) -> tuple[Array, Array]:
+def _gram(
+    features: Sequence[Features], misfit: Sequence[Array], slopes: Sequence[Array], scale: Sequence[float]
+) -> tuple[Array, Array]:
     """Second derivative (p, p) and first (p,) of half the weighed sum of squares."""
-    gram = sum((J.T @ J / v for J, v in zip(slopes, scale, strict=True)), np.zeros((slopes[0].shape[1],) * 2))
-    slope = sum(
-        (J.T @ z / v for J, z, v in zip(slopes, misfit, scale, strict=True)), np.zeros(slopes[0].shape[1])
-    )
-    return np.asarray(gram), np.asarray(slope)
+    J = np.vstack([one.whitened(part, v) for one, part, v in zip(features, slopes, scale, strict=True)])
+    z = np.concatenate([one.whitened(part, v) for one, part, v in zip(features, misfit, scale, strict=True)])
+    return J.T @ J, J.T @ z
 
 
 def _prior(

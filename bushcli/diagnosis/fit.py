@@ -98,9 +98,8 @@ class Posterior(Problem):
         for channel, one, variance, (force, slope) in zip(
             self.channels, self.features, self.variances, forces, strict=True
         ):
-            scale = self.unit / np.sqrt(variance)
-            values.append(scale * one.of(force - channel.recording.force))
-            slopes.append(scale * one.of(slope))
+            values.append(self.unit * one.whitened(one.of(force - channel.recording.force), variance))
+            slopes.append(self.unit * one.whitened(one.of(slope), variance))
         prior = [
             self.known[n].row(float(v)) if n in self.known else (0.0, 0.0)
             for n, v in zip(self.names, x, strict=True)

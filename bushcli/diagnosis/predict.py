@@ -82,7 +82,6 @@ class Beside:
 
     def __init__(self, state: State, additions: Sequence[Addition]) -> None:
         self.state = state
-        self.roots = np.sqrt(state.problem.variances)
         grouped: dict[str, list[Addition]] = {}
         for one in additions:
             # A mesh's dimension makes a model of its own; a time or a gap does not.
@@ -120,8 +119,7 @@ class Beside:
 
     def share(self, addition: Addition) -> float:
         """Share of an effect's change that the fitted parameters cannot make, of the amplitude where it is largest."""
-        G = np.vstack([part / root for part, root in zip(addition.slopes, self.roots, strict=True)])
-        G = np.vstack([G, np.zeros((len(self._rest) - len(G), G.shape[1]))])
+        G = self._weighed(addition.slopes)
         size = np.linalg.norm(G, axis=0)
         own = np.linalg.norm(self._left(G), axis=0)
         return float(np.max(own / np.where(size > 0.0, size, 1.0)))
@@ -131,10 +129,12 @@ class Beside:
 
         Each amplitude by itself at the far end of its 95 % range, formulas taken to be right.
         """
-        exact = np.sqrt(self.state.problem.likelihood.variances(*EXACT))
-        G = np.vstack([part / root for part, root in zip(addition.slopes, self.roots, strict=True)])
-        own = self._left(np.vstack([G, np.zeros((len(self._rest) - len(G), G.shape[1]))]))
-        rows = np.vstack([part / root for part, root in zip(self._split(own), exact, strict=True)])
+        likelihood = self.state.problem.likelihood
+        own = self._split(self._left(self._weighed(addition.slopes)))
+        exact = likelihood.variances(*EXACT)
+        rows = np.vstack(
+            [one.whitened(part, v) for one, part, v in zip(likelihood.features, own, exact, strict=True)]
+        )
         known, _ = self._unknowns((addition,))
         sizes = [np.inf if one is None else one.prior.range(one.scales)[1] for one in known]
         return float(np.max(np.sum(rows**2, axis=0) * np.square(sizes)))
@@ -154,33 +154,44 @@ class Beside:
             blocks.append(
                 [own if i == j else np.zeros((f.count, own.shape[1])) for j, f in enumerate(features)]
             )
-        G = np.vstack([np.hstack([b[j] for b in blocks]) / self.roots[j] for j in range(len(features))])
-        G = np.vstack([G, np.zeros((len(self._rest) - len(G), G.shape[1]))])
+        G = self._weighed([np.hstack([b[j] for b in blocks]) for j in range(len(features))])
         u, s, _ = np.linalg.svd(self._left(G), full_matrices=False)
         u = u[:, s > 1e-8 * max(float(s.max(initial=0.0)), 1e-300)]
         rest = self._rest - u @ (u.T @ self._rest)
         likelihood, found = self.state.problem.likelihood, self.state.evidence
+        left = likelihood.left(self._split(rest))
         # Splines also take up noise, a unit each.
-        excess = likelihood.excess(self._split(rest)) + u.shape[1] / len(features)
-        gain = likelihood.judge(np.minimum(excess, found.excess)).log - found.judged.log
+        across = np.minimum(left.across + u.shape[1] / len(features), found.left.across)
+        gain = likelihood.judge(replace(left, across=across)).log - found.judged.log
         variance = float(np.mean(found.judged.scale))
         return found.log + gain - 0.5 * more * math.log(1.0 + float(likelihood.signal.sum()) / variance)
 
     # -- the linear problem --------------------------------------------------------------------------------------
 
+    def _weighed(self, parts: Sequence[Array]) -> Array:
+        """Features (K,) or (K, k) of all channels as the fit weighs them, the priors' rows, which are zero, last."""
+        problem = self.state.problem
+        rows = [
+            one.whitened(part, v)
+            for one, part, v in zip(problem.likelihood.features, parts, problem.variances, strict=True)
+        ]
+        rows.append(np.zeros((len(self.state.fitted.x), *parts[0].shape[1:])))
+        return np.concatenate(rows)
+
     @cached_property
     def _whole(self) -> tuple[Array, Array]:
         """Misfit (rows,) and derivatives (rows, p), weighed, the priors' rows last."""
         state = self.state
-        misfit = [z / r for z, r in zip(state.misfit, self.roots, strict=True)]
-        slopes = [J / r for J, r in zip(state.slopes, self.roots, strict=True)]
+        p = len(state.fitted.x)
+        misfit, slopes = self._weighed(state.misfit), self._weighed(state.slopes)
         rows = [
             (0.0, 0.0) if one is None else one.row(float(value))
             for one, value in zip(state.known, state.fitted.x, strict=True)
         ]
-        misfit.append(np.array([row for row, _ in rows]))
-        slopes.append(np.diag([slope for _, slope in rows]).reshape(len(rows), len(rows)))
-        return np.concatenate(misfit), np.vstack(slopes)
+        if p:
+            misfit[-p:] = [row for row, _ in rows]
+            slopes[-p:] = np.diag([slope for _, slope in rows])
+        return misfit, slopes
 
     @cached_property
     def _space(self) -> Array:
@@ -202,8 +213,9 @@ class Beside:
     def _split(self, rows: Array) -> list[Array]:
         """Features by channel of weighed rows."""
         found, begin = [], 0
-        for one, root in zip(self.state.problem.likelihood.features, self.roots, strict=True):
-            found.append(rows[begin : begin + one.count] * root)
+        problem = self.state.problem
+        for one, v in zip(problem.likelihood.features, problem.variances, strict=True):
+            found.append(one.coloured(rows[begin : begin + one.count], v))
             begin += one.count
         return found
 
@@ -217,13 +229,7 @@ class Beside:
     def _value(self, point: tuple[Addition, ...]) -> tuple[float, Array]:
         """Log evidence to first order, and the amplitudes."""
         raw = [np.hstack(parts) for parts in zip(*(one.slopes for one in point), strict=True)]
-        prior_rows = len(self._rest) - sum(len(part) for part in raw)
-        G = np.vstack(
-            [
-                *(part / root for part, root in zip(raw, self.roots, strict=True)),
-                np.zeros((prior_rows, raw[0].shape[1])),
-            ]
-        )
+        G = self._weighed(raw)
         own = self._left(G)
         known, start = self._unknowns(point)
         precision = np.array(

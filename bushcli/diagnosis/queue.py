@@ -244,7 +244,7 @@ class Search:
     def _queue(self, model: Model, log_evidence: float, base: State) -> None:
         key = model.structure
         predicted = log_evidence + self.odds(model)
-        best_possible = self.problem.likelihood.judge(np.zeros(len(self.problem.recordings))).log
+        best_possible = self.problem.likelihood.judge(self.problem.likelihood.nothing).log
         slack = max(SLACK, SHARE_SLACK * max(0.0, best_possible - base.evidence.judged.log))
         known = self.waiting.get(key)
         if key not in self.states and (known is None or predicted > known.predicted):

@@ -37,8 +37,8 @@ class Features:
         Reciprocal standard deviation of the noise of an independent sample; zero likewise.
     along : shape (K,)
         Unit vector of what a common factor on the forces does to the features.
-    taken : float
-        Share of it that the uncertainty of calibration takes away.
+    calibration : float
+        Variance of that multiple by the uncertainty of calibration.
     signal : float
         Sum of squares of the weighted force about its mean: what a misfit is compared with.
     """
@@ -46,7 +46,7 @@ class Features:
     basis: Array
     weights: Array
     along: Array
-    taken: float
+    calibration: float
     signal: float
 
     @property
@@ -55,11 +55,28 @@ class Features:
         return self.basis.shape[1]
 
     def of(self, rows: Array) -> Array:
-        """Return the features (K,) or (K, k) of a misfit (n,) or of derivatives (n, k), calibration allowed for."""
+        """Return the features (K,) or (K, k) of a misfit (n,) or of derivatives (n, k)."""
         weights = self.weights if rows.ndim == 1 else self.weights[:, None]
-        found = self.basis.T @ np.where(weights > 0.0, rows * weights, 0.0)
-        share = self.taken * (self.along @ found)
-        return np.asarray(found - (self.along * share if found.ndim == 1 else np.outer(self.along, share)))
+        return np.asarray(self.basis.T @ np.where(weights > 0.0, rows * weights, 0.0))
+
+    def whitened(self, z: Array, variance: float) -> Array:
+        """Return features (K,) or (K, k) in units of their standard deviation.
+
+        Parameters
+        ----------
+        z : (K,) or (K, k) array
+        variance : float
+            Of every feature, from noise and error of form; that of calibration adds to it along the force.
+        """
+        return self._stretched(z, 1.0 / np.sqrt(variance), 1.0 / np.sqrt(variance + self.calibration))
+
+    def coloured(self, rows: Array, variance: float) -> Array:
+        """Return features of which `whitened` makes these rows."""
+        return self._stretched(rows, np.sqrt(variance), np.sqrt(variance + self.calibration))
+
+    def _stretched(self, z: Array, across: float, along: float) -> Array:
+        part = (along - across) * (self.along @ z)
+        return np.asarray(across * z + (self.along * part if z.ndim == 1 else np.outer(self.along, part)))
 
     def shrunk(self, rows: Array) -> Array:
         """Return the smooth part (n,) of a misfit (n,), in its own unit, without what noise makes of each feature.
@@ -93,9 +110,8 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     bridged = replace(recording, force=np.interp(place, place[used], recording.force[used]))
     force = basis.T @ (smoothed(bridged) * weights)
     size = float(np.linalg.norm(force))
-    taken = 1.0 - 1.0 / float(np.sqrt(1.0 + (factor * size) ** 2))
     centred = (recording.force - float(np.mean(recording.force[used]))) * weights
-    return Features(basis, weights, force / max(size, 1e-300), taken, float(centred @ centred))
+    return Features(basis, weights, force / max(size, 1e-300), (factor * size) ** 2, float(centred @ centred))
 
 
 def _basis(recording: Recording, used: Mask) -> Array:

@@ -8,6 +8,9 @@ plain law, F that of the force, and m effective features, a model has the likeli
     log L = log of the mean over phi and lambda of prod_c v_c^(-m_c/2) exp(-(m_c + E_c) / (2 v_c)),
     v_c = 1 + (phi^2 D_c + lambda^2 F_c) / m_c.
 
+Along the force the variance is v_c and that of calibration, g_c: a channel may be off by the class of its load cell,
+and no more than that by the error of form.
+
 Where the misfit is small beside the noise, v is 1, and this is the likelihood of the noise, exp(-E/2). Where formulas
 err by more than the noise, v is large, and the data are asked only as sharply as formulas deserve: with phi free, a
 model that leaves twice the misfit of another loses m log 2, not the difference of two sums over hundreds of samples.
@@ -51,6 +54,25 @@ _WEIGHTS = np.exp(-0.5 * _NODES**2) / np.exp(-0.5 * _NODES**2).sum()
 UNKNOWN = (0.002, 0.5)
 _SIZES = np.geomspace(*UNKNOWN, 25)
 UNKNOWN_IN_CHANNEL = 0.5
+
+
+@dataclass(frozen=True)
+class Left:
+    """What a model leaves of each channel, (channels,) each.
+
+    Attributes
+    ----------
+    across : Array
+        Sum of squares of the features but the one along the force, beyond what noise makes expect.
+    along : Array
+        Square of the feature along the force.
+    excess : Array
+        Both, beyond what noise and calibration make expect.
+    """
+
+    across: Array
+    along: Array
+    excess: Array
 
 
 @dataclass(frozen=True)
@@ -108,25 +130,44 @@ class Likelihood:
         """Variance v_c of the features of each channel for given errors of form."""
         return np.asarray(1.0 + (phi**2 * self.explained + lam**2 * self.signal) / self.effective)
 
-    def excess(self, rows: Sequence[Array]) -> Array:
-        """Sum of squares E of the features of each channel beyond noise, of their misfits (K,)."""
-        return np.array([float(z @ z) - len(z) for z in rows])
+    @property
+    def calibration(self) -> Array:
+        """Variance g of the feature along the force by calibration, by channel."""
+        return np.array([one.calibration for one in self.features])
 
-    def judge(self, excess: Array) -> Judged:
-        """Judge a model by what it leaves (channels,)."""
-        m = self.effective
+    def left(self, rows: Sequence[Array]) -> Left:
+        """Return what is left, given the features (K,) of the misfit of each channel."""
+        along = np.array([float(one.along @ z) ** 2 for one, z in zip(self.features, rows, strict=True)])
+        across = np.array([float(z @ z) - len(z) + 1.0 for z in rows]) - along
+        return Left(across, along, across + along / (1.0 + self.calibration) - 1.0)
+
+    @property
+    def nothing(self) -> Left:
+        """What a perfect model leaves."""
+        none = np.zeros(len(self.features))
+        return Left(none, none, none)
+
+    def _log(self, left: Left, form: Array, channel: slice | int = slice(None)) -> tuple[Array, Array]:
+        """Log likelihood by channel for sums of squares `form` (..., channels) of the error of form, and v."""
+        m = self.effective[channel]
+        v = 1.0 + form / m
+        wide = v + self.calibration[channel]
+        log = -0.5 * (m - 1.0) * np.log(v) - 0.5 * (m - 1.0 + left.across[channel]) / v
+        return log - 0.5 * np.log(wide) - 0.5 * left.along[channel] / wide, v
+
+    def judge(self, left: Left) -> Judged:
+        """Judge a model by what it leaves."""
         phi = PHI * np.exp(PHI_SPREAD * _NODES)
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         form = phi[:, None, None] ** 2 * self.explained + lam[None, :, None] ** 2 * self.signal
-        v = 1.0 + form / m
-        log = np.sum(-0.5 * m * np.log(v) - 0.5 * (m + excess) / v, axis=-1)
-        log = log + np.log(_WEIGHTS)[:, None] + np.log(_WEIGHTS)[None, :]
+        parts, v = self._log(left, form)
+        log = parts.sum(axis=-1) + np.log(_WEIGHTS)[:, None] + np.log(_WEIGHTS)[None, :]
         total = float(logsumexp(log))
         weight = np.exp(log - total)
         scale = 1.0 / np.einsum("ij,ijc->c", weight, 1.0 / v)
         return Judged(total, tuple(map(float, scale)), float(weight.sum(axis=1) @ phi))
 
-    def judge_unknown(self, excess: Array) -> Judged:
+    def judge_unknown(self, left: Left) -> Judged:
         """Judge a model that has the unknown effect as well: what it leaves may be of any size, channel by channel."""
         m = self.effective
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
@@ -137,8 +178,8 @@ class Likelihood:
         scales, by_size = [], []
         for c in range(len(m)):
             form = base[c] + (sizes[:, None] ** 2 + lam[None, :] ** 2) * self.signal[c]
-            v = 1.0 + form / m[c]
-            log = -0.5 * m[c] * np.log(v) - 0.5 * (m[c] + excess[c]) / v + np.log(_WEIGHTS)[None, :]
+            log, v = self._log(left, form, c)
+            log = log + np.log(_WEIGHTS)[None, :]
             by_size.append(logsumexp(log, axis=1))
             whole = log + np.log(prior)[:, None]
             weight = np.exp(whole - whole.max())

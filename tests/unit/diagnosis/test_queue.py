@@ -16,7 +16,7 @@ from bushcli.diagnosis.fit import WORSE
 from bushcli.diagnosis.model import Fitted
 from bushcli.diagnosis.posterior import posterior, probabilities
 from bushcli.diagnosis.prior import known_parameters, scales_of
-from bushcli.diagnosis.queue import BATCH, LEFT, Search, label
+from bushcli.diagnosis.queue import LEFT, Search, label
 from bushcli.diagnosis.state import State
 from bushcli.diagnosis.workers import Workers
 from bushcli.effect import effect
@@ -131,7 +131,7 @@ def test_the_best_waits_least(world, monkeypatch):
         before = set(waiting)
         whole(self)
         taken = before - set(self.waiting)
-        best = sorted(waiting, key=lambda key: (-waiting[key].optimistic, key))[:BATCH]
+        best = sorted(waiting, key=lambda key: (-waiting[key].optimistic, key))[:1]
         order.append(taken >= set(best))
 
     monkeypatch.setattr(Search, "_fit_next", spied)
