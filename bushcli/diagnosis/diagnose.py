@@ -201,10 +201,12 @@ def _checked(
     ):
         wrong = [name for name in given if name not in known]
         if wrong:
+            # The list of those that there are is long: once.
+            lists = [""] * (len(wrong) - 1) + [", ".join(known)]
             raise InputError(
                 *(
-                    Finding(option, f'"{name}" is not {kind}', nearest(name, known), ", ".join(known))
-                    for name in wrong
+                    Finding(option, f'"{name}" is not {kind}', nearest(name, known), expected)
+                    for name, expected in zip(wrong, lists, strict=True)
                 )
             )
     if hold_out and set(names) <= set(hold_out):
