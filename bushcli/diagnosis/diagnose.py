@@ -278,7 +278,7 @@ def _posed(
         problem = replace(empty, likelihood=Likelihood(features, tuple(map(float, excess))))
         if not fitted.names:
             break
-        again = crew.run(fit, [(case, fitted.model, Measured(used, problem.variances))])[0]
+        again = crew.run(fit, [(case, fitted.model, Measured(used, problem.likelihood.plain))])[0]
         fitted = again or fitted
     return problem, State(problem, fitted)
 

@@ -1,8 +1,10 @@
 """Fit a model to the recordings: the maximum a posteriori under the likelihood, from several starts.
 
-The plain law is fitted as `bushcli inverse` fits it, to the same number. All other models are fitted to the smooth part
-of the misfit (`likelihood.features`), each channel in units of the standard deviation that noise and error of form give
-it, together with the priors of the effects' values. These units are set once, by what the plain law leaves, and stay.
+The plain law is fitted as `bushcli inverse` fits it, to the same number. All models are fitted to the smooth part of
+the misfit (`likelihood.features`) together with the priors of the effects' values. How much the likelihood lets the
+formulas err depends on what a model leaves, so the least-squares problem is solved in turns with that (an EM
+algorithm): first as if formulas were as wrong as they are in the median, then with the variances that the likelihood
+gives the result.
 
 No model ends worse than one that it contains: where it does, it begins again from that one's optimum, with the further
 effect switched off.
@@ -20,6 +22,7 @@ from bushcli.casefile import Case
 from bushcli.diagnosis import kept
 from bushcli.diagnosis.likelihood.calibration import factor_of
 from bushcli.diagnosis.likelihood.features import Features, features
+from bushcli.diagnosis.likelihood.form import Judged, Likelihood
 from bushcli.diagnosis.likelihood.noise import noise_model
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.prior import Known, known_parameters
@@ -38,6 +41,8 @@ Mask = NDArray[np.bool_]
 TOLERANCE = 1e-3
 # A fit has an end, too, where so many evaluations bring less than this share.
 VALLEY = 8, 5e-3
+# Turns of variances and parameters at most, and factor below which a change of the variances is none.
+TURNS, SETTLED = 3, 1.3
 # Share of the force that a law is taken to be wrong by before its misfit is known: what engineers accept of one.
 UNKNOWN = 0.1
 # No fit takes more evaluations.
@@ -60,20 +65,25 @@ class Measured:
     ----------
     used : tuple of array of bool, shape (n,) each
         Samples that count.
-    variances : tuple of float
-        Of the features, from noise and error of form.
+    plain : tuple of float
+        Sum of squares of the features that the plain law leaves beyond noise; it sets how much formulas may err.
     """
 
     used: tuple[Mask, ...]
-    variances: tuple[float, ...]
+    plain: tuple[float, ...]
 
 
 class Posterior(Problem):
     """The least-squares problem whose sum of squares is twice the negative logarithm of the posterior density."""
 
-    features: tuple[Features, ...]
+    likelihood: Likelihood
     variances: tuple[float, ...]
     known: Mapping[str, Known]
+
+    @property
+    def features(self) -> tuple[Features, ...]:
+        """Features of each channel."""
+        return self.likelihood.features
 
     @property
     def samples(self) -> int:
@@ -87,7 +97,32 @@ class Posterior(Problem):
 
     def objective(self, x: Array) -> float:
         """Twice the negative logarithm of the posterior density, up to a constant; NaN where a march failed."""
-        return float(np.sum(self._rows(x)[0][: self.samples] ** 2)) / self.unit**2
+        forces = self.forces(x)
+        if forces is None:
+            return float("nan")
+        rows = [
+            one.of(force - channel.recording.force)
+            for one, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
+        ]
+        prior = sum(
+            self.known[n].row(float(v))[0] ** 2 for n, v in zip(self.names, x, strict=True) if n in self.known
+        )
+        return prior - 2.0 * self.judge(rows).log
+
+    def judge(self, rows: Sequence[Array]) -> Judged:
+        """What the likelihood says of features (K,) of each channel."""
+        return self.likelihood.judge(self.likelihood.left(rows))
+
+    def rescale(self, x: Array) -> float:
+        """Take the variances that the likelihood gives a point, and return the largest factor by which one changed."""
+        forces = self.forces(x)
+        assert forces is not None
+        rows = [
+            one.of(force - channel.recording.force)
+            for one, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
+        ]
+        before, self.variances = self.variances, self.judge(rows).scale
+        return max(max(a / b, b / a) for a, b in zip(before, self.variances, strict=True))
 
     def _rows(self, x: Array) -> tuple[Array, Array]:
         forces = self.forces(x)
@@ -130,9 +165,8 @@ def begin(case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
 
     Every channel counts by its force, as if the law were wrong by `UNKNOWN` of it.
     """
-    own = all_features(case, model, used)
-    scales = tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in own)
-    task, problem = pose(case, model, Measured(used, scales), patience=None)
+    task, problem = pose(case, model, Measured(used, (0.0,) * len(used)), patience=None)
+    problem.variances = tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in problem.features)
     start, lower, upper = task.vectors()
     if not problem.names:
         solved = np.isfinite(problem.residual(np.zeros(0))).all()
@@ -167,7 +201,7 @@ def fit(
     contained
         Fitted models that it contains, the best first: their optima are starts, too.
     least
-        Objective of the best of these, which this one must not exceed.
+        `Posterior.objective` of the best of these, which this one must not exceed.
     """
     task, problem = pose(case, model, measured)
     start, lower, upper = task.vectors()
@@ -207,11 +241,12 @@ def pose(
     problem.rounds, problem.walls, problem.most = 1, False, MOST
     if any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels):
         problem.failures = FAILURES
-    problem.features = tuple(
+    own = tuple(
         features(c.recording, noise_model(c.recording), m, factor_of(c))
         for c, m in zip(channels, measured.used, strict=True)
     )
-    problem.variances = measured.variances
+    problem.likelihood = Likelihood(own, measured.plain)
+    problem.variances = tuple(map(float, problem.likelihood.variances()))
     shear = float(task.law.shear_modulus(**model.start))
     problem.known = known_parameters(case, task.effects, shear, [c.recording for c in channels])
     return task, problem
@@ -271,6 +306,10 @@ def _searched(problem: Posterior, begun: Array, lower: Array, upper: Array) -> t
         except NotConverged:
             return problem.objective(begun), begun, False
     end = search(problem, begun, lower, upper)
+    for _ in range(TURNS):
+        if problem.rescale(end.x) < SETTLED:
+            break
+        end = search(problem, inside(end.x, lower, upper), lower, upper)
     return problem.objective(end.x), end.x, end.converged
 
 

@@ -24,7 +24,8 @@ from scipy.interpolate import BSpline
 from scipy.special import logsumexp
 
 from bushcli.diagnosis.columns import Trial, shear_modulus
-from bushcli.diagnosis.evidence import evidence
+from bushcli.diagnosis.evidence import Evidence, evidence
+from bushcli.diagnosis.fit import SETTLED, TURNS
 from bushcli.diagnosis.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_SPREAD
 from bushcli.diagnosis.linearised import cone_fit
 from bushcli.diagnosis.model import Model
@@ -80,8 +81,11 @@ class Prediction:
 class Beside:
     """First-order predictions beside a fitted model."""
 
-    def __init__(self, state: State, additions: Sequence[Addition]) -> None:
+    def __init__(
+        self, state: State, additions: Sequence[Addition], variances: Sequence[float] | None = None
+    ) -> None:
         self.state = state
+        self.variances = state.problem.variances if variances is None else variances
         grouped: dict[str, list[Addition]] = {}
         for one in additions:
             # A mesh's dimension makes a model of its own; a time or a gap does not.
@@ -173,7 +177,7 @@ class Beside:
         problem = self.state.problem
         rows = [
             one.whitened(part, v)
-            for one, part, v in zip(problem.likelihood.features, parts, problem.variances, strict=True)
+            for one, part, v in zip(problem.likelihood.features, parts, self.variances, strict=True)
         ]
         rows.append(np.zeros((len(self.state.fitted.x), *parts[0].shape[1:])))
         return np.concatenate(rows)
@@ -214,7 +218,7 @@ class Beside:
         """Features by channel of weighed rows."""
         found, begin = [], 0
         problem = self.state.problem
-        for one, v in zip(problem.likelihood.features, problem.variances, strict=True):
+        for one, v in zip(problem.likelihood.features, self.variances, strict=True):
             found.append(one.coloured(rows[begin : begin + one.count], v))
             begin += one.count
         return found
@@ -227,7 +231,20 @@ class Beside:
         return Prediction(self._model(points[best], found[best][1]), log)
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[float, Array]:
-        """Log evidence to first order, and the amplitudes."""
+        """Log evidence to first order, and the amplitudes; in turns with the variances, as a fit does it."""
+        found, amplitude = self._solved(point)
+        for _ in range(TURNS):
+            scale = found.judged.scale
+            if max(max(a / b, b / a) for a, b in zip(scale, self.variances, strict=True)) < SETTLED:
+                break
+            again, other = Beside(self.state, (), scale)._solved(point)
+            if again.log <= found.log:
+                break
+            found, amplitude = again, other
+        return found.log, amplitude
+
+    def _solved(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
+        """Evidence to first order, and the amplitudes."""
         raw = [np.hstack(parts) for parts in zip(*(one.slopes for one in point), strict=True)]
         G = self._weighed(raw)
         own = self._left(G)
@@ -254,7 +271,7 @@ class Beside:
             [*self.state.known, *known],
             [*self.state.off, *start],
         )
-        return found.log, amplitude
+        return found, amplitude
 
     def _unknowns(self, point: tuple[Addition, ...]) -> tuple[list[Known | None], Array]:
         """Priors and off values of the amplitudes."""

@@ -111,19 +111,12 @@ class State:
     @property
     def objective(self) -> float:
         """What the fit has minimised: twice the negative logarithm of the posterior density, up to a constant."""
-        rows = [
-            one.whitened(z, v)
-            for one, z, v in zip(
-                self.problem.likelihood.features, self.misfit, self.problem.variances, strict=True
-            )
-        ]
-        squares = sum(float(row @ row) for row in rows)
         prior = sum(
             one.row(float(value))[0] ** 2
             for value, one in zip(self.fitted.x, self.known, strict=True)
             if one is not None
         )
-        return squares + prior
+        return prior - 2.0 * self.evidence.judged.log
 
     @property
     def size(self) -> float:

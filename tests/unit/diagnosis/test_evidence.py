@@ -28,7 +28,8 @@ def likelihood(signal=0.0):
 
 def logs(misfit):
     """Log likelihood of misfits (..., ROWS), with the constant that `Likelihood` has."""
-    return np.array([likelihood().judge(np.array([float(z @ z) - ROWS])).log for z in np.atleast_2d(misfit)])
+    one = likelihood()
+    return np.array([one.judge(one.left([z])).log for z in np.atleast_2d(misfit)])
 
 
 def of(misfit, slopes, values, priors, one_sided=()):
@@ -187,8 +188,8 @@ def by_grid(coupon, state, sizes):
     for size in sizes:
         ((force, _),) = problem.forces(np.array([value, size]))
         unit, rest = one.of(force) / value, one.of(recorded)
-        excess = np.array([float(np.sum((c * unit - rest) ** 2)) - one.count for c in moduli])
-        logs = [coupon.problem.likelihood.judge(np.array([e])).log for e in excess]
+        likelihood = coupon.problem.likelihood
+        logs = [likelihood.judge(likelihood.left([c * unit - rest])).log for c in moduli]
         rows.append(
             logsumexp(np.array(logs) + norm.logpdf(moduli, value, width))
             + known.prior.log_density(size, known.scales)
@@ -218,9 +219,7 @@ def test_the_law_alone_on_a_coupon(coupon):
     rest = features.of(one.recordings[0].force)
     width = LAW_SHARE * math.sqrt(one.problem.likelihood.signal.sum()) / float(np.linalg.norm(unit))
     moduli = state.fitted.x[0] + np.linspace(-12.0, 12.0, 2001) * math.sqrt(state.evidence.covariance[0, 0])
-    logs = [
-        one.problem.likelihood.judge(np.array([float(np.sum((c * unit - rest) ** 2)) - features.count])).log
-        for c in moduli
-    ]
+    whole = one.problem.likelihood
+    logs = [whole.judge(whole.left([c * unit - rest])).log for c in moduli]
     exact = logsumexp(np.array(logs) + norm.logpdf(moduli, state.fitted.x[0], width), b=moduli[1] - moduli[0])
     assert state.evidence.log == pytest.approx(float(exact), abs=0.5)

@@ -96,15 +96,8 @@ def test_a_model_that_contains_a_better_one_begins_again_from_there(coupon):
     assert beside.objective <= alone.objective + WORSE
 
 
-@pytest.mark.xfail(
-    reason="calibration is taken out in units of the noise and then divided by the error of form"
-)
 def test_the_plain_law_does_not_leave_the_recording_where_physics_is_missing(coupon):
-    """A factor on all forces is known to half a percent, whatever formulas get wrong.
-
-    The law is fitted to the features again with the error of form: features along the force are shrunk by the
-    calibration in units of the noise, so that with an error of form of v the factor is free within 0.5 % times sqrt(v).
-    """
+    """A factor on all forces is known to half a percent, whatever formulas get wrong."""
     one = coupon("yeoh", set_=0.1)
 
     def rms(fitted):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bushcli.diagnosis.likelihood.features import Features
-from bushcli.diagnosis.likelihood.form import EFFECTIVE, Likelihood
+from bushcli.diagnosis.likelihood.form import EFFECTIVE, Left, Likelihood
 from bushcli.diagnosis.prior import UNKNOWN
 
 COUNT = 48
@@ -20,12 +20,18 @@ def likelihood(plain, signal, count=COUNT):
     return Likelihood(channels, tuple(map(float, plain)))
 
 
+def left(*excess):
+    """So much beyond noise, which makes one unit of the feature along the force."""
+    found = np.array(excess, dtype=float)
+    return Left(found, np.ones(len(found)), found)
+
+
 def log(one, *excess):
-    return one.judge(np.array(excess, dtype=float)).log
+    return one.judge(left(*excess)).log
 
 
 def unknown(one, *excess):
-    return one.judge_unknown(np.array(excess, dtype=float)).log
+    return one.judge_unknown(left(*excess)).log
 
 
 def test_small_misfits_are_judged_by_the_noise():
@@ -122,13 +128,13 @@ def test_the_unknown_effect_loses_to_a_good_model(channels):
 def test_the_unknown_effect_may_be_in_one_channel_only():
     one = likelihood([1e5, 0.0], [5e6, 5e6])
     assert unknown(one, 1e5, 0.0) - log(one, 1e5, 0.0) > 5.0
-    scale = one.judge_unknown(np.array([1e5, 0.0])).scale
+    scale = one.judge_unknown(left(1e5, 0.0)).scale
     assert scale[0] > 10.0 * scale[1]
 
 
 def test_the_scale_is_that_of_what_is_left():
     """The variance by which features are divided grows with what the best model leaves, and is 1 at the noise."""
     one = likelihood([1e6], [1e7])
-    assert one.judge(np.array([0.3**2 * 1e6])).scale[0] > 3.0 * one.judge(np.array([0.05**2 * 1e6])).scale[0]
-    assert one.judge(np.array([0.3**2 * 1e6])).phi > one.judge(np.array([0.05**2 * 1e6])).phi
-    assert likelihood([0.0], [1e2]).judge(np.array([0.0])).scale[0] == pytest.approx(1.0, abs=1e-3)
+    assert one.judge(left(0.3**2 * 1e6)).scale[0] > 3.0 * one.judge(left(0.05**2 * 1e6)).scale[0]
+    assert one.judge(left(0.3**2 * 1e6)).phi > one.judge(left(0.05**2 * 1e6)).phi
+    assert likelihood([0.0], [1e2]).judge(left(0.0)).scale[0] == pytest.approx(1.0, abs=1e-3)

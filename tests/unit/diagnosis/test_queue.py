@@ -51,7 +51,7 @@ class World:
         # What is simulated lacks what is concealed; what is recorded stays.
         self.base = Fitted(plain.model, plain.names, plain.x, (bent,), plain.jacobians, True, 1)
         self.recorded = recorded
-        excess = State(self.one.problem, self.base).evidence.excess
+        excess = State(self.one.problem, self.base).evidence.left.excess
         whole = self.one.problem.likelihood
         self.problem = replace(self.one.problem, likelihood=replace(whole, plain=tuple(map(float, excess))))
         self.plain = State(self.problem, self.base)
