@@ -55,3 +55,29 @@ def test_what_stands_beside_the_bushing_does_not_change_its_march(marches):
     one.solve({"free_play.half_width": 0.2}, names)
     one.solve({"C10": 0.6}, names)
     assert marches == [("C10",), ("free_play.half_width",), ("C10",), ("C10",)]
+
+
+def test_derivatives_of_warm_rubber_behind_a_spring_are_exact():
+    """Its factor goes with the time of each step, where bushing and spring share the displacement."""
+    time = 50.0 + np.linspace(0.0, 12.0, 13)
+    q = np.interp(time - 50.0, [0, 4, 8, 12], [0, 3, 0, -2])
+    values = {
+        "viscoelasticity": {"g1": 0.3, "tau1": 4.0},
+        "warming": {"amount": 0.2, "tau": 5.0},
+        "rig_compliance": {"compliance": 3e-4},
+        "drift": {"rate": 2.0},
+    }
+    active = [ActiveEffect(effects()[name], given) for name, given in values.items()]
+    one = Simulation(RING, modes()["axial"], RUBBER, Refinement(2, 4), active, time, q, None)
+    given = {f"{name}.{key}": value for name, own in values.items() for key, value in own.items()}
+    exact = one.solve({}, tuple(given))
+    # Warm rubber carries less, and all that the clock of the rig shows begins with the recording.
+    cold = one.solve({"warming.amount": 0.0, "drift.rate": 0.0}).force
+    assert exact.force[0] == pytest.approx(0.0, abs=1e-9)
+    assert exact.force[4] < 0.95 * cold[4]
+    for column, (name, value) in enumerate(given.items()):
+        step = 1e-3 * value
+        found = (one.solve({name: value + step}).force - one.solve({name: value - step}).force) / (2 * step)
+        scale = np.abs(exact.slope[:, column]).max()
+        # The shared displacement is found to 1e-7 of the travel.
+        np.testing.assert_allclose(found, exact.slope[:, column], atol=2e-3 * scale, rtol=0, err_msg=name)
