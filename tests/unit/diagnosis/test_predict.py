@@ -9,6 +9,7 @@ from scipy.optimize import lsq_linear
 from bushcli.active import ActiveEffect
 from bushcli.diagnosis.columns import Trial, columns, trials
 from bushcli.diagnosis.evidence import evidence
+from bushcli.diagnosis.fit import SETTLED, TURNS
 from bushcli.diagnosis.predict import Addition, Beside
 from bushcli.diagnosis.prior import known_parameters
 from bushcli.diagnosis.queue import SLACK
@@ -39,28 +40,34 @@ def exactly(one, *added):
     shear = 2.0 * state.fitted.values["C10"]
     priors = known_parameters(one.case, actives, shear, one.recordings)
     known = [priors[f"{a.trial.active.name}.{a.trial.amplitudes[0]}"] for a in added]
-    root = np.sqrt(one.problem.variances[0])
+    features, variance = one.problem.likelihood.features[0], one.problem.variances[0]
     p = len(state.fitted.x)
     rows = np.zeros((len(added), J.shape[1]))
     for i, k in enumerate(known):
         rows[i, p + i] = np.sqrt(k.prior.curvature(0.0, k.scales))
     low = np.full(J.shape[1], -np.inf)
     low[p:] = [0.0 if k.one_sided else -np.inf for k in known]
-    best = lsq_linear(
-        np.vstack([J / root, rows]),
-        -np.concatenate([state.misfit[0] / root, np.zeros(len(added))]),
-        (low, np.inf),
-        method="bvls",
-        tol=1e-14,
-    ).x
-    found = evidence(
-        one.problem.likelihood,
-        [state.misfit[0] + J @ best],
-        [J],
-        np.concatenate([state.fitted.x, best[p:]]),
-        [*state.known, *known],
-        [0.0] * J.shape[1],
-    )
+    # In turns with the variance that the likelihood gives the result, as fits and predictions are.
+    for _ in range(1 + TURNS):
+        best = lsq_linear(
+            np.vstack([features.whitened(J, variance), rows]),
+            -np.concatenate([features.whitened(state.misfit[0], variance), np.zeros(len(added))]),
+            (low, np.inf),
+            method="bvls",
+            tol=1e-14,
+        ).x
+        found = evidence(
+            one.problem.likelihood,
+            [state.misfit[0] + J @ best],
+            [J],
+            np.concatenate([state.fitted.x, best[p:]]),
+            [*state.known, *known],
+            [0.0] * J.shape[1],
+        )
+        (scale,) = found.judged.scale
+        if max(scale / variance, variance / scale) < SETTLED:
+            break
+        variance = scale
     return found.log, best[p:]
 
 
@@ -76,7 +83,7 @@ def test_a_prediction_is_the_evidence_after_the_exact_fit(made):
         assert found.log_evidence == pytest.approx(log, abs=1e-3)
         (active,) = found.model.effects
         if best[0] > 0.0:
-            assert active.values["set"] == pytest.approx(best[0], rel=1e-6)
+            assert active.values["set"] == pytest.approx(best[0], rel=1e-4)
 
 
 def test_an_amplitude_that_cannot_be_negative_is_not(made):
@@ -110,7 +117,7 @@ def test_pairs_are_fitted_together(made):
     assert found.log_evidence == pytest.approx(log, abs=1e-3)
     assert {one.name for one in found.model.effects} == {"permanent_set", "drift"}
     values = found.model.values
-    assert values["drift.rate"] == pytest.approx(best[1], rel=1e-5)
+    assert values["drift.rate"] == pytest.approx(best[1], rel=2e-3)
 
 
 def test_points_of_a_grid_are_averaged(made):
