@@ -41,8 +41,6 @@ QUANTILE = 1.959964
 # Noise of so many percent of the force range hides what is usually asked for: the literature takes 10 % of misfit for a
 # good agreement of simulation and rig.
 LOUD = 5.0
-# Of the plain law's squared misfit above the noise, what may be left before the answer says so.
-LEFT = 0.1
 
 
 def verdict(best: Weighed, plain: Model) -> Verdict:

@@ -40,7 +40,7 @@ LEFT = 0.01
 # Models fitted at once.
 BATCH = 2
 # First order may underestimate what a fit brings: by such a share of what the model at hand leaves to be gained, and by
-# so many nats at least. Measured on the development deck: nine of ten fits are within this of their predictions.
+# so many nats at least. A guess from the first twenty fits on the development deck.
 SHARE_SLACK, SLACK = 0.05, 1.5
 # Share of an effect's change that has to be its own beside the fitted parameters: less is rounding.
 OWN = 1e-3
