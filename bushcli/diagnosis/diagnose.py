@@ -133,10 +133,10 @@ def diagnose(
         search = Search(problem, crew, state, considered, uniform, deadline, told)
         interrupted = [] if fatal else _run(search, crew)
         models = posterior(search)
-        best = _exact(models[0], crew, problem, interrupted)
-        models = (best, *models[1:])
-        # The same number as that of `bushcli inverse`, which is more exact than the search needs.
-        plain = rough if interrupted else crew.run(fit_plain, [(bare, chosen)])[0] or rough
+        best, plain = models[0], rough
+        if not interrupted:
+            best, plain, interrupted = _finished(best, rough, chosen, problem, crew)
+            models = (best, *models[1:])
         extras = _Extras()
         if not interrupted and not fatal:
             extras.make(problem, plain, models, crew, maps, told)
@@ -300,12 +300,25 @@ def _run(search: Search, crew: Workers) -> list[Condition]:
     return []
 
 
-def _exact(best: Weighed, crew: Workers, problem: Problem, interrupted: Sequence[Condition]) -> Weighed:
-    """The best model with the forces of the usual mesh."""
-    if best.state.model.anchor is None or interrupted:
-        return best
-    found = crew.run(exact, [(problem.case, best.state.fitted)])[0]
-    return best if found is None else replace(best, state=State(problem, found))
+def _finished(
+    best: Weighed, rough: Fitted, chosen: Model, problem: Problem, crew: Workers
+) -> tuple[Weighed, Fitted, list[Condition]]:
+    """The best model with the forces of the usual mesh, and the plain law as exactly as `bushcli inverse` fits it.
+
+    Both as they are where that is interrupted, with what to say of it.
+    """
+    try:
+        plain = crew.run(fit_plain, [(problem.case, chosen)])[0] or rough
+        if best.state.model.anchor is not None:
+            found = crew.run(exact, [(problem.case, best.state.fitted)])[0]
+            best = best if found is None else replace(best, state=State(problem, found))
+    except BaseException as error:
+        if not is_interrupt(error):
+            raise
+        crew.stop()
+        message = "stopped after the search: the plain law is less exact than that of bushcli inverse"
+        return best, rough, [Condition("interrupted", message, "run it again with --resume")]
+    return best, plain, []
 
 
 class _Extras:

@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 # Median of the share of the plain law's misfit that the right physics in another formula leaves, and standard deviation
 # of its logarithm: 0.08 to 0.21 on six recordings of other codes and of measured rubber, 0.145 on the first two of the
 # development deck (Simo's and Holzapfel's stress forms). A measurement on the whole deck is still to come.
-PHI, PHI_SPREAD = 0.1, 0.6
+PHI, PHI_SPREAD = 0.1, 0.5
 # The same of what a law leaves of the force: an assumption, a tenth of a percent.
 LAMBDA, LAMBDA_SPREAD = 0.001, 0.7
 # Effective number of features of an error of form in one channel: an assumption, two per branch of three cycles.
