@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.special import logsumexp
 
 from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import Group
@@ -44,17 +43,21 @@ class Weighed:
         Whether the unknown effect acts beside the model's own.
     probability : float
     log_evidence : float
+    faint : tuple of str, optional
+        All its effects, where one of them brings nothing and the state is that of the model without it.
     """
 
     state: State
     unknown: bool
     probability: float
     log_evidence: float
+    faint: tuple[str, ...] | None = None
 
     @property
     def effects(self) -> tuple[str, ...]:
         """Names of the effects with their rigs, the unknown one last."""
-        return (*self.state.model.identities, *((UNKNOWN,) if self.unknown else ()))
+        own = self.state.model.identities if self.faint is None else self.faint
+        return (*own, *((UNKNOWN,) if self.unknown else ()))
 
     @property
     def names(self) -> frozenset[str]:
@@ -63,18 +66,16 @@ class Weighed:
 
 
 def posterior(search: Search) -> tuple[Weighed, ...]:
-    """All models that were fitted, each with and without the unknown effect; the most probable set of effects first."""
-    rows = []
+    """All models, each with and without the unknown effect; the most probable set of effects first."""
+    total = search.total
+    found = []
     for state in search.states.values():
-        known, unknown = search.weights(state)
-        rows += [
-            (known, state.evidence.log, state, False),
-            (unknown, state.evidence.log_unknown, state, True),
-        ]
-    total = float(logsumexp([weight for weight, *_ in rows]))
-    found = [
-        Weighed(state, unknown, float(np.exp(weight - total)), log) for weight, log, state, unknown in rows
-    ]
+        log = state.evidence.log, state.evidence.log_unknown
+        for unknown, weight in enumerate(search.weights(state)):
+            found.append(Weighed(state, bool(unknown), float(np.exp(weight - total)), log[unknown]))
+    for faint in search.counted:
+        probability = float(np.exp(faint.weight - total))
+        found.append(Weighed(faint.base, False, probability, faint.log_evidence, faint.effects))
     sets: dict[tuple[str, ...], float] = {}
     for one in found:
         sets[one.effects] = sets.get(one.effects, 0.0) + one.probability

@@ -72,10 +72,13 @@ class Prediction:
     model : Model
         With the effects' first-order values.
     log_evidence : float
+    gain : float
+        Natural logarithm of the likelihood that the effects bring, at the best point of their grids.
     """
 
     model: Model
     log_evidence: float
+    gain: float
 
 
 class Beside:
@@ -108,7 +111,7 @@ class Beside:
         best = {
             name: [
                 one
-                for _, one in sorted(((-self._value((one,))[0], i), one) for i, one in enumerate(points))[
+                for _, one in sorted(((-self._value((one,))[0].log, i), one) for i, one in enumerate(points))[
                     :POINTS
                 ]
             ]
@@ -226,12 +229,13 @@ class Beside:
     def _averaged(self, points: Sequence[tuple[Addition, ...]]) -> Prediction:
         """The mean of the evidence over points of a grid, and the model at the best of them."""
         found = [self._value(point) for point in points]
-        best = int(np.argmax([log for log, _ in found]))
-        log = float(logsumexp([one for one, _ in found])) - math.log(len(found))
-        return Prediction(self._model(points[best], found[best][1]), log)
+        best = int(np.argmax([one.log for one, _ in found]))
+        log = float(logsumexp([one.log for one, _ in found])) - math.log(len(found))
+        gain = max(one.judged.log for one, _ in found) - self.state.evidence.judged.log
+        return Prediction(self._model(points[best], found[best][1]), log, gain)
 
-    def _value(self, point: tuple[Addition, ...]) -> tuple[float, Array]:
-        """Log evidence to first order, and the amplitudes; in turns with the variances, as a fit does it."""
+    def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
+        """Evidence to first order, and the amplitudes; in turns with the variances, as a fit does it."""
         found, amplitude = self._solved(point)
         for _ in range(TURNS):
             scale = found.judged.scale
@@ -241,7 +245,7 @@ class Beside:
             if again.log <= found.log:
                 break
             found, amplitude = again, other
-        return found.log, amplitude
+        return found, amplitude
 
     def _solved(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Evidence to first order, and the amplitudes."""

@@ -42,6 +42,9 @@ BATCH = 2
 # First order may underestimate what a fit brings: by such a share of what the model at hand leaves to be gained, and by
 # so many nats at least. A guess from the first twenty fits on the development deck.
 SHARE_SLACK, SLACK = 0.05, 1.5
+# Natural logarithm of the likelihood that effects have to bring to first order for a fit to find more than that: half a
+# nat. With less the optimum is that of the model beside which they are tried, where first order is exact.
+FAINT = 0.5
 # Share of an effect's change that has to be its own beside the fitted parameters: less is rounding.
 OWN = 1e-3
 # Fall of twice the negative log likelihood below which an effect cannot be seen: a nat, a factor of e.
@@ -68,6 +71,26 @@ class Queued:
     optimistic: float
 
 
+@dataclass(frozen=True)
+class Faint:
+    """A model whose further effect brings nothing, to first order.
+
+    Attributes
+    ----------
+    base : State
+        The model without it.
+    effects : tuple of str
+    weight : float
+        Log evidence and prior odds.
+    log_evidence : float
+    """
+
+    base: State
+    effects: tuple[str, ...]
+    weight: float
+    log_evidence: float
+
+
 @dataclass
 class Search:
     """The search of one diagnosis.
@@ -77,6 +100,8 @@ class Search:
     states : dict of Key to State
         Fitted models.
     waiting : dict of Key to Queued
+    faint : dict of Key to Faint
+        Models that count by their predictions.
     rows : list
         What was fitted, in its order.
     lost : list of str
@@ -94,6 +119,7 @@ class Search:
     progress: Progress
     states: dict[Key, State] = field(default_factory=dict)
     waiting: dict[Key, Queued] = field(default_factory=dict)
+    faint: dict[Key, Faint] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     untestable: dict[str, str] = field(default_factory=dict)
@@ -134,7 +160,13 @@ class Search:
     @property
     def total(self) -> float:
         """Logarithm of the sum of all posterior weights so far."""
-        return float(logsumexp([w for one in self.states.values() for w in self.weights(one)]))
+        fitted = [w for one in self.states.values() for w in self.weights(one)]
+        return float(logsumexp([*fitted, *(one.weight for one in self.counted)]))
+
+    @property
+    def counted(self) -> list[Faint]:
+        """Models that count by their predictions: those that were not fitted all the same, nor wait to be."""
+        return [one for key, one in self.faint.items() if key not in self.states and key not in self.waiting]
 
     def weights(self, state: State) -> tuple[float, float]:
         """Logarithm of the posterior weight of a model, and of the same with the unknown effect."""
@@ -234,12 +266,23 @@ class Search:
             names = [active.effect.name for active in one.model.effects]
             if unfit(self.problem.case, names):
                 continue
-            self._queue(one.model, one.log_evidence, state)
+            if one.gain < FAINT and len(one.model.identities) > len(state.model.identities):
+                self._count(one.model, one.log_evidence, state)
+            else:
+                self._queue(one.model, one.log_evidence, state)
         for model in self._other_laws(state.model):
             more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
             self._queue(model, beside.any_law(more), state)
         for model, log_evidence in self._less(state):
             self._queue(model, log_evidence, state)
+
+    def _count(self, model: Model, log_evidence: float, base: State) -> None:
+        """Count a model by its prediction: a fit would end at the optimum of the one that it is beside."""
+        key = model.structure
+        weight = log_evidence + self.odds(model)
+        known = self.faint.get(key)
+        if known is None or weight > known.weight:
+            self.faint[key] = Faint(base, model.identities, weight, log_evidence)
 
     def _queue(self, model: Model, log_evidence: float, base: State) -> None:
         key = model.structure

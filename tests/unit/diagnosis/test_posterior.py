@@ -38,17 +38,28 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
     states = {i: state(*names, log=log) for i, (names, log) in enumerate([((), 0.0), (("mullins",), 8.0)])}
     odds = {0: 0.0, 1: math.log(0.03)}
     known = {id(one): odds[i] for i, one in states.items()}
-    search = SimpleNamespace(
-        states=states,
-        weights=lambda s: (s.evidence.log + known[id(s)], s.evidence.log_unknown + known[id(s)] - 4.0),
-    )
+
+    def weights(one):
+        return one.evidence.log + known[id(one)], one.evidence.log_unknown + known[id(one)] - 4.0
+
+    # A third model counts by its prediction alone.
+    faint = SimpleNamespace(base=states[1], effects=("mullins", "offset"), weight=0.5, log_evidence=5.1)
+    total = math.log(sum(math.exp(w) for one in states.values() for w in weights(one)) + math.exp(0.5))
+    search = SimpleNamespace(states=states, weights=weights, counted=[faint], total=total)
     found = posterior(search)
     assert sum(one.probability for one in found) == pytest.approx(1.0, abs=1e-12)
     assert [one.probability for one in found] == sorted((one.probability for one in found), reverse=True)
-    best, second = found[:2]
-    assert (best.effects, second.effects) == (("mullins",), ())
+    best = found[0]
+    second = next(one for one in found if one.effects == ())
+    assert best.effects == ("mullins",)
     assert best.probability / second.probability == pytest.approx(0.03 * math.exp(8.0))
-    assert {one.effects for one in found[2:]} == {("unknown",), ("mullins", "unknown")}
+    assert {one.effects for one in found} == {
+        (),
+        ("mullins",),
+        ("unknown",),
+        ("mullins", "unknown"),
+        ("mullins", "offset"),
+    }
 
 
 def test_an_effect_has_the_sum_over_its_models():
