@@ -1,14 +1,14 @@
 """Which other single effects of the catalogue a recording cannot be told from: its look-alikes, into the manifest.
 
-Of each effect the change of the curves is taken at a few sizes and over the grid of its shape parameters (`scan` in its
-file), multiplied by the amplitudes that come nearest to the concealed change, the law's parameters refitted and the
-calibration factors free to the extent that calibration leaves them, all to first order. What then stays within four
-standard errors, or a fifth of the concealed change, looks alike. Memory is left out of radial channels, where it costs
-too much.
+Of each effect the change of the curves is taken at a few sizes and over the grid of its shape parameters (`scan` in
+its file), multiplied by the amplitudes that come nearest to the concealed change, the law's parameters refitted and
+the calibration factors free to the extent that calibration leaves them, all to first order. What then stays within
+four standard errors, or a fifth of the concealed change, looks alike. Memory is left out of radial channels, where
+it costs too much.
 
-The other effects' changes are those of Yeoh's law nearest to the recording's own: each law is compiled once per effect and
-mode, which takes minutes. The law that is refitted is the recording's own. The grid and the list of effects are those of
-the day the deck is judged; the manifest keeps what was found.
+The other effects' changes are those of Yeoh's law nearest to the recording's own: each law is compiled once per
+effect and mode, which takes minutes. The law that is refitted is the recording's own. The grid and the list of
+effects are those of the day the deck is judged; the manifest keeps what was found.
 """
 
 from __future__ import annotations

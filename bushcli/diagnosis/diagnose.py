@@ -406,7 +406,12 @@ def _channels(
     sources = tuple(s for s, r in zip(case.recordings, whole, strict=True) if r.name not in fitted)
     if sources:
         outside = replace(bare, recordings=sources)
-        for which, model in (("before", plain.model), ("after", best.state.model)):
+        # What belongs to a rig says nothing of the rig of another channel.
+        bound = tuple(
+            replace(one, channels=tuple(fitted)) if one.effect.of_channel and one.channels is None else one
+            for one in best.state.model.effects
+        )
+        for which, model in (("before", plain.model), ("after", replace(best.state.model, effects=bound))):
             for channel in kept.channels(model.task(outside)):
                 try:
                     force, _ = channel.at_samples(channel.solve(model.values, ()))

@@ -116,7 +116,12 @@ class Watched:
         self.best = min(self.best, (float(found @ found), x.copy()), key=lambda pair: pair[0])
         self._falling.append(self.best[0])
         evaluations, share = self.problem.valley
-        if len(self._falling) > evaluations and self.best[0] > (1 - share) * self._falling[-1 - evaluations]:
+        # A robust loss falls where the sum of squares rises: of that there is no valley to be seen here.
+        if (
+            self.follower
+            and len(self._falling) > evaluations
+            and self.best[0] > (1 - share) * self._falling[-1 - evaluations]
+        ):
             raise Level("the misfit no longer falls")
         return found
 
