@@ -118,9 +118,8 @@ def test_a_poor_law_is_named_before_any_physics(tmp_path: Path) -> None:
     )
     assert found.verdict == "law_too_poor"
     assert not found.effects
-    # The most probable of the laws with two parameters and more; which of them, the posterior says.
-    yeoh = sum(one.probability for one in found.models if one.law == "yeoh")
-    assert yeoh > 0.1 * found.models[0].probability
+    # Which of the laws with two parameters and more, the posterior says: the true one is in the set of 95 %.
+    assert sum(one.probability for one in found.models if one.law == "yeoh") > 0.05
     assert found.channels[0].after_percent < 1.2 * 100 * NOISE < found.channels[0].before_percent
     adds_up(found)
 
@@ -181,7 +180,7 @@ RIGS = ["offset", "free_play", "bump_stop", "rig_compliance"]
 
 def test_what_is_loose_in_one_rig_is_found_beside_a_recording_of_another(tmp_path: Path) -> None:
     found = diagnose(with_torsion(tmp_path, {"free_play": {"half_width": 0.12}}), effects=RIGS, maps=False)
-    assert [one.label for one in found.effects] == ["Free play (axial)"]
+    assert [one.label for one in found.effects] == ["Free play in the rig (axial)"]
     width = found.effects[0].parameters["half_width"]
     assert abs(width.value - 0.12) < 3 * width.std < 0.05
     assert found.effects[0].plausible
