@@ -143,6 +143,12 @@ def _laplace(
     inverse = np.linalg.inv(hessian)
     _, log_det = np.linalg.slogdet(hessian)
     total = float(density.sum()) + 0.5 * p * math.log(2.0 * math.pi) - 0.5 * float(log_det)
+    law = [i for i, one in enumerate(known) if one is None]
+    if law:
+        # Each parameter of a law pays for itself: one that does what another one does is no cheaper for that, or laws
+        # with idle parameters would win over those with few that are needed.
+        block = hessian[np.ix_(law, law)]
+        total += 0.5 * float(np.linalg.slogdet(block)[1]) - 0.5 * float(np.sum(np.log(np.diag(block))))
     for i, one in enumerate(known):
         if one is None or not one.one_sided:
             continue

@@ -46,8 +46,9 @@ ODDS: Mapping[str, float] = {
 }
 # Odds of an effect that is in no catalogue.
 UNKNOWN = 0.01
-# Odds of another law than the case's, and of one identified from the recordings in place of the coupons'.
-OTHER_LAW, FREED_LAW = 0.03, 0.03
+# Odds of another law than the case's; and of a law identified from the recordings in place of the coupons', for rubber
+# whose curve has another shape than that of its coupons: seldom, where another batch only has another modulus.
+OTHER_LAW, FREED_LAW = 0.03, 0.003
 # Prior of a law's parameters: a change that alone would change the forces by this share of themselves.
 LAW_SHARE = 1.0
 

@@ -288,7 +288,9 @@ class Search:
         key = model.structure
         predicted = log_evidence + self.odds(model)
         best_possible = self.problem.likelihood.judge(self.problem.likelihood.nothing).log
-        slack = max(SLACK, SHARE_SLACK * max(0.0, best_possible - base.evidence.judged.log))
+        gap = max(0.0, best_possible - base.evidence.judged.log)
+        # Where the plain law is far off, as one of coupons may be, all of the gap is no measure of what is uncertain.
+        slack = SLACK + min(SHARE_SLACK * gap, SLACK * len(self.problem.recordings))
         known = self.waiting.get(key)
         if key not in self.states and (known is None or predicted > known.predicted):
             self.waiting[key] = Queued(model, predicted, predicted + slack)

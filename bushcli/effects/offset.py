@@ -12,7 +12,7 @@ doi:10.1520/D0638-14.
 from bushcli.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
 from bushcli.prior import Prior
 
-ZERO = "engineering judgement: sensors are zeroed by hand, to about a hundredth of what is then recorded"
+ZERO = "engineering judgement: sensors are zeroed by hand, to some hundredths of what is then recorded"
 
 
 def drive(q: Signal, given: Given) -> Signal:
@@ -40,7 +40,7 @@ EFFECT = Effect(
             1e7,
             off=0.0,
             of_channel=True,
-            prior=Prior("normal", 0.01, of="force", source=ZERO),
+            prior=Prior("normal", 0.03, of="force", source=ZERO),
         ),
         EffectParameter(
             "displacement",
@@ -51,7 +51,7 @@ EFFECT = Effect(
             100.0,
             off=0.0,
             of_channel=True,
-            prior=Prior("normal", 0.01, of="travel", source=ZERO),
+            prior=Prior("normal", 0.03, of="travel", source=ZERO),
         ),
     ),
     needs="curvature that differs between + and - tells the two apart; two amplitudes tell them from permanent set",
