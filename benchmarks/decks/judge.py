@@ -1,14 +1,14 @@
 """Which other single effects of the catalogue a recording cannot be told from: its look-alikes, into the manifest.
 
-Of each effect the change of the curves is taken at a usual size and over the grid of its shape parameters (`scan` in its
-file), multiplied by the amplitudes that come nearest to the concealed change, the law's parameters refitted and the
+Of each effect the change of the curves is taken at a usual size and over the grid of its shape parameters (`scan` in
+its file), multiplied by the amplitudes that come nearest to the concealed change, the law's parameters refitted and the
 calibration factors free to the extent that calibration leaves them, all to first order. What then stays within four
 standard errors, or a fifth of the concealed change, looks alike. Memory is left out of radial channels, where it costs
 too much.
 
 The other effects' changes are those of Yeoh's law nearest to the recording's own: each law is compiled once per effect
-and mode, which takes minutes. The law that is refitted is the recording's own. The grid and the list of effects are those
-of the day the deck is judged; the manifest keeps what was found.
+and mode, which takes minutes. The law that is refitted is the recording's own. The grid and the list of effects are
+those of the day the deck is judged; the manifest keeps what was found.
 """
 
 from __future__ import annotations
@@ -48,6 +48,8 @@ SIZE, SMALLER = 1.0, 0.3
 BENT = ("debonding", "misalignment")
 # Of a grid that the screening wants dense, every so many points serve here: the nearest is within 10 % of the way.
 DENSE = 12
+# Up to which the laws are compared: local stretches in these bushings.
+STRETCH = 1.7
 
 
 def judge_all(deck: str, folder: Path) -> Iterator[str]:
