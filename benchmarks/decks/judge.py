@@ -1,10 +1,10 @@
 """Which other single effects of the catalogue a recording cannot be told from: its look-alikes, into the manifest.
 
-Of each effect the change of the curves is taken at a few sizes and over the grid of its shape parameters (`scan` in
-its file), multiplied by the amplitudes that come nearest to the concealed change, the law's parameters refitted and
-the calibration factors free to the extent that calibration leaves them, all to first order. What then stays within
-four standard errors, or a fifth of the concealed change, looks alike. Memory is left out of radial channels, where
-it costs too much.
+Of each effect the change of the curves is taken at a usual size and over the grid of its shape parameters (`scan`
+in its file), multiplied by the amplitudes that come nearest to the concealed change, the law's parameters refitted
+and the calibration factors free to the extent that calibration leaves them, all to first order. What then stays
+within four standard errors, or a fifth of the concealed change, looks alike. Memory is left out of radial channels,
+where it costs too much.
 
 The other effects' changes are those of Yeoh's law nearest to the recording's own: each law is compiled once per
 effect and mode, which takes minutes. The law that is refitted is the recording's own. The grid and the list of
@@ -43,12 +43,13 @@ Array = NDArray[np.float64]
 
 # Standard errors, and share of the concealed change, within which another effect looks alike.
 TOLD, FORM = 4.0, 0.2
-# Sizes over the usual one: the shapes of changes that are not linear in their amplitude.
-SIZES_TRIED = (0.3, 1.0)
+# Over the usual size; of what is not linear in its amplitude a smaller one too.
+SIZE, SMALLER = 1.0, 0.3
+BENT = ("debonding", "misalignment")
+# Of a grid that the screening wants dense, every so many points serve here: the nearest is within 10 % of the way.
+DENSE = 12
 # Up to which the laws are compared: local stretches in these bushings.
 STRETCH = 1.7
-# An offset is a factor of the same curve whatever its size.
-LINEAR = ("offset", "time_lag", "batch_stiffness", "rig_compliance")
 
 
 def judge_all(deck: str, folder: Path) -> Iterator[str]:
@@ -127,8 +128,8 @@ def _columns(entry: Entry, bench: Bench, other: Effect) -> Iterator[Array]:
     rigs = [c for c in entry.channels if other.acts_on(c)] if other.of_channel else [""]
     shapes = [p for p in other.parameters if p.off is None and p.name in usual and p.scan]
     duration = float(bench.channels[0].time[-1])
-    for point in itertools.product(*(p.scan for p in shapes)):
-        for size in SIZES_TRIED[: 1 if other.name in LINEAR or other.of_channel else None]:
+    for point in itertools.product(*(p.scan[:: 2 if len(p.scan) > DENSE else 1] for p in shapes)):
+        for size in (SIZE, SMALLER) if other.name in BENT else (SIZE,):
             columns = []
             for rig in rigs:
                 reach = float(
