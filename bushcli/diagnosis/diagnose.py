@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
-from bushcli.diagnosis import answer, codec, kept
+from bushcli.diagnosis import answer, kept
+from bushcli.diagnosis.codec import FitCodec
 from bushcli.diagnosis.fit import Measured, all_features, exact, fit, fit_plain
 from bushcli.diagnosis.fit import begin as begin_plain
 from bushcli.diagnosis.likelihood.calibration import calibrated, factor_of
@@ -112,7 +113,7 @@ def diagnose(
     faults = find_faults(case, whole)
     chosen, source, first = _plain(case, model)
     bare, recordings = _without(case, whole, hold_out)
-    store = None if journal is None else Store(journal, codec, resume)
+    store = None if journal is None else Store(journal, FitCodec(), resume)
     _tell_what_is_kept(store, resume, told)
     crew = Workers(workers, store, executor)
     with crew.open():

@@ -53,7 +53,7 @@ def code_revision() -> str:
 
 
 class Codec(Protocol):
-    """How the answers of one kind of work are written as arrays; its functions stand at module level."""
+    """How the answers of one kind of work are written as arrays; an object that can be pickled, for other processes."""
 
     def encoded(self, answer: Any) -> dict[str, Any]:
         """Return the answer as plain arrays by name."""

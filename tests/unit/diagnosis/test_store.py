@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.diagnosis import codec
+from bushcli.diagnosis.codec import FitCodec
 from bushcli.diagnosis.fit import Measured
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.effects.active import ActiveEffect
@@ -37,7 +37,7 @@ def fitted():
 
 @pytest.fixture
 def store(tmp_path):
-    return Store(tmp_path / "kept", codec)
+    return Store(tmp_path / "kept", FitCodec())
 
 
 def test_a_fit_comes_back_as_it_was(store):
@@ -174,14 +174,14 @@ def test_another_revision_of_the_code_is_another_name(store, monkeypatch):
 
 
 def test_a_new_run_begins_with_an_empty_folder_and_says_what_was_there(tmp_path):
-    first = Store(tmp_path, codec)
+    first = Store(tmp_path, FitCodec())
     first.write(first.file("fit", QUESTION), fitted())
     (tmp_path / "half.1.part").touch()
     (tmp_path / "notes.txt").touch()
-    again = Store(tmp_path, codec, resume=True)
+    again = Store(tmp_path, FitCodec(), resume=True)
     assert again.there == 1
     assert sorted(one.suffix for one in tmp_path.iterdir()) == [".npz", ".txt"]
-    assert Store(tmp_path, codec).there == 1
+    assert Store(tmp_path, FitCodec()).there == 1
     # What is not a result is somebody's.
     assert [one.name for one in tmp_path.iterdir()] == ["notes.txt"]
-    assert Store(tmp_path, codec).there == 0
+    assert Store(tmp_path, FitCodec()).there == 0
