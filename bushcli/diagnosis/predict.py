@@ -106,6 +106,10 @@ class Beside:
         """One effect more."""
         return [self._averaged([(one,) for one in points]) for points in self.grouped.values()]
 
+    def alone(self) -> Prediction:
+        """The model itself, its own parameters moved to first order: of one that is not at its best."""
+        return Prediction(self.state.model, self._value(())[0].log, 0.0)
+
     def pairs(self) -> list[Prediction]:
         """Two effects more, each at the best points of its grid."""
         best = {
@@ -231,8 +235,13 @@ class Beside:
         found = [self._value(point) for point in points]
         best = int(np.argmax([one.log for one, _ in found]))
         log = float(logsumexp([one.log for one, _ in found])) - math.log(len(found))
-        gain = max(one.judged.log for one, _ in found) - self.state.evidence.judged.log
+        gain = max(one.judged.log for one, _ in found) - self._own
         return Prediction(self._model(points[best], found[best][1]), log, gain)
+
+    @cached_property
+    def _own(self) -> float:
+        """Log likelihood of the model itself, to first order at its best."""
+        return self._value(())[0].judged.log
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Evidence to first order, and the amplitudes; in turns with the variances, as a fit does it."""
@@ -249,7 +258,10 @@ class Beside:
 
     def _solved(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
         """Evidence to first order, and the amplitudes."""
-        raw = [np.hstack(parts) for parts in zip(*(one.slopes for one in point), strict=True)]
+        raw = [
+            np.hstack([np.zeros((len(z), 0)), *(one.slopes[c] for one in point)])
+            for c, z in enumerate(self.state.misfit)
+        ]
         G = self._weighed(raw)
         own = self._left(G)
         known, start = self._unknowns(point)
@@ -262,7 +274,7 @@ class Beside:
         gram = own.T @ own + np.diag(precision)
         gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
         signs = [1 if one is not None and one.one_sided else 0 for one in known]
-        amplitude, _ = cone_fit(gram, -(own.T @ self._rest), signs)
+        amplitude = cone_fit(gram, -(own.T @ self._rest), signs)[0] if point else np.zeros(0)
         amplitude = self._bounded(point, amplitude, known)
         rest = self._rest + own @ amplitude
         values = np.concatenate([self.state.fitted.x, start + amplitude])

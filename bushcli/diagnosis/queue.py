@@ -1,10 +1,10 @@
 """Best-first search over models: the one whose predicted evidence is largest is fitted next.
 
 Every fitted model that may still matter enters its neighbours into the queue: one effect more (or a branch more), two
-more beside the plain law, one less, another law. What an effect would bring is predicted to first order beside the
-model (`predict`), on the scale of the evidence. The search ends when what is in the queue cannot hold more than 1 % of
-the posterior, or when the time allowed is over. Models are fitted in batches of one size, so that the answer does not
-depend on the number of workers.
+more beside the plain law, some less, one in the place of others, another law. What an effect would bring is predicted
+to first order beside the model (`predict`), on the scale of the evidence. The search ends when what is in the queue
+cannot hold more than 1 % of the posterior, or when the time allowed is over. Models are fitted in batches of one size,
+so that the answer does not depend on the number of workers.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,6 +129,7 @@ class Search:
     failed: int = 0
     _columns: dict[tuple[object, ...], tuple[Array, ...] | None] = field(default_factory=dict)
     _expanded: set[Key] = field(default_factory=set)
+    _beside_plain: Mapping[str, list[Addition]] = field(default_factory=dict)
 
     # -- the loop ------------------------------------------------------------------------------------------------
 
@@ -258,6 +260,8 @@ class Search:
         self._expanded.add(key)
         state = self.states[key]
         beside = Beside(state, self._additions(state))
+        if state is self.plain:
+            self._beside_plain = beside.grouped
         room = MOST - len(state.model.effects)
         predictions = beside.singles() if room > 0 else []
         if state is self.plain and room > 1:
@@ -273,8 +277,33 @@ class Search:
         for model in self._other_laws(state.model):
             more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
             self._queue(model, beside.any_law(more), state)
-        for model, log_evidence in self._less(state):
-            self._queue(model, log_evidence, state)
+        self._expand_without(state, beside)
+
+    def _expand_without(self, state: State, beside: Beside) -> None:
+        """Enter the model without some of its effects, and with another effect in their place.
+
+        Far from the recordings first order is poor, and the plain law may be far from them: beside a model that
+        explains them, an effect that explains them as well is recognised.
+        """
+        pool = {name: points for name, points in self._beside_plain.items() if name not in beside.grouped}
+        pool |= beside.grouped
+        identities = state.model.identities
+        for count in range(1, len(identities) + 1):
+            for gone in combinations(identities, count):
+                others = [
+                    one for points in pool.values() for one in points if one.trial.active.identity not in gone
+                ]
+                known = set(identities) - set(gone)
+                other = Beside(
+                    state.without(gone), [one for one in others if one.trial.active.identity not in known]
+                )
+                less = other.alone()
+                self._queue(less.model, less.log_evidence, state)
+                for one in other.singles():
+                    if one.gain >= FAINT and not unfit(
+                        self.problem.case, [active.effect.name for active in one.model.effects]
+                    ):
+                        self._queue(one.model, one.log_evidence, state)
 
     def _count(self, model: Model, log_evidence: float, base: State) -> None:
         """Count a model by its prediction: a fit would end at the optimum of the one that it is beside."""
@@ -294,19 +323,6 @@ class Search:
         known = self.waiting.get(key)
         if key not in self.states and (known is None or predicted > known.predicted):
             self.waiting[key] = Queued(model, predicted, predicted + slack)
-
-    def _less(self, state: State) -> list[tuple[Model, float]]:
-        """The model without one of its effects, and its log evidence by how many standard errors that is from zero."""
-        found = []
-        for gone in state.model.effects if len(state.model.effects) > 1 else ():
-            names = [gone.full_name(p) for p in gone.effect.amplitudes]
-            where = [i for i, name in enumerate(state.fitted.names) if name in names]
-            away = state.fitted.x[where] - np.array(state.off)[where]
-            block = state.evidence.covariance[np.ix_(where, where)]
-            wald = float(away @ np.linalg.pinv(block) @ away) if where else 0.0
-            less = replace(state.model, effects=tuple(one for one in state.model.effects if one is not gone))
-            found.append((less, state.evidence.log - 0.5 * wald))
-        return found
 
     def _other_laws(self, model: Model) -> list[Model]:
         """The model with another law of at least as many parameters, or with the law set free."""

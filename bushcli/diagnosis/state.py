@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -107,6 +107,48 @@ class State:
         """The evidence."""
         found = self.fitted
         return evidence(self.problem.likelihood, self.misfit, self.slopes, found.x, self.known, self.off)
+
+    def without(self, gone: Sequence[str]) -> State:
+        """The model without some of its effects, to first order: the curves move by the amplitudes' derivatives.
+
+        The other parameters stay where they are; `predict.Beside` moves them.
+
+        Parameters
+        ----------
+        gone : sequence of str
+            Identities of the effects.
+        """
+        staying = tuple(one for one in self.model.effects if one.identity not in gone)
+        leaving = [one for one in self.model.effects if one.identity in gone]
+        amplitudes = {one.full_name(p) for one in leaving for p in one.effect.amplitudes}
+        theirs = {one.full_name(p) for one in leaving for p in one.parameters}
+        model = replace(self.model, effects=staying)
+        # One that was told apart by its channel is alone now.
+        renamed = {
+            old.full_name(p): new.full_name(p)
+            for old, new in zip(staying, model.effects, strict=True)
+            for p in old.parameters
+        }
+        names = self.fitted.names
+        change = np.array(
+            [
+                off - x if name in amplitudes else 0.0
+                for name, x, off in zip(names, self.fitted.x, self.off, strict=True)
+            ]
+        )
+        keep = [i for i, name in enumerate(names) if name not in theirs]
+        fitted = replace(
+            self.fitted,
+            model=model,
+            names=tuple(renamed.get(names[i], names[i]) for i in keep),
+            x=self.fitted.x[keep],
+            simulated=tuple(
+                force + slope @ change
+                for force, slope in zip(self.fitted.simulated, self.fitted.jacobians, strict=True)
+            ),
+            jacobians=tuple(slope[:, keep] for slope in self.fitted.jacobians),
+        )
+        return State(self.problem, fitted)
 
     @property
     def objective(self) -> float:
