@@ -272,7 +272,7 @@ def _posed(
     What the plain law leaves sets the units of all fits, its own included: two rounds, after which they stay.
     """
     features = all_features(case, plain.model, used)
-    noises = tuple(noise_model(one) for one in recordings)
+    noises = tuple(noise_model(one, m) for one, m in zip(recordings, used, strict=True))
     fitted = plain
     for _ in range(2):
         empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
@@ -428,7 +428,8 @@ def _channels(
             used, sigma = problem.used[i], problem.noises[i].sigma
         else:
             before, after = predicted["before", recording.name], predicted["after", recording.name]
-            used, sigma = ~masks(faults, recording), noise_model(recording).sigma
+            used = ~masks(faults, recording)
+            sigma = noise_model(recording, used).sigma
         found.append(answer.channel(recording, before, after, sigma, used, recording.name not in fitted))
     return tuple(found)
 

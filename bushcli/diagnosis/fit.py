@@ -179,7 +179,7 @@ def all_features(case: Case, model: Model, used: Sequence[Mask]) -> tuple[Featur
     """Features of each channel."""
     channels = kept.channels(model.task(case))
     return tuple(
-        features(c.recording, noise_model(c.recording), m, factor_of(c))
+        features(c.recording, noise_model(c.recording, m), m, factor_of(c))
         for c, m in zip(channels, used, strict=True)
     )
 
@@ -242,7 +242,7 @@ def pose(
     if any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels):
         problem.failures = FAILURES
     own = tuple(
-        features(c.recording, noise_model(c.recording), m, factor_of(c))
+        features(c.recording, noise_model(c.recording, m), m, factor_of(c))
         for c, m in zip(channels, measured.used, strict=True)
     )
     problem.likelihood = Likelihood(own, measured.plain)

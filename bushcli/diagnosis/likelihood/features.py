@@ -41,6 +41,8 @@ class Features:
         Variance of that multiple by the uncertainty of calibration.
     signal : float
         Sum of squares of the weighted force about its mean: what a misfit is compared with.
+    doubt : float
+        Standard deviation of the logarithm of the noise's standard deviation.
     """
 
     basis: Array
@@ -48,6 +50,7 @@ class Features:
     along: Array
     calibration: float
     signal: float
+    doubt: float = 0.0
 
     @property
     def count(self) -> int:
@@ -110,8 +113,12 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     bridged = replace(recording, force=np.interp(place, place[used], recording.force[used]))
     force = basis.T @ (smoothed(bridged) * weights)
     size = float(np.linalg.norm(force))
+    # A variance that is known with f degrees of freedom has a logarithm with variance 2 / f.
+    doubt = 0.5 * float(np.sqrt(2.0 / noise.freedom))
     centred = (recording.force - float(np.mean(recording.force[used]))) * weights
-    return Features(basis, weights, force / max(size, 1e-300), (factor * size) ** 2, float(centred @ centred))
+    return Features(
+        basis, weights, force / max(size, 1e-300), (factor * size) ** 2, float(centred @ centred), doubt
+    )
 
 
 def _basis(recording: Recording, used: Mask) -> Array:

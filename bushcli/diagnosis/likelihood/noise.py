@@ -1,9 +1,9 @@
 """What a misfit of noise alone looks like: its size, its memory from sample to sample, and how well both are known.
 
 The noise comes from the recording itself, never from the misfit: a misfit that is smooth because physics is missing
-would pass for noise with a long memory, and hide itself. Memory is that of a first-order autoregression, which shows
-in how the noise grows when only every second sample is taken. An error that drifts over more than some ten samples
-cannot be told from the curve by any means, and counts as misfit.
+would pass for noise with a long memory, and hide itself. Size and memory are those of a first-order autoregression
+beside cubics in short windows (`windows`); what the samples leave open about them enters the likelihood (`form`). An
+error that drifts over more than some ten samples cannot be told from the curve by any means, and counts as misfit.
 
 A sample that shares its error with others counts less: n samples with correlation time T are worth n / T independent
 ones. `Compared.weights` puts this into the weights once, so that every sum of squares further on has one independent
@@ -11,8 +11,6 @@ sample as its unit.
 
 References
 ----------
-Hall and Van Keilegom (2003), Using difference-based methods for inference in nonparametric regression with time
-series errors, J. R. Stat. Soc. B 65:443-456, doi:10.1111/1467-9868.00395.
 Bayley and Hammersley (1946), The "effective" number of independent observations in an autocorrelated time series,
 Suppl. J. R. Stat. Soc. 8:184-197, doi:10.2307/2983560.
 """
@@ -26,34 +24,24 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.special import comb
 
+from bushcli.diagnosis.likelihood.windows import WINDOW, Found, noise_in_windows
 from bushcli.recording import Recording, branches, displacement_noise, force_noise
-from bushcli.recording.noise import noise
 
 Array = NDArray[np.float64]
 
 # No recording is trusted to better than this share of its force range, as in the identification: models are not.
 FLOOR = 1e-3
 
-_ORDER = 4
-# Of the variance that differences of order 4 leave, in units of n, and standard deviation of the logarithm of its ratio
-# at half the sampling rate, in units of 1 / sqrt(n): both simulated, 400 series of white noise of 60 to 1,000 samples.
-_FREEDOM = 0.33
-_RATIO_STD = 3.2
-# Standard deviations, one-sided, by which noise has to differ from white noise.
-_SURE = 3.0
-# Memory of noise is looked for in branches of so many samples, and where there are so many in such branches: of fewer,
-# every second one is too coarse for the curve, whose own curvature then looks like noise with a memory.
-_LONG, _ENOUGH = 40, 120
+# Order of the differences of `force_noise`, which follow any curve and see little of noise with a memory.
+_ORDER = 3
+# Noise beside cubics is that of the differences but for this factor, or they miss the curve: 0.7 to 1.3 on the 96
+# channels of the development deck, 6 to 20 on coarsely sampled curves without noise.
+_AGREED = 2.0
+# Degrees of freedom where the memory of the noise is not known: the logarithm of (1 + r) / (1 - r) has a standard
+# deviation of 0.75 under its prior (`windows`).
+_UNKNOWN_MEMORY = 3.5
 # Polynomials that a branch is taken for, and samples per coefficient that it takes to leave noise.
 _DEGREE, _PER_COEFFICIENT = 5, 3
-# What polynomials leave may be larger than what differences leave by so many standard deviations of either: else they
-# do not describe the branches.
-_ALIKE = 2.0
-# Beyond, differences of order 4 see next to nothing of the noise; the ratio tends to 2.
-_LARGEST = 0.9
-_LARGEST_RATIO = 2.0
-# A coloured noise is known that much worse: the estimate scatters by 40 % in 400 samples (simulated).
-_COLOURED_FREEDOM = 0.02
 
 
 @dataclass(frozen=True)
@@ -67,7 +55,7 @@ class NoiseModel:
     correlation : float
         Between neighbouring samples, 0 for white noise; less than 1.
     freedom : float
-        Degrees of freedom behind ``sigma**2``; inf where it is known.
+        Degrees of freedom with which the variance of an independent sample is known; inf where it is.
     """
 
     sigma: float
@@ -128,41 +116,49 @@ class Compared:
         return float(self.known.sum()) / self.noise.correlation_time
 
 
-def noise_model(recording: Recording, floor: float = FLOOR) -> NoiseModel:
+def noise_model(
+    recording: Recording, used: NDArray[np.bool_] | None = None, floor: float = FLOOR
+) -> NoiseModel:
     """Return the noise of a recording, estimated from itself.
 
     Parameters
     ----------
     recording : Recording
+        n samples.
+    used : (n,) array of bool, optional
+        Samples that count; all when None.
     floor : float
         Smallest ``sigma``, as share of the recorded force range.
 
     Returns
     -------
     NoiseModel
-        White unless the recording says otherwise at the level of three standard deviations. Coarse sampling makes
-        ``sigma`` an upper bound, see `bushcli.recording.noise`.
+        White where branches are too short for more. Coarse sampling makes ``sigma`` an upper bound, see
+        `bushcli.recording.noise`.
     """
-    n = len(recording.force)
-    full, freedom = force_noise(recording), _FREEDOM * n
-    size = full
-    smooth = _beside_polynomials(recording)
-    # Differences of order 4 use a third of what the samples know, polynomials most of it, where they fit.
-    if smooth is not None and 0.0 < smooth[0] <= full * (1.0 + _ALIKE / np.sqrt(2.0 * freedom)):
-        size, freedom = smooth
-    correlation = 0.0
-    sparse = _at_half_rate(recording)
-    if sparse is not None and sparse[1] > 0:
-        ratio, doubt = (sparse[0] / sparse[1]) ** 2, _SURE * _RATIO_STD / np.sqrt(n)
-        # A larger ratio than any noise has is the curvature of a curve with few samples and little noise.
-        if doubt < np.log(ratio) < np.log(_LARGEST_RATIO) + doubt:
-            correlation, freedom = _correlation(ratio), _COLOURED_FREEDOM * n
-            size = full / np.sqrt(_passed(correlation, 1))
-    sigma = float(np.hypot(size, abs(recording.secant_stiffness()) * displacement_noise(recording)))
+    found = _found(recording, np.ones(len(recording.force), dtype=bool) if used is None else used)
+    sigma = float(np.hypot(found.sigma, abs(recording.secant_stiffness()) * displacement_noise(recording)))
     least = floor * float(np.ptp(recording.force))
     if sigma <= least:
         return NoiseModel(least)
-    return NoiseModel(sigma, correlation, max(freedom, 3.0))
+    return NoiseModel(sigma, found.correlation, max(found.freedom, 1.0))
+
+
+def _found(recording: Recording, used: NDArray[np.bool_]) -> Found:
+    """The noise beside cubics in windows, of half the length if those miss the curve; else by differences."""
+    differences = force_noise(recording)
+    for size in (WINDOW, WINDOW // 2):
+        found = noise_in_windows(recording, used, size)
+        if found is not None and found.sigma * np.sqrt(_passed(found.correlation)) <= _AGREED * differences:
+            return found
+    return Found(differences, 0.0, _UNKNOWN_MEMORY)
+
+
+def _passed(correlation: float) -> float:
+    """Share of the variance of an autoregression that divided differences of evenly spaced samples find."""
+    weights = comb(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(_ORDER + 1)
+    gap = np.abs(np.subtract.outer(np.arange(_ORDER + 1), np.arange(_ORDER + 1)))
+    return float(weights @ correlation**gap @ weights / (weights @ weights))
 
 
 def autoregression(noise: NoiseModel, values: Array) -> Array:
@@ -196,25 +192,18 @@ def smoothed(recording: Recording) -> Array:
 
     A polynomial is fitted to each branch, without the sample; the force of short branches stays as it is.
     """
-    fitted, leverage, _ = _polynomials(recording)
+    fitted, leverage = _polynomials(recording)
     left = (recording.force - fitted) / (1.0 - leverage)
     return np.where(np.isfinite(left), recording.force - left, recording.force)
 
 
-def _beside_polynomials(recording: Recording) -> tuple[float, float] | None:
-    """Standard deviation of the force beside a polynomial in each branch, and its degrees of freedom."""
-    fitted, _, freedom = _polynomials(recording)
-    squares = float(np.nansum((recording.force - fitted) ** 2))
-    return (float(np.sqrt(squares / freedom)), float(freedom)) if freedom >= 20 else None
-
-
-def _polynomials(recording: Recording) -> tuple[Array, Array, int]:
-    """A polynomial in each branch at its samples (n,), by how much each sample draws it to itself (n,), freedom left.
+def _polynomials(recording: Recording) -> tuple[Array, Array]:
+    """A polynomial in each branch at its samples (n,), and by how much each sample draws it to itself (n,).
 
     Both are nan in branches too short for a polynomial.
     """
     x = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
-    fitted, leverage, freedom = np.full(len(x), np.nan), np.full(len(x), np.nan), 0
+    fitted, leverage = np.full(len(x), np.nan), np.full(len(x), np.nan)
     for branch in branches(recording):
         here = slice(branch.start, branch.stop)
         degree = min(_DEGREE, (branch.stop - branch.start) // _PER_COEFFICIENT - 1)
@@ -227,34 +216,4 @@ def _polynomials(recording: Recording) -> tuple[Array, Array, int]:
         basis, _ = np.linalg.qr(legvander(2.0 * position / float(position[-1]) - 1.0, degree))
         fitted[here] = basis @ (basis.T @ recording.force[here])
         leverage[here] = np.sum(basis**2, axis=1)
-        freedom += branch.stop - branch.start - degree - 1
-    return fitted, leverage, freedom
-
-
-def _at_half_rate(recording: Recording) -> tuple[float, float] | None:
-    """Standard deviations that differences find in every second sample and in all, of long branches; None without."""
-    found = branches(recording)
-    chosen = [i for i, b in enumerate(found) if b.stop - b.start >= _LONG]
-    if sum(found[i].stop - found[i].start for i in chosen) < _ENOUGH:
-        return None
-    kept = np.concatenate([np.arange(found[i].start, found[i].stop) for i in chosen])
-    groups = np.concatenate([np.full(found[i].stop - found[i].start, i) for i in chosen])
-    x = (np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time)[kept]
-    force = recording.force[kept]
-    half = [noise(force[i::2], x[i::2], order=_ORDER, groups=groups[i::2]) for i in (0, 1)]
-    return float(np.sqrt(np.mean(np.square(half)))), noise(force, x, order=_ORDER, groups=groups)
-
-
-def _passed(correlation: float, stride: int) -> float:
-    """Share of the variance of an autoregression that differences of order 4 of every stride-th sample find."""
-    weights = comb(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(_ORDER + 1)
-    gap = np.abs(np.subtract.outer(np.arange(_ORDER + 1), np.arange(_ORDER + 1)))
-    return float(weights @ correlation ** (stride * gap) @ weights / (weights @ weights))
-
-
-def _correlation(ratio: float) -> float:
-    """Correlation of neighbours for which the variances at half and full rate have a ratio."""
-    trials = np.linspace(0.0, _LARGEST, 181)
-    ratios = np.array([_passed(r, 2) / _passed(r, 1) for r in trials])
-    # The ratio grows with the correlation.
-    return float(np.interp(ratio, ratios, trials))
+    return fitted, leverage

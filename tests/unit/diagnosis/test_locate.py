@@ -286,8 +286,8 @@ def test_noise_model_sees_white_noise_as_white():
         for i in range(50)
     ]
     assert np.mean([m.sigma for m in models]) == pytest.approx(SIGMA, rel=0.05)
-    # Two standard deviations, one-sided: 1.1 of 50; more than 6 in one of ten thousand tests.
-    assert sum(m.correlation > 0 for m in models) <= 6
+    # 10 cycles say how much memory there is to some 0.1.
+    assert np.median([m.correlation for m in models]) < 0.2
 
 
 def test_noise_model_sees_a_memory():

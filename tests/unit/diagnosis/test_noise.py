@@ -37,25 +37,40 @@ def estimates(samples_per_leg, noise):
     return found
 
 
-@pytest.mark.parametrize("samples", [15, 60])
-def test_white_noise_is_found_in_its_size_and_without_memory(samples):
-    found = estimates(samples, lambda rng, n: SIGMA * rng.normal(size=n))
-    sizes = np.array([one.sigma for one in found]) / SIGMA
-    assert abs(np.median(sizes) - 1) < 0.06
-    # Of short branches, too: 120 samples know their noise to a tenth.
-    assert np.std(sizes) < 0.13
-    assert sum(one.correlation > 0 for one in found) <= 1
+def remembering(correlation):
+    def noise(rng, n):
+        e = rng.normal(size=n)
+        for i in range(1, n):
+            e[i] = correlation * e[i - 1] + np.sqrt(1 - correlation**2) * e[i]
+        return SIGMA * e
+
+    return noise
+
+
+def unit(size, correlation):
+    """Standard deviation of an independent sample."""
+    return size * np.sqrt((1 + correlation) / (1 - correlation))
+
+
+@pytest.mark.parametrize("samples", [30, 60])
+@pytest.mark.parametrize("correlation", [0.0, 0.4, 0.7])
+def test_an_independent_sample_is_known_as_well_as_is_stated(samples, correlation):
+    """Over many recordings of one noise: where that is not the prior's mean, the estimate leans towards it."""
+    found = estimates(samples, remembering(correlation))
+    away = np.log([unit(one.sigma, one.correlation) for one in found]) - np.log(unit(SIGMA, correlation))
+    stated = np.array([0.5 * np.sqrt(2 / one.freedom) for one in found])
+    assert np.sqrt(np.mean((away / stated) ** 2)) < 1.5
+    assert np.sqrt(np.mean(away**2)) < 0.6
+
+
+def test_noise_is_known_the_better_the_more_samples_there_are():
+    doubts = [np.median([1 / one.freedom for one in estimates(n, remembering(0.3))]) for n in (20, 60, 240)]
+    assert doubts[0] > doubts[1] > 2 * doubts[2]
 
 
 def test_memory_shows_in_long_branches():
-    def coloured(rng, n):
-        e = rng.normal(size=n)
-        for i in range(1, n):
-            e[i] = 0.8 * e[i - 1] + 0.6 * e[i]
-        return SIGMA * e
-
-    found = estimates(60, coloured)
-    assert np.median([one.correlation for one in found]) > 0.5
+    assert np.median([one.correlation for one in estimates(60, remembering(0.8))]) > 0.5
+    assert np.median([one.correlation for one in estimates(60, remembering(0.0))]) < 0.2
 
 
 def test_a_kink_in_a_branch_is_not_taken_for_noise():
