@@ -135,6 +135,8 @@ def test_the_best_waits_least(world, monkeypatch):
         order.append(taken >= set(best))
 
     monkeypatch.setattr(Search, "_fit_next", spied)
+    # So that more than two are fitted.
+    monkeypatch.setattr(queue, "LEFT", 1e-6)
     found = world.search(monkeypatch)
     assert len(order) > 1
     assert all(order)
@@ -205,12 +207,26 @@ def test_a_lost_model_is_said_and_has_no_probability(world, monkeypatch):
 
 
 def test_no_model_ends_worse_than_one_that_it_contains(world, monkeypatch):
+    monkeypatch.setattr(queue, "LEFT", 1e-6)
     found = world.search(monkeypatch)
     pairs = [
         (a, b) for a in found.states.values() for b in found.states.values() if a.model.contains(b.model)
     ]
     assert len(pairs) > 3
     assert all(a.objective <= b.objective + WORSE for a, b in pairs)
+
+
+def test_a_model_with_effects_exchanged_is_predicted_beside_a_fitted_one(world, monkeypatch):
+    """Everything is linear here: the prediction beside the truth is what a fit finds."""
+    found = world.search(monkeypatch)
+    truth = next(s for s in found.states.values() if s.model.identities == ("drift", "permanent_set"))
+    (other,) = [
+        one
+        for one in found.waiting.values()
+        if one.model.identities == ("permanent_set", "time_lag") and one.model.law == truth.model.law
+    ]
+    fitted = State(world.problem, world.fit(world.one.case, other.model, None))
+    assert found.weights(fitted)[0] == pytest.approx(other.predicted, abs=1.0)
 
 
 def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
