@@ -1,0 +1,138 @@
+"""`python -m benchmarks.form measure DIR`, and `... table`: how wrong formulas of the right physics are."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import logsumexp
+
+HERE = Path(__file__).parent
+RESULTS = HERE / "results.jsonl"
+# What is left of less than this share of the plain law's misfit, in units of the features' noise, is an upper bound.
+SEEN = 2.0
+NODES = np.linspace(-3.0, 3.0, 25)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.form", description=__doc__)
+    parser.add_argument("work", choices=["measure", "table"])
+    parser.add_argument(
+        "folder", nargs="?", type=Path, help="of the development deck (benchmarks.decks make dev)"
+    )
+    parser.add_argument("--only", nargs="*", default=None, help="numbers of recordings")
+    chosen = parser.parse_args()
+    if chosen.work == "measure":
+        measure(chosen.folder, chosen.only)
+    print(table([json.loads(line) for line in RESULTS.read_text().splitlines()]))
+
+
+def measure(folder: Path, only: list[str] | None) -> None:
+    """Add to the results what is not in them yet."""
+    from benchmarks.form.measure import measured
+
+    there = (
+        {json.loads(line)["name"] for line in RESULTS.read_text().splitlines()} if RESULTS.exists() else set()
+    )
+    for file in sorted((folder / "truth").glob("*.json")):
+        truth = json.loads(file.read_text())
+        name = truth["name"]
+        if name in there or truth["outside"] or (only is not None and name not in only):
+            continue
+        if truth["part"] == "own" and truth["kind"] != "none":
+            continue
+        case = folder / "cases" / name / "case.toml"
+        try:
+            found = measured(case, tuple(truth["truth"]))
+        except (RuntimeError, ValueError, ArithmeticError) as error:
+            found = {"failed": repr(error)}
+        row = {
+            "name": name,
+            "truth": truth["truth"],
+            "formulas": [one["name"] for one in truth["formulas"]],
+            **(found or {"failed": "cannot be solved"}),
+        }
+        with RESULTS.open("a") as out:
+            out.write(json.dumps(row) + "\n")
+        print(name, row["truth"], row["formulas"], row.get("failed", ""), flush=True)
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """The results as a table, and what follows for the likelihood."""
+    lines = [
+        "| recording | formula | effects | channel | r/D | effective features |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    shares: list[tuple[float, float, float]] = []
+    laws: list[tuple[float, float, float]] = []
+    effective: list[float] = []
+    for row in rows:
+        if "failed" in row:
+            lines.append(
+                f"| {row['name']} | {', '.join(row['formulas'])} | {', '.join(row['truth'])} | | {row['failed']} | |"
+            )
+            continue
+        for i, channel in enumerate(row["names"]):
+            left, plain = max(row["left"][i], 0.0), row["plain"][i]
+            noise = SEEN * np.sqrt(2.0 * row["features"][i])
+            if not row["truth"]:
+                laws.append((left, row["signal"][i], row["features"][i]))
+                continue
+            if plain <= 4.0 * noise:
+                continue
+            shares.append((left, plain, row["features"][i]))
+            seen = left > noise
+            if seen:
+                effective.append(row["effective"][i])
+            ratio = np.sqrt(max(left, noise) / plain)
+            lines.append(
+                f"{_begun(row)} {channel} | {'' if seen else '< '}{ratio:.3f} | {row['effective'][i]:.1f} |"
+            )
+    if shares:
+        median, spread = _population(shares)
+        lines += [
+            "",
+            f"phi: median {median:.3f}, standard deviation of the logarithm {spread:.2f} ({len(shares)} channels)",
+        ]
+    if effective:
+        lines.append(
+            f"effective features where something is left: median {np.median(effective):.1f} ({len(effective)} channels)"
+        )
+    if laws:
+        median, spread = _population(laws)
+        lines.append(
+            f"lambda: median {median:.5f}, standard deviation of the logarithm {spread:.2f} ({len(laws)} channels)"
+        )
+    return "\n".join(lines)
+
+
+def _population(rows: list[tuple[float, float, float]]) -> tuple[float, float]:
+    """Median and spread of the share, log-normal, by maximum likelihood over channels.
+
+    What is left is phi^2 D and what noise makes of K features, 2 K in variance.
+    """
+
+    def cost(x: np.ndarray) -> float:
+        share = np.exp(x[0] + np.exp(x[1]) * NODES)
+        total = 0.0
+        for left, whole, count in rows:
+            # The square of the share scatters with its few features, taken as twelve, beside the noise.
+            mean = share**2 * whole
+            variance = 2.0 * count + 2.0 / 12.0 * mean**2 + 4.0 * mean
+            log = -0.5 * np.log(variance) - 0.5 * (left - mean) ** 2 / variance
+            total -= float(logsumexp(log - 0.5 * NODES**2))
+        return total + 0.5 * float(x[1]) ** 2 * 0.1
+
+    found = min(
+        (minimize(cost, [np.log(a), np.log(0.5)], method="Nelder-Mead") for a in (0.3, 0.1, 0.03, 0.003)),
+        key=lambda one: one.fun,
+    )
+    return float(np.exp(found.x[0])), float(np.exp(found.x[1]))
+
+
+if __name__ == "__main__":
+    main()

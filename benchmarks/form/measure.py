@@ -1,0 +1,89 @@
+"""Fit the right physics to a recording that another formula of it made, and see what is left beside the plain law.
+
+The truth is given: nothing is searched. What a model leaves is its excess, the sum of squares of the features of the
+misfit beyond what noise and calibration make expect (`bushcli.diagnosis.likelihood.form`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import load_case
+from bushcli.diagnosis import diagnose
+from bushcli.diagnosis.fit import Measured, begin, fit
+from bushcli.diagnosis.predict import Beside
+from bushcli.diagnosis.queue import Search
+from bushcli.diagnosis.state import State
+from bushcli.effects.effect import effects
+from bushcli.faults import find_faults, masks
+from bushcli.recording import read_recording
+from bushcli.runtime.workers import Workers
+
+Array = NDArray[np.float64]
+
+
+def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
+    """What the plain law and the right physics leave of each channel; None where one of them cannot be solved.
+
+    Parameters
+    ----------
+    case_file
+    truth : tuple of str
+        Names of the effects that are there; none for what the law alone leaves.
+    """
+    case = load_case(case_file)
+    recordings = tuple(read_recording(source) for source in case.recordings)
+    used = tuple(~masks(find_faults(case, recordings), one) for one in recordings)
+    bare = replace(case, effects=())
+    plain, _, _ = diagnose._plain(bare, None)
+    rough = begin(bare, plain, used)
+    if rough is None:
+        return None
+    problem, state = diagnose._posed(bare, rough, recordings, used, Workers(1))
+    found = {
+        "names": [one.name for one in recordings],
+        "law": plain.law,
+        "features": [one.count for one in problem.likelihood.features],
+        "signal": [float(v) for v in problem.likelihood.signal],
+        "plain": [float(v) for v in state.evidence.left.excess],
+    }
+    if not truth:
+        return found | {"left": found["plain"], "effective": _effective(state)}
+    best: State | None = None
+    search = Search(
+        problem, Workers(1), state, [effects()[name] for name in truth], False, float("inf"), lambda *_: None
+    )
+    while len(truth) > len((best or state).model.effects):
+        base = best or state
+        singles = Beside(base, search._additions(base)).singles()
+        predicted = [one for one in singles if len(one.model.effects) > len(base.model.effects)]
+        tried = []
+        for one in sorted(predicted, key=lambda one: -one.log_evidence)[:2]:
+            fitted = fit(
+                bare, one.model, Measured(used, problem.likelihood.plain), (base.model,), base.objective
+            )
+            if fitted is not None:
+                tried.append(State(problem, fitted))
+        if not tried:
+            return None
+        best = max(tried, key=lambda one: one.evidence.log)
+    assert best is not None
+    return found | {
+        "left": [float(v) for v in best.evidence.left.excess],
+        "effective": _effective(best),
+        "values": {k: float(v) for k, v in zip(best.fitted.names, best.fitted.x, strict=True)},
+    }
+
+
+def _effective(state: State) -> list[float]:
+    """Participation ratio of what is left in the features of each channel, noise taken off."""
+    found = []
+    for z in state.misfit:
+        power = np.maximum(z**2 - 1.0, 0.0)
+        found.append(float(power.sum() ** 2 / max(float(power @ power), 1e-300)))
+    return found
