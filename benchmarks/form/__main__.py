@@ -110,6 +110,14 @@ def table(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+def _begun(row: dict[str, Any]) -> str:
+    return f"| {row['name']} | {', '.join(row['formulas'])} | {', '.join(row['truth'])} |"
+
+
+def _summary(name: str, median: float, spread: float, count: int) -> str:
+    return f"{name}: median {median:.5f}, standard deviation of the logarithm {spread:.2f} ({count} channels)"
+
+
 def _population(rows: list[tuple[float, float, float]]) -> tuple[float, float]:
     """Median and spread of the share, log-normal, by maximum likelihood over channels.
 

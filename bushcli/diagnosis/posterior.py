@@ -20,6 +20,8 @@ SHOWN = 1e-3
 # An effect less probable than this is no member of a group; a group less probable is none.
 MEMBER, GROUP = 0.05, 0.5
 UNKNOWN = "unknown"
+# Stands among the effects of a model whose law is identified from the recordings although coupons give one.
+FREE_LAW = "free_law"
 # What effects have in common that recordings often cannot tell apart.
 FAMILIES: Mapping[str, frozenset[str]] = {
     "dissipation": frozenset({"friction", "viscoelasticity", "time_lag"}),
@@ -43,6 +45,8 @@ class Weighed:
         Whether the unknown effect acts beside the model's own.
     probability : float
     log_evidence : float
+    freed : bool
+        Whether the law is identified from the recordings although coupons give one.
     faint : tuple of str, optional
         All its effects, where one of them brings nothing and the state is that of the model without it.
     """
@@ -51,13 +55,14 @@ class Weighed:
     unknown: bool
     probability: float
     log_evidence: float
+    freed: bool = False
     faint: tuple[str, ...] | None = None
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """Names of the effects with their rigs, the unknown one last."""
+        """Names of the effects with their rigs, a law set free after them, the unknown effect last."""
         own = self.state.model.identities if self.faint is None else self.faint
-        return (*own, *((UNKNOWN,) if self.unknown else ()))
+        return (*own, *((FREE_LAW,) if self.freed else ()), *((UNKNOWN,) if self.unknown else ()))
 
     @property
     def names(self) -> frozenset[str]:
@@ -67,15 +72,18 @@ class Weighed:
 
 def posterior(search: Search) -> tuple[Weighed, ...]:
     """All models, each with and without the unknown effect; the most probable set of effects first."""
-    total = search.total
+    total, fixed = search.total, search.plain.model.fixed
     found = []
     for state in search.states.values():
         log = state.evidence.log, state.evidence.log_unknown
         for unknown, weight in enumerate(search.weights(state)):
-            found.append(Weighed(state, bool(unknown), float(np.exp(weight - total)), log[unknown]))
+            probability = float(np.exp(weight - total))
+            freed = fixed and not state.model.fixed
+            found.append(Weighed(state, bool(unknown), probability, log[unknown], freed))
     for faint in search.counted:
         probability = float(np.exp(faint.weight - total))
-        found.append(Weighed(faint.base, False, probability, faint.log_evidence, faint.effects))
+        freed = fixed and not faint.base.model.fixed
+        found.append(Weighed(faint.base, False, probability, faint.log_evidence, freed, faint.effects))
     sets: dict[tuple[str, ...], float] = {}
     for one in found:
         sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
@@ -84,9 +92,11 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
 
 
 def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:
-    """Probability of each effect that was considered, of the unknown one, and of nothing."""
+    """Probability of each effect that was considered, of a law set free, of the unknown effect, and of nothing."""
+    free = (FREE_LAW,) if any(one.freed for one in models) else ()
     found = {
-        name: sum(one.probability for one in models if name in one.names) for name in (*considered, UNKNOWN)
+        name: sum(one.probability for one in models if name in one.names)
+        for name in (*considered, *free, UNKNOWN)
     }
     found["nothing"] = sum(one.probability for one in models if not one.effects)
     return {name: min(1.0, value) for name, value in found.items()}

@@ -63,7 +63,7 @@ def log_odds(
     other_law: bool,
     freed: bool,
     unknown: bool,
-    channels: int,
+    rigs: int,
     uniform: bool = False,
 ) -> float:
     """Logarithm of the prior odds of a model against the plain law.
@@ -71,15 +71,16 @@ def log_odds(
     Parameters
     ----------
     effects
-        An effect of one channel's rig has its odds shared among the channels that might have it.
+        One that belongs to the rig of a mode has its odds shared among the rigs that might have it.
     other_law, freed, unknown : bool
         Whether the law is not the case's; is identified although coupons give one; whether something unknown acts.
-    channels : int
+    rigs : int
+        Modes that were recorded.
     """
     total = 0.0
     for one in effects:
         odds = effect_odds(one.effect.name, uniform)
-        total += math.log(odds / channels if one.effect.of_channel and channels > 1 else odds)
+        total += math.log(odds / rigs if one.effect.of_channel and rigs > 1 else odds)
         # Each value of a choice, or of a dimension that is scanned, is a model of its own.
         for parameter in one.parameters:
             total -= math.log(max(1, len(parameter.choices or parameter.scan))) if parameter.of_mesh else 0.0

@@ -183,7 +183,7 @@ class Search:
             (model.law, model.terms) != (plain.law, plain.terms),
             plain.fixed and not model.fixed,
             unknown,
-            len(self.problem.recordings),
+            len({one.mode for one in self.problem.recordings}),
             self.uniform,
         )
 

@@ -107,8 +107,8 @@ class RankedModel:
     ----------
     law : str
     effects : tuple of str
-        Their names with the rig where they belong to one ("offset@radial"); "unknown" last where the model has the
-        unknown effect.
+        Their names with the rig where they belong to one ("offset@radial"); "free_law" where the law is
+        identified although coupons give one, and "unknown" last where the model has the unknown effect.
     probability : float
     log_evidence : float
         Natural logarithm, less that of the plain law alone.
@@ -308,7 +308,8 @@ class Diagnosis:
     effects
         Those of the most probable model, the most probable first.
     probability : mapping
-        Of every effect of the catalogue that was considered, by name, and of "unknown" and "nothing".
+        Of every effect of the catalogue that was considered, by name, of "free_law" where coupons give the law, and of
+        "unknown" and "nothing".
     models
         All with a probability of at least 0.1 %, best first.
     rivals

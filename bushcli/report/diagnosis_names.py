@@ -7,12 +7,16 @@ from collections.abc import Sequence
 from bushcli.effects.effect import effect_name, effects, rig_of
 from bushcli.report.quantity import listed
 
-UNKNOWN, NOTHING = "unknown", "nothing"
+UNKNOWN, NOTHING, FREE_LAW = "unknown", "nothing", "free_law"
 # A probability beyond these is said as a limit: nothing is certain.
 _ALMOST_NEVER, _ALMOST_CERTAIN = 0.01, 0.99
 # Words that keep their capital within a sentence: people.
 _PEOPLE = frozenset({"Mullins"})
-_TITLES = {UNKNOWN: "Unknown physics", NOTHING: "Nothing missing"}
+_TITLES = {
+    UNKNOWN: "Unknown physics",
+    NOTHING: "Nothing missing",
+    FREE_LAW: "A law other than the coupons'",
+}
 
 
 def title(name: str) -> str:
