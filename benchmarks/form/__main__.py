@@ -76,8 +76,9 @@ def table(rows: list[dict[str, Any]]) -> str:
                 f"| {row['name']} | {', '.join(row['formulas'])} | {', '.join(row['truth'])} | | {row['failed']} | |"
             )
             continue
+        whole = _explained(np.maximum(row["plain"], 0.0), np.array(row["signal"]))
         for i, channel in enumerate(row["names"]):
-            left, plain = max(row["left"][i], 0.0), row["plain"][i]
+            left, plain = max(row["left"][i], 0.0), float(whole[i])
             noise = SEEN * np.sqrt(2.0 * row["features"][i])
             if not row["truth"]:
                 laws.append((left, row["signal"][i], row["features"][i]))
@@ -110,6 +111,11 @@ def table(rows: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+def _explained(plain: np.ndarray, signal: np.ndarray) -> np.ndarray:
+    """What an effect has to explain of each channel, as the likelihood takes it (`Likelihood.explained`)."""
+    return 0.5 * plain + 0.5 * float(plain.sum() / signal.sum()) * signal
+
+
 def _begun(row: dict[str, Any]) -> str:
     return f"| {row['name']} | {', '.join(row['formulas'])} | {', '.join(row['truth'])} |"
 
@@ -125,7 +131,7 @@ def _population(rows: list[tuple[float, float, float]]) -> tuple[float, float]:
     """
 
     def cost(x: np.ndarray) -> float:
-        share = np.exp(x[0] + np.exp(x[1]) * NODES)
+        share = np.exp(np.clip(x[0] + np.exp(x[1]) * NODES, -20.0, 3.0))
         total = 0.0
         for left, whole, count in rows:
             # The square of the share scatters with its few features, taken as twelve, beside the noise.
