@@ -13,11 +13,29 @@ from bushcli.effects.effect import effects
 ALL = list(effects())
 
 
-def state(*names, log=0.0, unknown=-5.0):
+def state(*names, log=0.0, unknown=-5.0, fixed=False):
     return SimpleNamespace(
-        model=SimpleNamespace(identities=tuple(sorted(names))),
+        model=SimpleNamespace(identities=tuple(sorted(names)), fixed=fixed),
         evidence=SimpleNamespace(log=log, log_unknown=unknown),
     )
+
+
+def test_a_law_set_free_stands_among_the_effects():
+    """Coupons give the law; a model that identifies it from the recordings has no effect, but it is not "nothing"."""
+    states = {0: state(fixed=True), 1: state(log=3.0), 2: state("batch_stiffness", log=4.0, fixed=True)}
+    search = SimpleNamespace(
+        states=states,
+        weights=lambda one: (one.evidence.log, one.evidence.log_unknown),
+        counted=[],
+        total=math.log(sum(math.exp(w) for one in states.values() for w in (one.evidence.log, -5.0))),
+        plain=states[0],
+    )
+    found = posterior(search)
+    free = next(one for one in found if one.state is states[1] and not one.unknown)
+    assert free.effects == ("free_law",)
+    probability = probabilities(found, ["batch_stiffness"])
+    assert probability["free_law"] > 0.2
+    assert probability["nothing"] < 0.05
 
 
 def weighed(*pairs):
@@ -45,7 +63,7 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
     # A third model counts by its prediction alone.
     faint = SimpleNamespace(base=states[1], effects=("mullins", "offset"), weight=0.5, log_evidence=5.1)
     total = math.log(sum(math.exp(w) for one in states.values() for w in weights(one)) + math.exp(0.5))
-    search = SimpleNamespace(states=states, weights=weights, counted=[faint], total=total)
+    search = SimpleNamespace(states=states, weights=weights, counted=[faint], total=total, plain=states[0])
     found = posterior(search)
     assert sum(one.probability for one in found) == pytest.approx(1.0, abs=1e-12)
     assert [one.probability for one in found] == sorted((one.probability for one in found), reverse=True)
