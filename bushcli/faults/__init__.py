@@ -6,6 +6,6 @@ mended first. Others touch a few samples (spikes, stuck samples, a clipped load 
 """
 
 from bushcli.faults.fault import DataFault, Kind, condition, masks
-from bushcli.faults.find import find_faults
+from bushcli.faults.find import bad_samples, find_faults
 
-__all__ = ["DataFault", "Kind", "condition", "find_faults", "masks"]
+__all__ = ["DataFault", "Kind", "bad_samples", "condition", "find_faults", "masks"]

@@ -20,11 +20,13 @@ Array = NDArray[np.float64]
 
 # With more than this share of its samples clipped a recording lacks the forces that it was made for.
 _MOST_CLIPPED = 0.1
+# A recording of which so much is bad is judged as a whole.
+_MOST_BAD = 0.5
 # A sudden motion makes a peak of force, as at a step that relaxes: up to this many times the stiffness of the
 # whole recording, which a bump stop or the corner of a friction loop exceeds some threefold.
 _BESIDE = 3.0
 
-_LEFT_OUT = "`bushcli diagnose` leaves these samples out; for other commands delete their rows"
+_LEFT_OUT = "fits and diagnosis leave these samples out; for `bushcli direct` delete their rows"
 
 
 def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault, ...]:
@@ -49,11 +51,18 @@ def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault,
         for fault in _samples(recording):
             found.append(fault)
             bad |= fault.samples
-        # A recording of which little is left is judged as a whole.
-        left_out.append(bad if bad.mean() < 0.5 else np.zeros_like(bad))
+        left_out.append(bad if bad.mean() < _MOST_BAD else np.zeros_like(bad))
         found += signs(recording, left_out[-1])
     found += scales(case.geometry, recordings, left_out)
     return tuple(sorted(found, key=lambda fault: not fault.fatal))
+
+
+def bad_samples(recording: Recording) -> Mask:
+    """Return which samples (n,) of a recording a fit must not use; none where they are most of it."""
+    bad = np.zeros(len(recording.force), dtype=bool)
+    for fault in _samples(recording):
+        bad |= fault.samples
+    return bad if bad.mean() < _MOST_BAD else np.zeros_like(bad)
 
 
 def _samples(recording: Recording) -> Iterator[DataFault]:

@@ -18,6 +18,7 @@ from scipy.interpolate import CubicSpline
 from bushcli.case import Case
 from bushcli.effects.active import acting, require_time
 from bushcli.effects.rig import NoEquilibrium
+from bushcli.faults import bad_samples
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
@@ -74,7 +75,7 @@ class Channel:
     ----------
     recording : Recording
     scale : shape (n,)
-        What a unit of weighted misfit is at each sample, in the recording's force unit.
+        What a unit of weighted misfit is at each sample, in the recording's force unit; inf where the sample is bad.
     coupon : bool
         The curve is of a material test.
     noise : float
@@ -137,6 +138,8 @@ class Channel:
             self.scale = np.full(len(q), float(size.max()))
         else:
             self.scale = np.maximum(size, RELATIVE_FLOOR * float(size.max()))
+        # Spikes and stuck samples are no answer of the bushing.
+        self.scale[bad_samples(recording)] = np.inf
 
     @property
     def name(self) -> str:
