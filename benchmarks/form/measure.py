@@ -65,7 +65,11 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
         tried = []
         for one in sorted(predicted, key=lambda one: -one.log_evidence)[:2]:
             fitted = fit(
-                bare, one.model, Measured(used, problem.likelihood.plain), (base.model,), base.objective
+                bare,
+                one.model,
+                Measured(used, problem.likelihood.plain, problem.noises),
+                (base.model,),
+                base.objective,
             )
             if fitted is not None:
                 tried.append(State(problem, fitted))

@@ -23,6 +23,7 @@ from bushcli.diagnosis.fit import Measured, all_features, exact, fit, fit_plain
 from bushcli.diagnosis.fit import begin as begin_plain
 from bushcli.diagnosis.likelihood.calibration import calibrated, factor_of
 from bushcli.diagnosis.likelihood.form import Likelihood
+from bushcli.diagnosis.likelihood.level import all_levelled
 from bushcli.diagnosis.likelihood.noise import Compared, noise_model
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.next_test import next_test
@@ -271,8 +272,14 @@ def _posed(
 
     What the plain law leaves sets the units of all fits, its own included: two rounds, after which they stay.
     """
-    features = all_features(case, plain.model, used)
     noises = tuple(noise_model(one, m) for one, m in zip(recordings, used, strict=True))
+    features = all_features(case, plain.model, used, noises)
+    left = [
+        one.of(force - recording.force)
+        for one, force, recording in zip(features, plain.simulated, recordings, strict=True)
+    ]
+    noises = all_levelled(noises, features, left)
+    features = all_features(case, plain.model, used, noises)
     fitted = plain
     for _ in range(2):
         empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
@@ -280,7 +287,7 @@ def _posed(
         problem = replace(empty, likelihood=Likelihood(features, tuple(map(float, excess))))
         if not fitted.names:
             break
-        again = crew.run(fit, [(case, fitted.model, Measured(used, problem.likelihood.plain))])[0]
+        again = crew.run(fit, [(case, fitted.model, Measured(used, problem.likelihood.plain, noises))])[0]
         fitted = again or fitted
     return problem, State(problem, fitted)
 

@@ -23,10 +23,11 @@ from bushcli.diagnosis import kept
 from bushcli.diagnosis.likelihood.calibration import factor_of
 from bushcli.diagnosis.likelihood.features import Features, features
 from bushcli.diagnosis.likelihood.form import Judged, Likelihood
-from bushcli.diagnosis.likelihood.noise import noise_model
+from bushcli.diagnosis.likelihood.noise import NoiseModel, noise_model
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.prior import Known, known_parameters
 from bushcli.inverse.begin import own_start, scaled
+from bushcli.inverse.channel import Channel
 from bushcli.inverse.first import first_minimum
 from bushcli.inverse.local import inside
 from bushcli.inverse.problem import Problem
@@ -67,10 +68,13 @@ class Measured:
         Samples that count.
     plain : tuple of float
         Sum of squares of the features that the plain law leaves beyond noise; it sets how much formulas may err.
+    noises : tuple of NoiseModel, optional
+        As each recording shows it, without.
     """
 
     used: tuple[Mask, ...]
     plain: tuple[float, ...]
+    noises: tuple[NoiseModel, ...] = ()
 
 
 class Posterior(Problem):
@@ -175,12 +179,20 @@ def begin(case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
     return None if found is None else _fitted(model, problem, found.minimum.x, found.minimum.converged)
 
 
-def all_features(case: Case, model: Model, used: Sequence[Mask]) -> tuple[Features, ...]:
+def all_features(
+    case: Case, model: Model, used: Sequence[Mask], noises: Sequence[NoiseModel]
+) -> tuple[Features, ...]:
     """Features of each channel."""
-    channels = kept.channels(model.task(case))
+    return _features(kept.channels(model.task(case)), used, noises)
+
+
+def _features(
+    channels: Sequence[Channel], used: Sequence[Mask], noises: Sequence[NoiseModel]
+) -> tuple[Features, ...]:
+    known = noises or [noise_model(c.recording, m) for c, m in zip(channels, used, strict=True)]
     return tuple(
-        features(c.recording, noise_model(c.recording, m), m, factor_of(c))
-        for c, m in zip(channels, used, strict=True)
+        features(c.recording, noise, m, factor_of(c))
+        for c, noise, m in zip(channels, known, used, strict=True)
     )
 
 
@@ -241,11 +253,7 @@ def pose(
     problem.rounds, problem.walls, problem.most = 1, False, MOST
     if any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels):
         problem.failures = FAILURES
-    own = tuple(
-        features(c.recording, noise_model(c.recording, m), m, factor_of(c))
-        for c, m in zip(channels, measured.used, strict=True)
-    )
-    problem.likelihood = Likelihood(own, measured.plain)
+    problem.likelihood = Likelihood(_features(channels, measured.used, measured.noises), measured.plain)
     problem.variances = tuple(map(float, problem.likelihood.variances()))
     shear = float(task.law.shear_modulus(**model.start))
     problem.known = known_parameters(case, task.effects, shear, [c.recording for c in channels])

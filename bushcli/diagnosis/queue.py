@@ -194,7 +194,7 @@ class Search:
         # What is beaten by the first one if that is as good as predicted need not be fitted beside it.
         least = self.waiting[order[0]].predicted + math.log(LEFT)
         chosen = [self.waiting.pop(key) for key in order[:BATCH] if self.waiting[key].optimistic >= least]
-        measured = Measured(self.problem.used, self.problem.likelihood.plain)
+        measured = Measured(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
         questions = []
         for one in chosen:
             inside = [state for state in self.states.values() if one.model.contains(state.model)]

@@ -41,8 +41,8 @@ class Features:
         Variance of that multiple by the uncertainty of calibration.
     signal : float
         Sum of squares of the weighted force about its mean: what a misfit is compared with.
-    doubt : float
-        Standard deviation of the logarithm of the noise's standard deviation.
+    degrees : shape (K,)
+        Degree of each polynomial in its branch.
     """
 
     basis: Array
@@ -50,7 +50,7 @@ class Features:
     along: Array
     calibration: float
     signal: float
-    doubt: float = 0.0
+    degrees: NDArray[np.int_]
 
     @property
     def count(self) -> int:
@@ -107,24 +107,23 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     """
     unit = noise.sigma * np.sqrt(noise.correlation_time)
     weights = np.where(used, 1.0 / unit, 0.0)
-    basis = _basis(recording, used)
+    basis, degrees = _basis(recording, used)
     place = np.arange(len(used), dtype=float)
     # Samples that do not count are bridged, or a spike would bend the polynomial through its branch.
     bridged = replace(recording, force=np.interp(place, place[used], recording.force[used]))
     force = basis.T @ (smoothed(bridged) * weights)
     size = float(np.linalg.norm(force))
-    # A variance that is known with f degrees of freedom has a logarithm with variance 2 / f.
-    doubt = 0.5 * float(np.sqrt(2.0 / noise.freedom))
     centred = (recording.force - float(np.mean(recording.force[used]))) * weights
     return Features(
-        basis, weights, force / max(size, 1e-300), (factor * size) ** 2, float(centred @ centred), doubt
+        basis, weights, force / max(size, 1e-300), (factor * size) ** 2, float(centred @ centred), degrees
     )
 
 
-def _basis(recording: Recording, used: Mask) -> Array:
-    """Orthonormal polynomials (n, K) of each branch."""
+def _basis(recording: Recording, used: Mask) -> tuple[Array, NDArray[np.int_]]:
+    """Orthonormal polynomials (n, K) of each branch, and their degrees (K,)."""
     clock = np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
     columns: list[Array] = []
+    degrees: list[NDArray[np.int_]] = []
     for branch in branches(recording):
         here = np.flatnonzero(used[branch.start : branch.stop]) + branch.start
         if not len(here):
@@ -135,7 +134,8 @@ def _basis(recording: Recording, used: Mask) -> Array:
         block = np.zeros((len(clock), own.shape[1]))
         block[here] = own
         columns.append(block)
-    return np.hstack(columns)
+        degrees.append(np.arange(own.shape[1]))
+    return np.hstack(columns), np.concatenate(degrees)
 
 
 def _position(clock: Array, hold: bool) -> Array:

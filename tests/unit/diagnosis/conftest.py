@@ -70,7 +70,7 @@ class Coupon:
     @property
     def measured(self):
         """What fits are told of the recordings."""
-        return Measured(self.used, self.problem.likelihood.plain)
+        return Measured(self.used, self.problem.likelihood.plain, self.problem.noises)
 
     def model(self, **effects):
         """The plain law at its best with effects that begin at some values."""

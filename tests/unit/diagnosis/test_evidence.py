@@ -22,7 +22,7 @@ ROWS = 20
 
 def likelihood(signal=0.0):
     """Of the noise alone: nothing that formulas could get wrong."""
-    one = Features(np.zeros((0, ROWS)), np.zeros(0), np.zeros(ROWS), 0.0, signal)
+    one = Features(np.zeros((0, ROWS)), np.zeros(0), np.zeros(ROWS), 0.0, signal, np.zeros(ROWS, dtype=int))
     return Likelihood((one,), (0.0,))
 
 

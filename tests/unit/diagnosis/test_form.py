@@ -15,7 +15,10 @@ COUNT = 48
 def likelihood(plain, signal, count=COUNT):
     """Of channels that have so much misfit of the plain law, and so much force, in units of the noise squared."""
     channels = tuple(
-        Features(np.zeros((0, count)), np.zeros(0), np.zeros(count), 0.0, float(one)) for one in signal
+        Features(
+            np.zeros((0, count)), np.zeros(0), np.zeros(count), 0.0, float(one), np.zeros(count, dtype=int)
+        )
+        for one in signal
     )
     return Likelihood(channels, tuple(map(float, plain)))
 
