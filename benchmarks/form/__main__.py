@@ -15,6 +15,8 @@ HERE = Path(__file__).parent
 RESULTS = HERE / "results.jsonl"
 # What is left of less than this share of the plain law's misfit, in units of the features' noise, is an upper bound.
 SEEN = 2.0
+# Of the misfit, what the right physics leaves at most: root mean square.
+MOST = 0.5
 NODES = np.linspace(-3.0, 3.0, 25)
 
 

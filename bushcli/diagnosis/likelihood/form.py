@@ -40,11 +40,11 @@ from bushcli.diagnosis.likelihood.features import Features
 
 Array = NDArray[np.float64]
 
-# Median of the share of the plain law's misfit that the right physics in another formula leaves, and standard deviation
-# of its logarithm: measured on 26 channels of 18 other formulas (`benchmarks/form`: median 0.16, standard deviation 0.86
-# with two channels that have next to nothing to explain); 0.08 to 0.21 on six recordings of other codes and of measured
-# rubber.
-PHI, PHI_SPREAD = 0.15, 0.7
+# Median of the share of the plain law's misfit that the right physics in another formula leaves, standard deviation of
+# its logarithm, and the most it leaves, beyond which it is not that physics: measured on 26 channels of 18 other
+# formulas (`benchmarks/form`; 24 are below a half, with median 0.14 and standard deviation 0.67). On six recordings of
+# other codes and of measured rubber it was 0.08 to 0.21.
+PHI, PHI_SPREAD, PHI_MOST = 0.14, 0.65, 0.5
 # The same of what a law leaves of the force: an assumption, a tenth of a percent.
 LAMBDA, LAMBDA_SPREAD = 0.001, 0.7
 # Effective number of features of an error of form in one channel: participation ratio, measured there (median 12.4).
@@ -52,6 +52,8 @@ EFFECTIVE = 12
 # Nodes of the quadrature over each, in standard deviations of the logarithm.
 _NODES = np.linspace(-3.0, 3.0, 13)
 _WEIGHTS = np.exp(-0.5 * _NODES**2) / np.exp(-0.5 * _NODES**2).sum()
+_PHIS = PHI * np.exp(PHI_SPREAD * _NODES[PHI * np.exp(PHI_SPREAD * _NODES) < PHI_MOST])
+_PHI_WEIGHTS = _WEIGHTS[: len(_PHIS)] / _WEIGHTS[: len(_PHIS)].sum()
 # The unknown effect: size over the force, log-uniform between these, and probability that a channel has it.
 UNKNOWN = (0.002, 0.5)
 _SIZES = np.geomspace(*UNKNOWN, 25)
@@ -159,15 +161,14 @@ class Likelihood:
 
     def judge(self, left: Left) -> Judged:
         """Judge a model by what it leaves."""
-        phi = PHI * np.exp(PHI_SPREAD * _NODES)
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
-        form = phi[:, None, None] ** 2 * self.explained + lam[None, :, None] ** 2 * self.signal
+        form = _PHIS[:, None, None] ** 2 * self.explained + lam[None, :, None] ** 2 * self.signal
         parts, v = self._log(left, form)
-        log = parts.sum(axis=-1) + np.log(_WEIGHTS)[:, None] + np.log(_WEIGHTS)[None, :]
+        log = parts.sum(axis=-1) + np.log(_PHI_WEIGHTS)[:, None] + np.log(_WEIGHTS)[None, :]
         total = float(logsumexp(log))
         weight = np.exp(log - total)
         scale = 1.0 / np.einsum("ij,ijc->c", weight, 1.0 / v)
-        return Judged(total, tuple(map(float, scale)), float(weight.sum(axis=1) @ phi))
+        return Judged(total, tuple(map(float, scale)), float(weight.sum(axis=1) @ _PHIS))
 
     def judge_unknown(self, left: Left) -> Judged:
         """Judge a model that has the unknown effect as well: what it leaves may be of any size, channel by channel."""
