@@ -96,20 +96,15 @@ def table(rows: list[dict[str, Any]]) -> str:
                 f"{_begun(row)} {channel} | {'' if seen else '< '}{ratio:.3f} | {row['effective'][i]:.1f} |"
             )
     if shares:
-        median, spread = _population(shares)
-        lines += [
-            "",
-            f"phi: median {median:.3f}, standard deviation of the logarithm {spread:.2f} ({len(shares)} channels)",
-        ]
+        below = [one for one in shares if one[0] < MOST**2 * one[1]]
+        lines += ["", _summary("phi", shares), _summary("phi below a half", below)]
     if effective:
+        middle = float(np.median(effective))
         lines.append(
-            f"effective features where something is left: median {np.median(effective):.1f} ({len(effective)} channels)"
+            f"effective features where something is left: median {middle:.1f} ({len(effective)} channels)"
         )
     if laws:
-        median, spread = _population(laws)
-        lines.append(
-            f"lambda: median {median:.5f}, standard deviation of the logarithm {spread:.2f} ({len(laws)} channels)"
-        )
+        lines.append(_summary("lambda", laws))
     return "\n".join(lines)
 
 
@@ -122,8 +117,9 @@ def _begun(row: dict[str, Any]) -> str:
     return f"| {row['name']} | {', '.join(row['formulas'])} | {', '.join(row['truth'])} |"
 
 
-def _summary(name: str, median: float, spread: float, count: int) -> str:
-    return f"{name}: median {median:.5f}, standard deviation of the logarithm {spread:.2f} ({count} channels)"
+def _summary(name: str, rows: list[tuple[float, float, float]]) -> str:
+    median, spread = _population(rows)
+    return f"{name}: median {median:.5f}, standard deviation of the logarithm {spread:.2f} ({len(rows)} channels)"
 
 
 def _population(rows: list[tuple[float, float, float]]) -> tuple[float, float]:
