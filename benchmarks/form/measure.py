@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import load_case
-from bushcli.diagnosis import diagnose
+from bushcli.diagnosis import question
 from bushcli.diagnosis.fit import Measured, begin, fit
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.queue import Search
@@ -40,11 +40,11 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     recordings = tuple(read_recording(source) for source in case.recordings)
     used = tuple(~masks(find_faults(case, recordings), one) for one in recordings)
     bare = replace(case, effects=())
-    plain, _, _ = diagnose._plain(bare, None)
+    plain, _, _ = question._plain(bare, None)
     rough = begin(bare, plain, used)
     if rough is None:
         return None
-    problem, state = diagnose._posed(bare, rough, recordings, used, Workers(1))
+    problem, state = question.posed(bare, rough, recordings, used, Workers(1))
     found = {
         "names": [one.name for one in recordings],
         "law": plain.law,
@@ -60,7 +60,7 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
     )
     while len(truth) > len((best or state).model.effects):
         base = best or state
-        singles = Beside(base, search._additions(base)).singles()
+        singles = Beside(base, search.derivatives.beside(base)).singles()
         predicted = [one for one in singles if len(one.model.effects) > len(base.model.effects)]
         tried = []
         for one in sorted(predicted, key=lambda one: -one.log_evidence)[:2]:

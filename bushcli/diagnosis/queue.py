@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from bushcli.diagnosis.columns import Trial, columns, trials, unfit
+from bushcli.diagnosis.columns import unfit
+from bushcli.diagnosis.derivatives import Derivatives
 from bushcli.diagnosis.fit import Measured, fit
 from bushcli.diagnosis.model import Fitted, Key, Model
 from bushcli.diagnosis.predict import Addition, Beside
@@ -46,8 +47,6 @@ SHARE_SLACK, SLACK = 0.05, 1.5
 # Natural logarithm of the likelihood that effects have to bring to first order for a fit to find more than that: half a
 # nat. With less the optimum is that of the model beside which they are tried, where first order is exact.
 FAINT = 0.5
-# Share of an effect's change that has to be its own beside the fitted parameters: less is rounding.
-OWN = 1e-3
 # Fall of twice the negative log likelihood below which an effect cannot be seen: a nat, a factor of e.
 VISIBLE = 2.0
 # Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.
@@ -106,8 +105,8 @@ class Search:
     rows : list
         What was fitted, in its order.
     lost : list of str
-    untestable : dict
-        Effects that the recordings cannot show, and why.
+    derivatives : Derivatives
+        By the effects of the catalogue.
     ended : str
     """
 
@@ -123,18 +122,22 @@ class Search:
     faint: dict[Key, Faint] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
-    untestable: dict[str, str] = field(default_factory=dict)
     ended: str = "nothing left"
     solves: int = 0
     failed: int = 0
-    _columns: dict[tuple[object, ...], tuple[Array, ...] | None] = field(default_factory=dict)
     _expanded: set[Key] = field(default_factory=set)
     _beside_plain: Mapping[str, list[Addition]] = field(default_factory=dict)
 
     # -- the loop ------------------------------------------------------------------------------------------------
 
     def __post_init__(self) -> None:
+        self.derivatives = Derivatives(self.problem, self.workers, self.catalogue, self.progress)
         self._enter(self.plain, float("nan"))
+
+    @property
+    def untestable(self) -> dict[str, str]:
+        """Effects that the recordings cannot show, and why."""
+        return self.derivatives.untestable
 
     def run(self) -> None:
         """Search until nothing is left, or the time is over."""
@@ -259,7 +262,7 @@ class Search:
     def _expand(self, key: Key) -> None:
         self._expanded.add(key)
         state = self.states[key]
-        beside = Beside(state, self._additions(state))
+        beside = Beside(state, self.derivatives.beside(state, state is self.plain))
         if state is self.plain:
             self._beside_plain = beside.grouped
         room = MOST - len(state.model.effects)
@@ -341,68 +344,6 @@ class Search:
                 replace(model, law=name, start=start, terms=terms if optional else None, anchor=None)
             )
         return found
-
-    # -- derivatives ---------------------------------------------------------------------------------------------
-
-    def _additions(self, state: State) -> list[Addition]:
-        """What every effect would do beside a model, at every point of its grid."""
-        asked: list[Trial] = []
-        for effect in self.catalogue:
-            some, reason = trials(self.problem.case, state.model, effect, self.problem.recordings)
-            if not some and state is self.plain:
-                self.untestable[effect.name] = reason
-            asked += some
-        names = [self._name(state, trial) for trial in asked]
-        new = {name: trial for name, trial in zip(names, asked, strict=True) if name not in self._columns}
-
-        def told(i: int, answer: object) -> None:
-            trial = list(new.values())[i]
-            point = ", ".join(
-                (*(f"{k} {v:.3g}" for k, v in trial.shape.items()), *(trial.active.channels or ()))
-            )
-            self.progress(
-                "screen", trial.effect.name, point if answer is not None else f"{point} cannot be solved"
-            )
-
-        questions = [(self.problem.case, state.model, trial) for trial in new.values()]
-        self._columns |= dict(zip(new, self.workers.run(columns, questions, told), strict=True))
-        found = []
-        for name, trial in zip(names, asked, strict=True):
-            known = self._columns[name]
-            if known is None:
-                continue
-            slopes = tuple(
-                one.of(column) for one, column in zip(self.problem.likelihood.features, known, strict=True)
-            )
-            if any(np.any(slope) for slope in slopes):
-                found.append(Addition(trial, slopes))
-        reasons = {trial.effect.name: "these recordings do not respond to it" for trial in asked}
-        shown = []
-        for one in found:
-            if Beside(state, ()).share(one) < OWN:
-                reasons[one.trial.effect.name] = (
-                    "the law's parameters do all that it does to these recordings"
-                )
-            else:
-                shown.append(one)
-        if state is self.plain:
-            names_ = {one.trial.effect.name for one in shown}
-            self.untestable |= {name: reason for name, reason in reasons.items() if name not in names_}
-        return shown
-
-    def _name(self, state: State, trial: Trial) -> tuple[object, ...]:
-        """What a derivative depends on: what acts in the bushing is tried without what else acts there."""
-        base: tuple[object, ...] = ()
-        own = [one for one in state.model.effects if one.identity == trial.active.identity]
-        beside = [
-            one
-            for one in state.model.effects
-            if trial.effect.acts == "rig" or one.effect.acts == "rig" or own
-        ]
-        if beside:
-            base = (*sorted(state.model.values.items()), *state.model.identities)
-        shape: Mapping[str, float] = trial.shape
-        return (state.model.law, trial.active.identity, trial.amplitudes, *shape.items(), trial.size, base)
 
 
 def label(model: Model) -> str:

@@ -278,7 +278,7 @@ def test_what_becomes_of_an_earlier_run_is_told(tmp_path: Path, there: int, resu
     for i in range(there):
         (tmp_path / f"{i}{SUFFIX}").touch()
     told: list[str] = []
-    driver._tell_what_is_kept(Store(tmp_path, FitCodec(), resume), resume, lambda *line: told.append(line[2]))
+    driver._announce(Store(tmp_path, FitCodec(), resume), resume, lambda *line: told.append(line[2]))
     assert told == ([words] if words else [])
 
 

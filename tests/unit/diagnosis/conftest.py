@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bushcli.case import load_case
-from bushcli.diagnosis.diagnose import _posed
 from bushcli.diagnosis.fit import Measured, begin, fit, fit_plain
 from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.question import posed
 from bushcli.diagnosis.state import State
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
@@ -65,7 +65,7 @@ class Coupon:
         self.used = tuple(np.ones(len(one.force), dtype=bool) for one in self.recordings)
         # As a diagnosis does it: the plain law at its best under the likelihood, which it sets the units of.
         rough = begin(self.case, Model(law, start), self.used)
-        self.problem, self.state = _posed(self.case, rough, self.recordings, self.used, Workers(1))
+        self.problem, self.state = posed(self.case, rough, self.recordings, self.used, Workers(1))
 
     @property
     def measured(self):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from bushcli.diagnosis import answer, queue
+from bushcli.diagnosis import answer, derivatives, queue
 from bushcli.diagnosis.columns import shear_modulus
 from bushcli.diagnosis.fit import WORSE
 from bushcli.diagnosis.model import Fitted
@@ -96,7 +96,7 @@ class World:
 
     def search(self, monkeypatch, crew=None, deadline=float("inf"), names=NAMES, told=None):
         monkeypatch.setattr(queue, "fit", self.fit)
-        monkeypatch.setattr(queue, "columns", self.derivatives)
+        monkeypatch.setattr(derivatives, "columns", self.derivatives)
         monkeypatch.setattr(queue, "laws", dict)
         catalogue = [effect(name) for name in names]
         made = Search(

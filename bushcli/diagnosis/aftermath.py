@@ -1,0 +1,154 @@
+"""What a diagnosis makes once its models are known: the next test, the maps, and the recordings before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bushcli.case import Case
+from bushcli.diagnosis import answer, kept
+from bushcli.diagnosis.likelihood.calibration import calibrated, factor_of
+from bushcli.diagnosis.likelihood.noise import Compared, noise_model
+from bushcli.diagnosis.model import Fitted
+from bushcli.diagnosis.next_test import next_test
+from bushcli.diagnosis.posterior import Weighed, credible_sets
+from bushcli.diagnosis.question import Question
+from bushcli.diagnosis.queue import Progress
+from bushcli.diagnosis.result import DiagnosedChannel, NextTest
+from bushcli.diagnosis.state import Problem, State
+from bushcli.diagnosis.where.maps import LocalMap
+from bushcli.faults import masks
+from bushcli.runtime.condition import Condition
+from bushcli.runtime.interrupt import is_interrupt
+from bushcli.runtime.workers import Workers
+from cases.march import NotConverged
+
+
+class Extras:
+    """The next test and the maps, which the verdict does not wait for: what stops them is a condition."""
+
+    def __init__(self) -> None:
+        self.test: NextTest | None = None
+        self.maps: tuple[LocalMap, ...] = ()
+        self.conditions: tuple[Condition, ...] = ()
+
+    def make(
+        self,
+        problem: Problem,
+        plain: Fitted,
+        models: Sequence[Weighed],
+        crew: Workers,
+        maps: bool,
+        notify: Progress,
+    ) -> None:
+        """Make them."""
+        try:
+            if len(credible_sets(models)) > 1:
+                notify("next", "test", "what would separate the rivals")
+                self.test = next_test(problem, models, crew, notify)
+            if maps and models[0].effects:
+                self.maps = _maps(problem, plain, notify)
+        except NotConverged as error:
+            remedy = "nothing else depends on it; --no-maps leaves it out"
+            self.conditions = (
+                Condition("no_map", f"the map of the bushing cannot be solved: {error}", remedy),
+            )
+        except BaseException as error:
+            if not is_interrupt(error):
+                raise
+            crew.stop()
+            message = "stopped after the search: the next test or the map of the bushing is missing"
+            self.conditions = (Condition("interrupted", message, "run it again with --resume"),)
+
+
+def _maps(problem: Problem, plain: Fitted, notify: Progress) -> tuple[LocalMap, ...]:
+    from bushcli.diagnosis.where.bushing import local_map
+
+    if problem.case.geometry.specimen == "coupon":
+        return ()
+    # All recordings are of one bushing: together they tell a place that none of them tells alone.
+    one = local_map(
+        kept.channels(plain.model.task(problem.case)),
+        plain.model.start,
+        problem.compared(plain.simulated),
+        plain.jacobians,
+        lambda name: notify("map", name, "where in the rubber a change would help"),
+    )
+    return (one,)
+
+
+def judged(case: Case, plain: Fitted, compared: Sequence[Compared]) -> tuple[Compared, ...]:
+    """Return the channels with their common factors taken out, as the places of the misfit are looked for.
+
+    Parameters
+    ----------
+    case : Case
+        Without effects.
+    plain : Fitted
+    compared : sequence of Compared
+    """
+    channels = kept.channels(plain.model.task(case))
+    return tuple(calibrated(one, factor_of(channel)) for one, channel in zip(compared, channels, strict=True))
+
+
+def share_left(best: Weighed, plain: State) -> float:
+    """Return the share of the plain law's squared misfit above the noise that a model leaves, 0 to 1.
+
+    Parameters
+    ----------
+    best : Weighed
+    plain : State
+    """
+    before, after = (
+        max(float(np.sum(np.maximum(s.evidence.left.excess, 0.0))), 1e-12) for s in (plain, best.state)
+    )
+    return min(1.0, after / before)
+
+
+def before_and_after(
+    asked: Question, problem: Problem, plain: Fitted, best: Weighed
+) -> tuple[DiagnosedChannel, ...]:
+    """Return every recording beside the plain law and the most probable model; those held out are predicted.
+
+    Parameters
+    ----------
+    asked : Question
+    problem : Problem
+    plain : Fitted
+        The plain law.
+    best : Weighed
+        The most probable model.
+    """
+    fitted: Mapping[str, int] = {one.name: i for i, one in enumerate(problem.recordings)}
+    predicted = {}
+    sources = tuple(
+        s for s, r in zip(asked.case.recordings, asked.whole, strict=True) if r.name not in fitted
+    )
+    if sources:
+        outside = replace(asked.bare, recordings=sources)
+        # What belongs to a rig says nothing of the rig of another channel.
+        bound = tuple(
+            replace(one, channels=tuple(fitted)) if one.effect.of_channel and one.channels is None else one
+            for one in best.state.model.effects
+        )
+        for which, model in (("before", plain.model), ("after", replace(best.state.model, effects=bound))):
+            for channel in kept.channels(model.task(outside)):
+                try:
+                    force, _ = channel.at_samples(channel.solve(model.values, ()))
+                except NotConverged:
+                    force = np.full(len(channel.recording.force), np.nan)
+                predicted[which, channel.name] = force
+    found = []
+    for recording in asked.whole:
+        if recording.name in fitted:
+            i = fitted[recording.name]
+            before, after = plain.simulated[i], best.state.fitted.simulated[i]
+            used, sigma = problem.used[i], problem.noises[i].sigma
+        else:
+            before, after = predicted["before", recording.name], predicted["after", recording.name]
+            used = ~masks(asked.faults, recording)
+            sigma = noise_model(recording, used).sigma
+        found.append(answer.channel(recording, before, after, sigma, used, recording.name not in fitted))
+    return tuple(found)

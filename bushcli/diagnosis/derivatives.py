@@ -1,0 +1,111 @@
+"""Derivatives of the curves by effects that a model does not have, kept from model to model (`columns`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.diagnosis.columns import Trial, columns, trials
+from bushcli.diagnosis.predict import Addition, Beside
+from bushcli.diagnosis.state import Problem, State
+from bushcli.effects.effect import Effect
+from bushcli.runtime.workers import Workers
+
+Array = NDArray[np.float64]
+
+# Share of an effect's change that has to be its own beside the fitted parameters: less is rounding.
+OWN = 1e-3
+
+
+@dataclass
+class Derivatives:
+    """Derivatives by the effects of a catalogue.
+
+    Attributes
+    ----------
+    problem : Problem
+    workers : Workers
+    catalogue : sequence of Effect
+    progress : callable
+        Called with the stage, what is looked at, and what came of it.
+    untestable : dict
+        Effects that the recordings cannot show, and why.
+    """
+
+    problem: Problem
+    workers: Workers
+    catalogue: Sequence[Effect]
+    progress: Callable[[str, str, str], None]
+    untestable: dict[str, str] = field(default_factory=dict)
+    _columns: dict[tuple[object, ...], tuple[Array, ...] | None] = field(default_factory=dict)
+
+    def beside(self, state: State, first: bool = False) -> list[Addition]:
+        """Return what every effect would do beside a model, at every point of its grid.
+
+        Parameters
+        ----------
+        state : State
+            The model at its best.
+        first : bool
+            It is the plain law: effects that do nothing beside it are noted in `untestable`.
+        """
+        asked: list[Trial] = []
+        for effect in self.catalogue:
+            some, reason = trials(self.problem.case, state.model, effect, self.problem.recordings)
+            if not some and first:
+                self.untestable[effect.name] = reason
+            asked += some
+        names = [self._name(state, trial) for trial in asked]
+        new = {name: trial for name, trial in zip(names, asked, strict=True) if name not in self._columns}
+
+        def notify(i: int, answer: object) -> None:
+            trial = list(new.values())[i]
+            point = ", ".join(
+                (*(f"{k} {v:.3g}" for k, v in trial.shape.items()), *(trial.active.channels or ()))
+            )
+            self.progress(
+                "screen", trial.effect.name, point if answer is not None else f"{point} cannot be solved"
+            )
+
+        questions = [(self.problem.case, state.model, trial) for trial in new.values()]
+        self._columns |= dict(zip(new, self.workers.run(columns, questions, notify), strict=True))
+        found = []
+        for name, trial in zip(names, asked, strict=True):
+            known = self._columns[name]
+            if known is None:
+                continue
+            slopes = tuple(
+                one.of(column) for one, column in zip(self.problem.likelihood.features, known, strict=True)
+            )
+            if any(np.any(slope) for slope in slopes):
+                found.append(Addition(trial, slopes))
+        reasons = {trial.effect.name: "these recordings do not respond to it" for trial in asked}
+        shown = []
+        for one in found:
+            if Beside(state, ()).share(one) < OWN:
+                reasons[one.trial.effect.name] = (
+                    "the law's parameters do all that it does to these recordings"
+                )
+            else:
+                shown.append(one)
+        if first:
+            names_ = {one.trial.effect.name for one in shown}
+            self.untestable |= {name: reason for name, reason in reasons.items() if name not in names_}
+        return shown
+
+    def _name(self, state: State, trial: Trial) -> tuple[object, ...]:
+        """What a derivative depends on: what acts in the bushing is tried without what else acts there."""
+        base: tuple[object, ...] = ()
+        own = [one for one in state.model.effects if one.identity == trial.active.identity]
+        beside = [
+            one
+            for one in state.model.effects
+            if trial.effect.acts == "rig" or one.effect.acts == "rig" or own
+        ]
+        if beside:
+            base = (*sorted(state.model.values.items()), *state.model.identities)
+        shape: Mapping[str, float] = trial.shape
+        return (state.model.law, trial.active.identity, trial.amplitudes, *shape.items(), trial.size, base)

@@ -1,0 +1,208 @@
+"""What a diagnosis is asked: recordings, the law to begin with, effects to consider; and the likelihood of it all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import Case, Material
+from bushcli.diagnosis.fit import Measured, all_features, fit
+from bushcli.diagnosis.likelihood.form import Likelihood
+from bushcli.diagnosis.likelihood.level import all_levelled
+from bushcli.diagnosis.likelihood.noise import noise_model
+from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.state import Problem, State
+from bushcli.effects.effect import Effect
+from bushcli.effects.effect import effects as catalogue
+from bushcli.errors import InputError, nearest
+from bushcli.errors import Problem as Finding
+from bushcli.faults import DataFault, find_faults, masks
+from bushcli.inverse.identify import fit_coupons
+from bushcli.recording import Recording, read_recording
+from bushcli.runtime.workers import Workers
+from forms.law import law, laws
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a diagnosis is asked.
+
+    Attributes
+    ----------
+    case : Case
+        As it was loaded.
+    bare : Case
+        Without effects and without the channels that are held out.
+    whole, recordings : tuple of Recording
+        All of them, and those of the bare case.
+    used : tuple of array of bool, shape (n,) each
+        Samples of the latter that count.
+    faults : tuple of DataFault
+        Of all recordings, the fatal ones first.
+    plain : Model
+        The law to begin with.
+    law_from : {"recordings", "coupons"}
+        Where the law comes from.
+    material : Material
+        The case's material with that law.
+    effects : list of Effect
+        To be considered; none where a fault of the data is fatal.
+    """
+
+    case: Case
+    bare: Case
+    whole: tuple[Recording, ...]
+    recordings: tuple[Recording, ...]
+    used: tuple[Mask, ...]
+    faults: tuple[DataFault, ...]
+    plain: Model
+    law_from: Literal["recordings", "coupons"]
+    material: Material
+    effects: list[Effect]
+
+    @property
+    def fatal(self) -> bool:
+        """Whether a fault of a recording that takes part forbids a diagnosis."""
+        names = [one.name for one in self.recordings]
+        return any(fault.fatal and fault.channel in names for fault in self.faults)
+
+
+def question(
+    case: Case, model: str | None, effects: Sequence[str] | None, hold_out: Sequence[str]
+) -> Question:
+    """Read the recordings, find their faults, and take the law to begin with.
+
+    Parameters
+    ----------
+    case : Case
+    model : str or None
+        Law to begin with; the case's where None.
+    effects : sequence of str or None
+        Names of the effects to be considered; all where None.
+    hold_out : sequence of str
+        Names of channels that take part in nothing.
+
+    Raises
+    ------
+    InputError
+        There are no recordings, one cannot be read, or a name is unknown.
+    """
+    whole = _checked(case, model, effects, hold_out)
+    faults = find_faults(case, whole)
+    plain, source, material = _plain(case, model)
+    bare, recordings = _without(case, whole, hold_out)
+    used = tuple(~masks(faults, one) for one in recordings)
+    asked = Question(case, bare, whole, recordings, used, faults, plain, source, material, [])
+    return asked if asked.fatal else replace(asked, effects=_considered(bare, effects))
+
+
+def _checked(
+    case: Case, model: str | None, only: Sequence[str] | None, hold_out: Sequence[str]
+) -> tuple[Recording, ...]:
+    """The recordings of the case, after all names have been checked."""
+    if not case.recordings:
+        wanted = "[[recordings]] with mode and file"
+        raise InputError(Finding(str(case.path), "there are no [[recordings]] to diagnose", "", wanted))
+    recordings = tuple(read_recording(source) for source in case.recordings)
+    if model is not None and model not in laws():
+        raise InputError(
+            Finding("--model", f'"{model}" is not a law', nearest(model, laws()), ", ".join(laws()))
+        )
+    names = [one.name for one in recordings]
+    for given, known, option, kind in (
+        (only or (), list(catalogue()), "--effects", "an effect"),
+        (hold_out, names, "--hold-out", "a channel of this case"),
+    ):
+        wrong = [name for name in given if name not in known]
+        if wrong:
+            # The list of those that there are is long: once.
+            lists = [""] * (len(wrong) - 1) + [", ".join(known)]
+            raise InputError(
+                *(
+                    Finding(option, f'"{name}" is not {kind}', nearest(name, known), expected)
+                    for name, expected in zip(wrong, lists, strict=True)
+                )
+            )
+    if hold_out and set(names) <= set(hold_out):
+        raise InputError(Finding("--hold-out", "leaves no channel to diagnose", "", ", ".join(names)))
+    return recordings
+
+
+def _without(
+    case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]
+) -> tuple[Case, tuple[Recording, ...]]:
+    """The case without effects and without what is held out, and its recordings."""
+    kept_ = [(s, r) for s, r in zip(case.recordings, recordings, strict=True) if r.name not in hold_out]
+    bare = replace(case, effects=(), recordings=tuple(source for source, _ in kept_))
+    return bare, tuple(recording for _, recording in kept_)
+
+
+def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
+    """The effects to be considered, of those that the specimen can have."""
+    specimen = "coupon" if case.geometry.specimen == "coupon" else "bushing"
+    return [
+        effect
+        for name, effect in catalogue().items()
+        if specimen in effect.specimens and (only is None or name in only)
+    ]
+
+
+def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "coupons"], Material]:
+    """The law to begin with, where it comes from, and the case's material with it."""
+    material = (
+        case.material
+        if name in (None, case.material.law)
+        else Material(str(name), case.material.bulk_modulus)
+    )
+    chosen = law(material.law)
+    if case.coupons:
+        fitted = fit_coupons(case, material.law).material
+        return Model(material.law, dict(fitted.parameters), fixed=True, terms=fitted.terms), "coupons", fitted
+    names = material.parameter_names
+    start = {key: chosen.parameter(key).start for key in names} | dict(material.parameters)
+    return Model(material.law, start, terms=material.terms), "recordings", material
+
+
+def posed(
+    case: Case, plain: Fitted, recordings: tuple[Recording, ...], used: tuple[Mask, ...], crew: Workers
+) -> tuple[Problem, State]:
+    """Return the likelihood, and the plain law at its best under it.
+
+    What the plain law leaves sets the units of all fits, its own included: two rounds, after which they stay.
+
+    Parameters
+    ----------
+    case : Case
+        Without effects.
+    plain : Fitted
+        The plain law as `fit.begin` fitted it.
+    recordings : tuple of Recording
+    used : tuple of array of bool, shape (n,) each
+        Samples that count.
+    crew : Workers
+        Where the fits run.
+    """
+    noises = tuple(noise_model(one, m) for one, m in zip(recordings, used, strict=True))
+    features = all_features(case, plain.model, used, noises)
+    left = [
+        one.of(force - recording.force)
+        for one, force, recording in zip(features, plain.simulated, recordings, strict=True)
+    ]
+    noises = all_levelled(noises, features, left)
+    features = all_features(case, plain.model, used, noises)
+    fitted = plain
+    for _ in range(2):
+        empty = Problem(case, recordings, noises, used, Likelihood(features, tuple(0.0 for _ in features)))
+        excess = State(empty, fitted).evidence.left.excess
+        problem = replace(empty, likelihood=Likelihood(features, tuple(map(float, excess))))
+        if not fitted.names:
+            break
+        again = crew.run(fit, [(case, fitted.model, Measured(used, problem.likelihood.plain, noises))])[0]
+        fitted = again or fitted
+    return problem, State(problem, fitted)
