@@ -6,7 +6,7 @@ each branch. Its averages along the path say what the missing physics does; sent
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -26,6 +26,8 @@ Along = Literal["displacement", "time", "cycle", "rate"]
 POINTS, TIMES = 9, 12
 # A description says something where it follows so much of the missing force's square.
 SAYS = 0.5
+# Each further coefficient of a sentence has to describe so much more; what no sentence describes is listed last.
+PRICE, UNSAID = 0.05, 0.1
 
 
 def missing(
@@ -117,6 +119,9 @@ def _rate(recording: Recording, branch: Branch) -> float:
 # -- in words ------------------------------------------------------------------------------------------------------
 
 
+Words = Callable[[Any], str]
+
+
 def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, str]]:
     """Sentences, each with the share of the missing force's square that it describes, weighed by its size."""
     recording = channel.recording
@@ -124,75 +129,73 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     if power == 0.0:
         return []
     at = f"in the {channel.name} channel, " if several else ""
-    force, span = recording.force, float(np.ptp(recording.force))
-    n = len(force)
-    clock = (
-        np.linspace(0.0, 1.0, n)
-        if recording.time is None
-        else (recording.time - recording.time[0]) / np.ptp(recording.time)
+    span = float(np.ptp(recording.force))
+    size = float(np.sqrt(power / len(mean))) / span
+    found = []
+    for basis, words in _descriptions(recording):
+        a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
+        share = 1.0 - float(np.sum((mean - basis @ a) ** 2)) / power
+        # Each further coefficient has to earn its place.
+        share -= PRICE * (basis.shape[1] - 1)
+        if share > SAYS:
+            found.append((share * size, at + words(a)))
+    if found:
+        return found
+    elastic = _elastic(recording, mean)
+    if elastic > SAYS:
+        text = f"what is missing follows the displacement alone ({100 * size:.1f} % of the range), as another law would"
+        return [(elastic * size, at + text)]
+    text = (
+        f"{100 * size:.1f} % of the range is missing that follows neither displacement, time nor cycle alone"
     )
-    loading = np.zeros(n)
-    cycle = np.zeros(n)
+    return [(UNSAID * size, at + text)]
+
+
+def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words]]:
+    """What a missing force may look like, as columns (n, k), and the words for their coefficients (k,)."""
+    force, span, n = recording.force, float(np.ptp(recording.force)), len(recording.force)
+    seconds = np.arange(float(n)) if recording.time is None else recording.time
+    clock: Array = np.asarray((seconds - seconds[0]) / np.ptp(seconds))
+    loading, cycle = _passes(recording)
+
+    def constant(a: Any) -> str:
+        return f"the recorded force is {100 * a[0]:+.1f} % off, a constant share"
+
+    def fading(a: Any) -> str:
+        sense = "grows" if a[0] > 0 else "falls"
+        return (
+            f"the force {sense} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % to the end"
+        )
+
+    def drifting(a: Any) -> str:
+        return f"the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range"
+
+    def looping(a: Any) -> str:
+        sense = "wider" if a[0] > 0 else "narrower"
+        return f"the recorded loop is {sense} than the simulated one by {abs(200 * a[0] / span):.1f} % of the range"
+
+    yield force[:, None], constant
+    yield np.asarray((clock * force)[:, None]), fading
+    yield np.asarray(clock[:, None]), drifting
+    yield np.asarray(loading[:, None]), looping
+    for first in sorted(set(cycle))[1:]:
+
+        def step(a: Any, first: float = first) -> str:
+            sense = "larger" if a[1] > 0 else "smaller"
+            return f"from cycle {first:.0f} on the recorded force is {sense} by {abs(100 * a[1]):.1f} %"
+
+        yield np.column_stack([force, np.where(cycle >= first, force, 0.0)]), step
+
+
+def _passes(recording: Recording) -> tuple[Array, Array]:
+    """Sense of the motion (n,), 1 or -1 by side where it leads away from zero, reversed towards it; and the cycle."""
+    loading, cycle = np.zeros(len(recording.force)), np.zeros(len(recording.force))
     for branch in branches(recording):
         inside = slice(branch.start, branch.stop)
         sign = {"loading": 1.0, "unloading": -1.0}.get(branch.kind, 0.0)
         loading[inside] = sign * np.sign(recording.displacement[inside])
         cycle[inside] = branch.cycle
-
-    def constant(a: Any) -> str:
-        return f"{at}the recorded force is {100 * a[0]:+.1f} % off, a constant share"
-
-    def fading(a: Any) -> str:
-        sense = "grows" if a[0] > 0 else "falls"
-        return f"{at}the force {sense} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % to the end"
-
-    def drifting(a: Any) -> str:
-        return f"{at}the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range"
-
-    def looping(a: Any) -> str:
-        sense = "wider" if a[0] > 0 else "narrower"
-        return f"{at}the recorded loop is {sense} than the simulated one by {abs(200 * a[0] / span):.1f} % of the range"
-
-    descriptions: list[tuple[Any, Callable[[Any], str]]] = [
-        (force[:, None], constant),
-        ((clock * force)[:, None], fading),
-        (clock[:, None], drifting),
-        (loading[:, None], looping),
-    ]
-    for first in sorted(set(cycle))[1:]:
-        later = np.where(cycle >= first, force, 0.0)
-
-        def step(a: Any, first: float = first) -> str:
-            sense = "larger" if a[1] > 0 else "smaller"
-            return f"{at}from cycle {first:.0f} on the recorded force is {sense} by {abs(100 * a[1]):.1f} %"
-
-        descriptions.append((np.column_stack([force, later]), step))
-    found = []
-    for basis, words in descriptions:
-        a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
-        share = 1.0 - float(np.sum((mean - basis @ a) ** 2)) / power
-        # Each further coefficient has to earn its place.
-        share -= 0.05 * (basis.shape[1] - 1)
-        if share > SAYS:
-            found.append((share * np.sqrt(power / n) / span, words(a)))
-    elastic = _elastic(recording, mean)
-    if not found and elastic > SAYS:
-        size = 100.0 * float(np.sqrt(power / n)) / span
-        found.append(
-            (
-                elastic * size / 100.0,
-                f"{at}what is missing follows the displacement alone ({size:.1f} % of the range), as another law would",
-            )
-        )
-    if not found:
-        size = 100.0 * float(np.sqrt(power / n)) / span
-        found.append(
-            (
-                0.1 * size / 100.0,
-                f"{at}{size:.1f} % of the range is missing that follows neither displacement, time nor cycle alone",
-            )
-        )
-    return found
+    return loading, cycle
 
 
 def _elastic(recording: Recording, mean: Array) -> float:
