@@ -223,10 +223,10 @@ def fit(
             if np.isfinite(problem.residual(np.zeros(0))).all()
             else None
         )
-    begun = _first_solved(problem, model, start, lower, upper)
+    initial = _first_solved(problem, model, start, lower, upper)
     best: tuple[float, Array, bool] | None = None
-    if begun is not None:
-        best = _searched(problem, begun, lower, upper)
+    if initial is not None:
+        best = _searched(problem, initial, lower, upper)
     for other in contained[:1] if best is None or best[0] > least + WORSE else ():
         for channel in problem.channels:
             kept.be_patient(channel, None)
@@ -284,9 +284,9 @@ def exact(case: Case, fitted: Fitted) -> Fitted | None:
 def _first_solved(problem: Posterior, model: Model, start: Array, lower: Array, upper: Array) -> Array | None:
     """The first start that can be solved: as given, with less of the effects, with the law's own shape at its scale."""
     for point in _starts(problem, model, start):
-        begun = inside(np.clip(point, lower, upper), lower, upper)
-        if np.isfinite(problem.residual(begun)).all():
-            return begun
+        initial = inside(np.clip(point, lower, upper), lower, upper)
+        if np.isfinite(problem.residual(initial)).all():
+            return initial
     own = inside(own_start(problem, np.clip(start, lower, upper)), lower, upper)
     if np.isfinite(problem.residual(own)).all():
         return scaled(problem, own, lower, upper)
@@ -307,13 +307,13 @@ def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
     return found
 
 
-def _searched(problem: Posterior, begun: Array, lower: Array, upper: Array) -> tuple[float, Array, bool]:
+def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) -> tuple[float, Array, bool]:
     if any(not channel.coupon for channel in problem.channels):
         try:
-            problem.watch(begun)
+            problem.watch(initial)
         except NotConverged:
-            return problem.objective(begun), begun, False
-    end = search(problem, begun, lower, upper)
+            return problem.objective(initial), initial, False
+    end = search(problem, initial, lower, upper)
     for _ in range(TURNS):
         if problem.rescale(end.x) < SETTLED:
             break

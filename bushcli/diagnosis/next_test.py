@@ -70,7 +70,7 @@ class Foretold:
 
 
 def next_test(
-    problem: Problem, rivals: Sequence[Weighed], workers: Workers, told: Progress
+    problem: Problem, rivals: Sequence[Weighed], workers: Workers, notify: Progress
 ) -> NextTest | None:
     """Return the recording with the largest expected gain of information per minute; None where none is worth it."""
     known = [one for one in rivals if one.faint is None and (one.state.model.effects or not one.unknown)]
@@ -82,7 +82,7 @@ def next_test(
     possible = float(-np.sum(weights * np.log2(weights)))
     best: tuple[float, NextTest] | None = None
     for proposal in _menu(problem):
-        told("next", "test", proposal.name)
+        notify("next", "test", proposal.name)
         questions = [(problem.case, one.state.model, _spread(one), proposal) for one in chosen]
         answers = workers.run(foretell, questions)
         if any(one is None for one in answers):
@@ -205,9 +205,9 @@ def _words(proposal: Proposal, bits: float, possible: float, pairs: Sequence[tup
     text = f"{proposal.channel} through {points}{unit} at {' and '.join(f'{v:g}' for v in rates)}{speed}"
     if holds:
         text += f", holding for {' and '.join(f'{h:g}' for h in holds)} s"
-    told = "; ".join(f"{a} from {b}" for a, b in pairs)
-    told = f"it would tell {told}" if told else "it would not decide, but it tells most"
-    return f"{text} (about {proposal.cost:.0f} minutes); {told} (expected: {bits:.2g} of {possible:.2g} bit)."
+    gain = "; ".join(f"{a} from {b}" for a, b in pairs)
+    gain = f"it would separate {gain}" if gain else "it would not decide, but it says most"
+    return f"{text} (about {proposal.cost:.0f} minutes); {gain} (expected: {bits:.2g} of {possible:.2g} bit)."
 
 
 def _name(one: Weighed) -> str:

@@ -207,12 +207,12 @@ class Search:
                 (self.problem.case, one.model, measured, tuple(s.model for s in inside[:1]), least)
             )
 
-        def told(i: int, answer: Fitted | None) -> None:
+        def notify(i: int, answer: Fitted | None) -> None:
             text = "cannot be solved" if answer is None else self._size(answer)
             text += f" (predicted {chosen[i].predicted - self.plain.evidence.log:.1f})"
             self.progress("fit", label(chosen[i].model), text)
 
-        for one, fitted in zip(chosen, self.workers.run(fit, questions, told), strict=True):
+        for one, fitted in zip(chosen, self.workers.run(fit, questions, notify), strict=True):
             if fitted is None:
                 name = label(one.model)
                 self.lost.append(name)

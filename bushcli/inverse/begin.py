@@ -36,14 +36,14 @@ def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> t
     instead : shape (parameters,) or None
         What stands for a start that is unstable or could not be solved, before it is brought to scale.
     """
-    begun = inside(start, lower, upper)
-    stable = [x for x in candidates(problem, begun, lower, upper) if is_stable(problem, x)]
+    initial = inside(start, lower, upper)
+    stable = [x for x in candidates(problem, initial, lower, upper) if is_stable(problem, x)]
     # Where all are unstable, as a fixed parameter may make them, the start still gets its chance.
-    for point in list({x.tobytes(): x for x in (*stable[:SOLVED], begun)}.values()):
+    for point in list({x.tobytes(): x for x in (*stable[:SOLVED], initial)}.values()):
         if problem.forces(point) is not None:
-            same = np.array_equal(point, begun)
+            same = np.array_equal(point, initial)
             return scaled(problem, point, lower, upper), None if same else point
-    return begun, None
+    return initial, None
 
 
 def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> Iterator[Array]:

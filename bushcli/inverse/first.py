@@ -23,7 +23,7 @@ class First:
     Attributes
     ----------
     minimum : Minimum
-    begun : shape (parameters,)
+    initial : shape (parameters,)
         Where it began.
     instead : shape (parameters,) or None
         What stood for a start that is unstable or could not be solved, before it was brought to scale.
@@ -32,7 +32,7 @@ class First:
     """
 
     minimum: Minimum
-    begun: Array
+    initial: Array
     instead: Array | None
     states: Array
 
@@ -49,9 +49,9 @@ def first_minimum(
 
     This is the plain law's fit of `bushcli inverse` and of `bushcli diagnose`.
     """
-    begun, instead = first_point(problem, start, lower, upper)
-    if not np.isfinite(problem.residual(begun)).all():
+    initial, instead = first_point(problem, start, lower, upper)
+    if not np.isfinite(problem.residual(initial)).all():
         return None
-    problem.watch(begun)
+    problem.watch(initial)
     states = problem.states
-    return First(search(problem, begun, lower, upper, method, loss), begun, instead, states)
+    return First(search(problem, initial, lower, upper, method, loss), initial, instead, states)

@@ -114,9 +114,9 @@ def identify(
             if first is None:
                 raise InputError(_unsolvable(task, start))
             minima.append(first.minimum)
-            begun, instead, states = first.begun, first.instead, first.states
+            initial, instead, states = first.initial, first.instead, first.states
             found = {0: problem.states}
-            points = _further_starts(task, problem, begun, lower, upper)
+            points = _further_starts(task, problem, initial, lower, upper)
             given = [
                 Assignment(number, point, states, minima[0].cost, journal, resume)
                 for number, point in enumerate(points, 1)
@@ -132,8 +132,8 @@ def identify(
     best = minima[_best(minima)]
     fit = _result(task, problem, held_out, best, minima, start, lower, upper, interrupted, begin)
     if instead is not None:
-        told = start_replaced(_at_door(task, instead))
-        fit = replace(fit, conditions=(*fit.conditions, told))
+        replaced = start_replaced(_at_door(task, instead))
+        fit = replace(fit, conditions=(*fit.conditions, replaced))
     # A fault of the data explains more of a poor fit than anything that was found after it.
     faults = find_faults(task.case, [channel.recording for channel in (*problem.channels, *held_out)])
     return replace(fit, faults=faults, conditions=(*map(condition, faults), *fit.conditions))
@@ -144,8 +144,8 @@ def _at_door(task: Task, x: Array) -> dict[str, float]:
     return values_at_door(dict(zip(task.names, map(float, x), strict=True)), task.turned)
 
 
-def _unsolvable(task: Task, begun: Array) -> Finding:
-    tried = ", ".join(f"{name} = {value:g}" for name, value in _at_door(task, begun).items())
+def _unsolvable(task: Task, initial: Array) -> Finding:
+    tried = ", ".join(f"{name} = {value:g}" for name, value in _at_door(task, initial).items())
     return Finding(
         task.case.path.name,
         f"{task.model} cannot be solved on these curves from {tried}, nor from the law's own start values",
@@ -160,12 +160,12 @@ def _best(minima: Sequence[Minimum]) -> int:
     return int(np.argmin(costs))
 
 
-def _further_starts(task: Task, problem: Problem, begun: Array, lower: Array, upper: Array) -> list[Array]:
+def _further_starts(task: Task, problem: Problem, initial: Array, lower: Array, upper: Array) -> list[Array]:
     """More starts, found on a coarse mesh; none where one start is asked for."""
     if task.starts <= 1 and not task.globally:
         return []
-    shear = task.law.shear_modulus(**problem.law_parameters(begun))
-    low, high = starts.box(begun, lower, upper, abs(shear))
+    shear = task.law.shear_modulus(**problem.law_parameters(initial))
+    low, high = starts.box(initial, lower, upper, abs(shear))
     found: list[Array] = []
     with coarse_costs(task) as costs:
         if task.globally:
@@ -185,7 +185,7 @@ def _refine(
 ) -> None:
     """Refine further starts, and take over what they found as if the problem had searched itself."""
 
-    def told(evaluation: Evaluation) -> None:
+    def forward(evaluation: Evaluation) -> None:
         if progress is not None:
             progress(replace(evaluation, number=problem.sweeps + evaluation.number))
 
@@ -200,7 +200,7 @@ def _refine(
         states[len(minima)] = found.states
         minima.append(found.minimum)
 
-    refined(task, problem.channels, given, done, told)
+    refined(task, problem.channels, given, done, forward)
 
 
 def _result(
@@ -275,8 +275,8 @@ def _result(
             for one in task.effects
         ),
     )
-    told = conditions(fit, task, best, interrupted)
-    return replace(fit, conditions=(profiles_cut_short(), *told) if cut else told)
+    found = conditions(fit, task, best, interrupted)
+    return replace(fit, conditions=(profiles_cut_short(), *found) if cut else found)
 
 
 def _profiled(

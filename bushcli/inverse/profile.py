@@ -177,8 +177,8 @@ class _Along:
         points = [_Point(float(self.x[self.index]), 0.0, self.x, 0.0)]
         end = float((self.lower if spread < 0 else self.upper)[self.index])
         wall, reason, halvings = None, None, 0.0
-        begun = len(self.problem.evaluations)
-        while len(points) <= POINTS and len(self.problem.evaluations) - begun < MOST_OF_A_SIDE:
+        initial = len(self.problem.evaluations)
+        while len(points) <= POINTS and len(self.problem.evaluations) - initial < MOST_OF_A_SIDE:
             value = self._next(points, spread, wall)
             value = max(value, end) if spread < 0 else min(value, end)
             if value == points[-1].value:

@@ -91,18 +91,18 @@ def refine(
     problem = task.pose(channels, kept, follow)
     problem.states, problem.start = given.states, given.number
     _, lower, upper = task.vectors()
-    begun = inside(given.point, lower, upper)
-    nowhere = Minimum(begun, begun, float("nan"), 0, False, "the start cannot be solved")
+    initial = inside(given.point, lower, upper)
+    nowhere = Minimum(initial, initial, float("nan"), 0, False, "the start cannot be solved")
     assert task.method != "dogleg"
     try:
         ended = (
-            search(problem, begun, lower, upper, task.method, task.loss)
-            if np.isfinite(problem.cost(begun))
+            search(problem, initial, lower, upper, task.method, task.loss)
+            if np.isfinite(problem.cost(initial))
             else nowhere
         )
     except (_GivenUp, KeyboardInterrupt) as reason:
-        cost, x = problem.best or (float("nan"), begun)
-        ended = Minimum(begun, x, cost, 0, False, str(reason) or INTERRUPTED)
+        cost, x = problem.best or (float("nan"), initial)
+        ended = Minimum(initial, x, cost, 0, False, str(reason) or INTERRUPTED)
     answers = problem.answers(ended.x) if np.isfinite(ended.cost) else None
     return Refined(
         ended,

@@ -80,9 +80,12 @@ class Workers:
             process.join(GRACE)
 
     def run(
-        self, work: Work, questions: Sequence[tuple[Any, ...]], told: Callable[[int, Any], None] | None = None
+        self,
+        work: Work,
+        questions: Sequence[tuple[Any, ...]],
+        notify: Callable[[int, Any], None] | None = None,
     ) -> list[Any]:
-        """Answers to all questions, in their order; `told` hears of each as it is there."""
+        """Answers to all questions, in their order; `notify` hears of each as it is there."""
         answers: list[Any] = [None] * len(questions)
         waiting = []
         for i, question in enumerate(questions):
@@ -92,14 +95,14 @@ class Workers:
             )
             if there or self._executor is None:
                 answers[i] = answer if there else _answer(self.store, file, work, question)
-                if told is not None:
-                    told(i, answers[i])
+                if notify is not None:
+                    notify(i, answers[i])
             else:
                 waiting.append((i, self._submitted(self._executor, file, work, question)))
         for i, future in waiting:
             answers[i] = future.result()
-            if told is not None:
-                told(i, answers[i])
+            if notify is not None:
+                notify(i, answers[i])
         return answers
 
     def _submitted(

@@ -86,7 +86,7 @@ def local_map(
     problem_parameters: Mapping[str, float],
     compared: Sequence[Compared],
     jacobians: Sequence[Array],
-    told: Callable[[str], None] = lambda channel: None,
+    notify: Callable[[str], None] = lambda channel: None,
 ) -> LocalMap:
     """Where in the rubber a change of stiffness would help all of these channels together.
 
@@ -102,7 +102,7 @@ def local_map(
         Recorded force beside that simulated with these parameters, of each channel.
     jacobians : sequence of arrays, shape (n, p) each
         Of the simulated force by the fitted parameters; (n, 0) with a law that is held.
-    told : callable
+    notify : callable
         Called with each channel's name before it is solved.
 
     Raises
@@ -115,7 +115,7 @@ def local_map(
     def slopes_of(given: Mapping[str, float]) -> list[tuple[Array, Cells]]:
         found = []
         for channel in channels:
-            told(channel.name)
+            notify(channel.name)
             found.append(_slopes(channel, given))
         return found
 
