@@ -1,0 +1,202 @@
+"""Derivatives of a body's forces with respect to parameters, at one state, from its points.
+
+A parameter changes the stresses at the points (law, volumetric part, branches, metal), the points' volumes (swelling), or
+where the stress-free body is, and with it volumes and gradients. All of it is an energy's second derivative: once by the
+parameter, and once by the gradients, along a direction (`work`) or by every unknown (`forces`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.body import Body, Part
+from cases.parameters import Numbers
+from cases.points import Moving
+
+Array = NDArray[np.float64]
+
+Memory = Sequence[Array | None]
+"""Derivative of each branch's memory at the points; None where nothing has changed yet."""
+
+
+class Slopes:
+    """A body at a state, whose second derivatives `Body.stiffen` has just computed there.
+
+    Parameters
+    ----------
+    body
+        The body.
+    state
+        This rank's unknowns.
+    """
+
+    def __init__(self, body: Body, state: Array) -> None:
+        self._body, self._state = body, state
+        self._g = {id(part): part.points.gradients(state) for part in body.parts}
+        strain = body.rubber.strains(self._g[id(body.rubber)]).copy()
+        self._held = body.material.held(strain, body.given)
+
+    def stresses(self, rates: Numbers, memory: Memory) -> list[Array | None]:
+        """Change of the stresses by the strain variables, part by part: (points, variables), or None for none."""
+        own = self._rubber_stress(rates, memory)
+        found: list[Array | None] = [own]
+        for (part, metal), change in zip(self._body.metals.values(), rates.metals, strict=True):
+            strain = part.strains(self._g[id(part)])
+            found.append(metal.answer(strain, change)[:, 1 : 1 + metal.variables] if change.any() else None)
+        return found
+
+    def work(self, name: str, rates: Numbers, stresses: Sequence[Array | None], along: Along) -> float:
+        """Work of the forces' derivative along a direction, on this rank.
+
+        Parameters
+        ----------
+        rates
+            Derivative of `Body.given` by the parameter.
+        stresses
+            Of `stresses`.
+        """
+        total = 0.0
+        for part, stress in zip(self._body.parts, stresses, strict=True):
+            if stress is not None:
+                total += part.points.integral(np.einsum("pa,pa->p", stress, along.strain(part)))
+            swollen, moving = self._moves(part, name, rates)
+            if swollen != 0.0:
+                total += swollen * part.points.integral(
+                    np.einsum("pk,pk->p", self._P(part), along.gradients(part))
+                )
+            if moving is not None:
+                change, both = self._changed(part, moving), along.gradients(part)
+                density = np.einsum("pk,pk->p", change, both)
+                density += np.einsum("pk,pk->p", self._P(part), moving.gradients(along.direction))
+                total += part.points.integral(density)
+        return total
+
+    def add_forces(self, name: str, rates: Numbers, stresses: Sequence[Array | None], forces: Array) -> None:
+        """Add the forces' derivative to a vector over this rank's unknowns."""
+        for part, stress in zip(self._body.parts, stresses, strict=True):
+            if stress is not None:
+                answer = np.concatenate([np.zeros((len(stress), 1)), stress], axis=1)
+                part.points.add_forces(part.by_gradients(self._g[id(part)], answer), forces)
+            swollen, moving = self._moves(part, name, rates)
+            if swollen != 0.0:
+                part.points.add_forces(swollen * self._P(part), forces)
+            if moving is not None:
+                part.points.add_forces(self._changed(part, moving), forces)
+                moving.add_forces(self._P(part), forces)
+
+    def memory_after(self, name: str, rates: Numbers, memory: Memory, direction: Array) -> list[Array]:
+        """Derivative of each branch's memory at the end of the step.
+
+        Parameters
+        ----------
+        direction
+            Derivative of the state.
+        """
+        body, part = self._body, self._body.rubber
+        change = part.points.gradients(direction)
+        moving = part.moving(name)
+        if moving is not None:
+            change += moving.gradients(self._state)
+        strain = part.strain_rates(self._g[id(part)], change)
+        n = body.material.variables
+        energy = np.einsum("pa,pa->p", self._held.law[:, 1 : 1 + n], strain) + self._law_change(rates)[:, 0]
+        after = []
+        for i, branch in enumerate(body.material.branches):
+            row = body.material.branch_rate(
+                self._held, body.given, i, rates.branches[i], memory[i], energy, strain
+            )
+            after.append(np.ascontiguousarray(row[:, n + int(branch.needs_energy) :]))
+        return after
+
+    # -- pieces --------------------------------------------------------------------------------------------------
+
+    def _rubber_stress(self, rates: Numbers, memory: Memory) -> Array | None:
+        material, given, held = self._body.material, self._body.given, self._held
+        n = material.variables
+        law, stress = None, None
+        if rates.law.any():
+            law = self._law_change(rates)
+            stress = law[:, 1:].copy()
+        if rates.volumetric.any():
+            own = np.tensordot(rates.volumetric, self._volumetric_slopes, axes=1)[:, 1:]
+            stress = own if stress is None else stress + own
+        for i, branch in enumerate(material.branches):
+            through = law if branch.needs_energy else None
+            if not rates.branches[i].any() and memory[i] is None and through is None:
+                continue
+            energy = None if through is None else through[:, 0]
+            row = material.branch_rate(held, given, i, rates.branches[i], memory[i], energy)
+            own = row[:, :n]
+            if branch.needs_energy:
+                own = own + row[:, n, None] * held.law[:, 1 : 1 + n]
+            if through is not None:
+                own = own + material.by_energy(held, given, i)[:, None] * through[:, 1:]
+            stress = own if stress is None else stress + own
+        return stress
+
+    def _law_change(self, rates: Numbers) -> Array:
+        """Derivative of the law's [W, W_a]."""
+        if not rates.law.any():
+            return np.zeros((len(self._held.strain), 1 + self._body.material.variables))
+        return np.tensordot(rates.law, self._law_slopes, axes=1)
+
+    @cached_property
+    def _law_slopes(self) -> Array:
+        return self._body.material.slopes(self._held, self._body.given)
+
+    @cached_property
+    def _volumetric_slopes(self) -> Array:
+        return self._body.material.volumetric_slopes(self._held, self._body.given)
+
+    def _moves(self, part: Part, name: str, rates: Numbers) -> tuple[float, Moving | None]:
+        """Relative change of all volumes of a part by swelling, and how its stress-free body moves."""
+        swollen = 0.0
+        if part is self._body.rubber:
+            swollen = float(rates.volumetric[1] / self._body.given.volumetric[1])
+        return swollen, part.moving(name)
+
+    def _changed(self, part: Part, moving: Moving) -> Array:
+        """Change of the energy's derivatives by the gradients times the points' volumes, per volume."""
+        return moving.stretch[:, None] * self._P(part) + part.contracted(moving.gradients(self._state))
+
+    def _P(self, part: Part) -> Array:
+        """Energy's derivatives by the gradients."""
+        key = id(part)
+        if key not in self._kept:
+            for one, answer in self._body.answers():
+                g = self._g[id(one)]
+                self._kept[id(one)] = one.by_gradients(g, answer(one.strains(g), False)).copy()
+        return self._kept[key]
+
+    @cached_property
+    def _kept(self) -> dict[int, Array]:
+        return {}
+
+    def along(self, direction: Array) -> Along:
+        """A direction, and what it means for the gradients and strains of each part."""
+        return Along(self, direction)
+
+
+class Along:
+    """A direction of the unknowns at the points, computed where it is asked for."""
+
+    def __init__(self, slopes: Slopes, direction: Array) -> None:
+        self._slopes, self.direction = slopes, direction
+        self._gradients: dict[int, Array] = {}
+        self._strains: dict[int, Array] = {}
+
+    def gradients(self, part: Part) -> Array:
+        """Of a part, shape (points, rows)."""
+        if id(part) not in self._gradients:
+            self._gradients[id(part)] = part.points.gradients(self.direction)
+        return self._gradients[id(part)]
+
+    def strain(self, part: Part) -> Array:
+        """Change of a part's strain variables, shape (points, variables)."""
+        if id(part) not in self._strains:
+            self._strains[id(part)] = part.strain_rates(self._slopes._g[id(part)], self.gradients(part))
+        return self._strains[id(part)]
