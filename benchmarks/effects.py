@@ -12,9 +12,9 @@ from statistics import median
 
 import numpy as np
 
-from bushcli.active import ActiveEffect
-from bushcli.effect import Effect, effects
-from bushcli.simulation import Simulation
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import Effect, effects
+from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
 from forms.law import law

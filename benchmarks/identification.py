@@ -21,12 +21,12 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.casefile import Case, load_case
-from bushcli.curve import Curve
+from bushcli.case import Case, load_case
 from bushcli.inverse import Fit, Task, identify
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.problem import Problem
 from bushcli.recording import write_curve_csv
+from bushcli.recording.curve import Curve
 from cases.simulate import sweep
 
 Array = NDArray[np.float64]

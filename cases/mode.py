@@ -101,7 +101,7 @@ class Mode:
 @cache
 def modes() -> Mapping[str, Mode]:
     """All modes by name, discovered in `cases/modes`."""
-    import cases.modes as package
+    package = importlib.import_module("cases.modes")
 
     found = (
         importlib.import_module(f"{package.__name__}.{m.name}").MODE

@@ -9,10 +9,10 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 
-from bushcli.active import ActiveEffect
-from bushcli.casefile.unit import written
-from bushcli.effect import effects
-from bushcli.simulation import Simulation
+from bushcli.case.unit import written
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effects
+from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
 from forms.law import law

@@ -13,10 +13,10 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from bushcli.casefile.unit import unit
+from bushcli.case.unit import unit
 from bushcli.diagnosis import prior
-from bushcli.effect import Effect, EffectParameter, effects
-from bushcli.prior import Prior
+from bushcli.effects.effect import Effect, EffectParameter, effects
+from bushcli.effects.prior import Prior
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import Sleeve, Snubber, shapes

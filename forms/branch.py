@@ -113,7 +113,7 @@ class Branch:
 @cache
 def branches() -> Mapping[str, Branch]:
     """All branches found in ``forms/branches``, by name."""
-    import forms.branches as package
+    package = importlib.import_module("forms.branches")
 
     found = (
         importlib.import_module(f"{package.__name__}.{m.name}").BRANCH

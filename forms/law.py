@@ -137,10 +137,10 @@ class Law:
 @cache
 def laws() -> Mapping[str, Law]:
     """Return all laws found in ``forms/laws``, by name, in alphabetical order."""
-    import forms.laws
-
+    package = importlib.import_module("forms.laws")
     found = (
-        importlib.import_module(f"forms.laws.{m.name}") for m in pkgutil.iter_modules(forms.laws.__path__)
+        importlib.import_module(f"{package.__name__}.{m.name}")
+        for m in pkgutil.iter_modules(package.__path__)
     )
     return MappingProxyType(
         {law.name: law for law in sorted((m.LAW for m in found), key=lambda law: law.name)}

@@ -158,7 +158,7 @@ class Shape(BaseModel):
 @cache
 def shapes() -> Mapping[str, type[Shape]]:
     """All shapes by name, discovered in `geometry/shapes`."""
-    import geometry.shapes as package
+    package = importlib.import_module("geometry.shapes")
 
     found: dict[str, type[Shape]] = {}
     for info in pkgutil.iter_modules(package.__path__):

@@ -6,17 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from bushcli.casefile import Material
-from bushcli.condition import Condition
+from bushcli.case import Material
 from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
 from bushcli.diagnosis.result import (
     DiagnosedChannel,
     Diagnosis,
     FormError,
     Group,
-    LocalMap,
-    Missing,
-    MissingProfile,
     Named,
     NextTest,
     Quantity,
@@ -24,9 +20,11 @@ from bushcli.diagnosis.result import (
     Searched,
     Trial,
 )
+from bushcli.diagnosis.where.maps import LocalMap, Missing, MissingProfile
 from bushcli.diagnosis.where.record import locate
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
+from bushcli.runtime.condition import Condition
 
 NAN = float("nan")
 CASE = """\

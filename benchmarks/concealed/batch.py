@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
 
-from bushcli.interrupt import end_with_parent
+from bushcli.runtime.interrupt import end_with_parent
 
 
 def make_all(folder: Path, seeds: Sequence[int], workers: int) -> Iterator[str]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.concealed.sizes import SIZES
 from benchmarks.concealed.truth import Kind, Specimen
-from bushcli.effect import effects
+from bushcli.effects.effect import effects
 from cases.stability import coupon_limits
 from forms.law import law
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from bushcli.rig import NoEquilibrium
+from bushcli.effects.rig import NoEquilibrium
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]

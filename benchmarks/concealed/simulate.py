@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.concealed.truth import Specimen
-from bushcli.active import ActiveEffect, acting
-from bushcli.simulation import Simulation
+from bushcli.effects.active import ActiveEffect, acting
+from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
 from forms.law import law

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.active import ActiveEffect
-from bushcli.effect import effect
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 
 
 @dataclass(frozen=True)

@@ -32,9 +32,9 @@ from benchmarks.concealed.truth import Specimen
 from benchmarks.decks import manifest
 from benchmarks.decks.drawing import channels_of
 from benchmarks.decks.manifest import Entry
-from bushcli.active import ActiveEffect
-from bushcli.effect import Effect, EffectParameter, effects
-from bushcli.rig import NoEquilibrium
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import Effect, EffectParameter, effects
+from bushcli.effects.rig import NoEquilibrium
 from cases.march import NotConverged
 from cases.stability import nominal_stress
 from forms.law import law

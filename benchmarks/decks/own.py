@@ -14,9 +14,9 @@ from benchmarks.concealed.strength import left, strength
 from benchmarks.decks.drawing import CALIBRATION, Unsuitable, channel, channel_programs, sensors, specimen
 from benchmarks.decks.manifest import Entry
 from benchmarks.decks.plan import Card
-from bushcli.active import ActiveEffect
-from bushcli.effect import effect, effects
-from bushcli.rig import NoEquilibrium
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect, effects
+from bushcli.effects.rig import NoEquilibrium
 from cases.march import NotConverged
 from cases.mode import modes
 

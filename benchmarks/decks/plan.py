@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.concealed import draw
 from benchmarks.decks.manifest import Kind, Part
-from bushcli.effect import effects
+from bushcli.effects.effect import effects
 
 SEEDS = {"dev": 70_001, "own": 71_001, "foreign": 72_001, "nothing": 73_001}
 # The catalogue of the day on which the decks were drawn.

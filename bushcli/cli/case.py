@@ -21,11 +21,11 @@ def check(run: Run, strict: bool) -> int:
     Faults of the recordings are said, such as units a thousand off or spikes, each with what mends it.
     """
     from bushcli import report
-    from bushcli.direct import check_material
     from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_recording
     from bushcli.report.text import problem_parts
-    from bushcli.tried import installed_dolfinx, untried_dolfinx
+    from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
+    from bushcli.simulate.predict import check_material
 
     case = run.load()
     curves = [read_recording(source) for source in case.recordings]
@@ -49,7 +49,7 @@ def check(run: Run, strict: bool) -> int:
 def mesh(run: Run) -> int:
     """Build the meshes that CASE needs; a picture and a file for ParaView of each."""
     from bushcli import report
-    from bushcli.meshes import meshes
+    from bushcli.simulate.meshes import meshes
 
     case = run.load()
     output = run.output or Path("out")
@@ -83,8 +83,8 @@ def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: 
     A law without parameters is fitted to the coupon tests first.
     """
     from bushcli import report
-    from bushcli.direct import predict
-    from bushcli.misfit import misfits
+    from bushcli.simulate.misfit import misfits
+    from bushcli.simulate.predict import predict
 
     case = run.load()
     if not case.recordings and not case.load_cases:

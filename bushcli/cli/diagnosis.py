@@ -10,7 +10,7 @@ import click
 
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, ranks_there_are, speaks
 from bushcli.errors import InputError, Problem
-from bushcli.interrupt import is_interrupt
+from bushcli.runtime.interrupt import is_interrupt
 
 
 @click.command()
@@ -71,8 +71,8 @@ def diagnose(
     """
     from bushcli import report
     from bushcli.diagnosis.diagnose import diagnose as find
-    from bushcli.diagnosis.store import SUFFIX
-    from bushcli.diagnosis.workers import ranks
+    from bushcli.runtime.store import SUFFIX
+    from bushcli.runtime.workers import ranks
 
     case = run.load()
     several = ranks_there_are() > 1

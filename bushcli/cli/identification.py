@@ -11,7 +11,7 @@ from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speak
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from bushcli.casefile import Case
+    from bushcli.case import Case
     from bushcli.inverse import Fit
     from bushcli.inverse.local import Loss, Method
 

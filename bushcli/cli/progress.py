@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from bushcli.cli.run import Run, on_terminal, speaks
 
 if TYPE_CHECKING:
-    from bushcli.effect import EffectParameter
+    from bushcli.effects.effect import EffectParameter
     from bushcli.inverse import Evaluation
 
 

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 from bushcli.errors import InputError
-from bushcli.interrupt import is_interrupt, listen
+from bushcli.runtime.interrupt import is_interrupt, listen
 
 if TYPE_CHECKING:
-    from bushcli.casefile import Case
+    from bushcli.case import Case
 
 DONE, NEGATIVE, WRONG_INPUT, NOT_CONVERGED, MISTAKE, INTERRUPTED = 0, 1, 2, 3, 70, 130
 # Characters in a line of piped output, and the least on a terminal.
@@ -46,7 +46,7 @@ class Run:
 
     def load(self) -> Case:
         """Read and validate the case."""
-        from bushcli.casefile import load_case
+        from bushcli.case import load_case
 
         with self.timed("case"):
             case = load_case(self.path, self.overrides)
@@ -196,7 +196,7 @@ def _interrupted() -> int:
 
 
 def _mistaken(error: Exception) -> int:
-    from bushcli.tried import installed_dolfinx, untried_dolfinx
+    from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
 
     if speaks():
         click.echo(f"internal error: {type(error).__name__}: {error}", err=True)

@@ -16,7 +16,7 @@ def init(directory: Path) -> None:
     """Write a commented example case with its recordings into DIRECTORY."""
 
     def work() -> int:
-        from bushcli.example import write_example
+        from bushcli.case.example import write_example
 
         for file in write_example(directory):
             click.echo(str(file))
@@ -33,7 +33,7 @@ def list_(kind: str, json: bool) -> None:
     """Print what there is: laws with their parameters, shapes with their dimensions, modes, effects."""
 
     def work() -> int:
-        from bushcli import catalogue
+        from bushcli.case import catalogue
 
         if json:
             click.echo(json_format.dumps(catalogue.as_json(kind), indent=2, allow_nan=False))
@@ -50,7 +50,7 @@ def doctor(json: bool) -> None:
     """Versions, BLAS, MPI, compiler and cache: what is there, and what is missing."""
 
     def work() -> int:
-        from bushcli.doctor import examine
+        from bushcli.runtime.doctor import examine
 
         found = examine()
         if not speaks():

@@ -8,9 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.active import ActiveEffect
-from bushcli.casefile import Case, Material
-from bushcli.condition import Condition
+from bushcli.case import Case, Material
 from bushcli.diagnosis.evidence import standard_errors
 from bushcli.diagnosis.likelihood.noise import Compared
 from bushcli.diagnosis.model import Model
@@ -27,9 +25,11 @@ from bushcli.diagnosis.result import (
     Verdict,
 )
 from bushcli.diagnosis.state import State
-from bushcli.effect import EffectParameter, spoken
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import EffectParameter, spoken
 from bushcli.recording import Recording, displacement_noise
-from bushcli.schedule import schedule
+from bushcli.runtime.condition import Condition
+from bushcli.simulate.schedule import schedule
 from forms.law import law
 
 Array = NDArray[np.float64]

@@ -14,15 +14,15 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.active import ActiveEffect
-from bushcli.casefile import Case
+from bushcli.case import Case
 from bushcli.diagnosis import kept
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.prior import scales_of
-from bushcli.effect import Effect, EffectParameter, effect_name, effects, rig_of, unsuited
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import Effect, EffectParameter, effect_name, effects, rig_of, unsuited
+from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
-from bushcli.rig import NoEquilibrium
 from cases.march import NotConverged
 from geometry.ring import Ring
 

@@ -16,9 +16,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.casefile import Case, Material
-from bushcli.condition import Condition
+from bushcli.case import Case, Material
 from bushcli.diagnosis import answer, kept
+from bushcli.diagnosis.codec import FitCodec
 from bushcli.diagnosis.fit import Measured, all_features, exact, fit, fit_plain
 from bushcli.diagnosis.fit import begin as begin_plain
 from bushcli.diagnosis.likelihood.calibration import calibrated, factor_of
@@ -28,20 +28,22 @@ from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.next_test import next_test
 from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities
 from bushcli.diagnosis.queue import Progress, Search
-from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, LocalMap, NextTest, Verdict
+from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest, Verdict
 from bushcli.diagnosis.state import Problem, State
-from bushcli.diagnosis.store import Store
+from bushcli.diagnosis.where.maps import LocalMap
 from bushcli.diagnosis.where.missing import missing
 from bushcli.diagnosis.where.record import locate
-from bushcli.diagnosis.workers import Workers
-from bushcli.effect import Effect
-from bushcli.effect import effects as catalogue
+from bushcli.effects.effect import Effect
+from bushcli.effects.effect import effects as catalogue
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
 from bushcli.faults import DataFault, find_faults, masks
-from bushcli.interrupt import is_interrupt
 from bushcli.inverse.identify import fit_coupons
 from bushcli.recording import Recording, read_recording
+from bushcli.runtime.condition import Condition
+from bushcli.runtime.interrupt import is_interrupt
+from bushcli.runtime.store import Store
+from bushcli.runtime.workers import Workers
 from cases.march import NotConverged
 from forms.law import law, laws
 
@@ -111,7 +113,7 @@ def diagnose(
     faults = find_faults(case, whole)
     chosen, source, first = _plain(case, model)
     bare, recordings = _without(case, whole, hold_out)
-    store = None if journal is None else Store(journal, resume)
+    store = None if journal is None else Store(journal, FitCodec(), resume)
     _tell_what_is_kept(store, resume, told)
     crew = Workers(workers, store, executor)
     with crew.open():

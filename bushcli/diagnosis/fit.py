@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.casefile import Case
+from bushcli.case import Case
 from bushcli.diagnosis import kept
 from bushcli.diagnosis.likelihood.calibration import factor_of
 from bushcli.diagnosis.likelihood.features import Features, features

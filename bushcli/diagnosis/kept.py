@@ -16,10 +16,10 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.active import ActiveEffect
-from bushcli.diagnosis.canonical import canonical
+from bushcli.effects.active import ActiveEffect
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.task import COARSE, Task
+from bushcli.runtime.canonical import canonical
 from cases.feature import Installed
 from cases.mode import Mode
 from cases.model import Model as Body

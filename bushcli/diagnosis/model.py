@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.active import ActiveEffect, told_apart
-from bushcli.casefile import Case
+from bushcli.case import Case
+from bushcli.effects.active import ActiveEffect, told_apart
 from bushcli.inverse.task import Task
 
 Array = NDArray[np.float64]

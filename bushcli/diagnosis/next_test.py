@@ -26,8 +26,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.active import acting
-from bushcli.casefile import Case
+from bushcli.case import Case
 from bushcli.diagnosis import kept
 from bushcli.diagnosis.likelihood.form import EFFECTIVE, LAMBDA, PHI
 from bushcli.diagnosis.menu import Proposal, menu
@@ -35,11 +34,12 @@ from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.posterior import Weighed
 from bushcli.diagnosis.result import NextTest
 from bushcli.diagnosis.state import Problem
-from bushcli.diagnosis.workers import Workers
-from bushcli.direct import rubber_of
-from bushcli.effect import spoken
-from bushcli.rig import NoEquilibrium
-from bushcli.simulation import Simulation
+from bushcli.effects.active import acting
+from bushcli.effects.effect import spoken
+from bushcli.effects.rig import NoEquilibrium
+from bushcli.runtime.workers import Workers
+from bushcli.simulate.predict import rubber_of
+from bushcli.simulate.simulation import Simulation
 from cases.march import NotConverged
 from cases.mode import modes
 from geometry.ring import Ring

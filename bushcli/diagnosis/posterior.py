@@ -11,7 +11,7 @@ import numpy as np
 from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import Group
 from bushcli.diagnosis.state import State
-from bushcli.effect import effect_name, effects
+from bushcli.effects.effect import effect_name, effects
 
 # Share of the posterior that the credible set holds.
 CREDIBLE = 0.95

@@ -27,7 +27,7 @@ from bushcli.diagnosis.columns import Trial, shear_modulus
 from bushcli.diagnosis.evidence import Evidence, evidence
 from bushcli.diagnosis.fit import SETTLED, TURNS
 from bushcli.diagnosis.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_SPREAD
-from bushcli.diagnosis.linearised import cone_fit
+from bushcli.diagnosis.likelihood.linearised import cone_fit
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.prior import Known, known_parameters
 from bushcli.diagnosis.state import State

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.active import ActiveEffect
-from bushcli.casefile import Case
-from bushcli.prior import Prior, Scales
+from bushcli.case import Case
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.prior import Prior, Scales
 from bushcli.recording import Recording
 from geometry.ring import Ring
 

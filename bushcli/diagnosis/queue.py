@@ -25,8 +25,8 @@ from bushcli.diagnosis.predict import Addition, Beside
 from bushcli.diagnosis.prior import log_odds
 from bushcli.diagnosis.result import Trial as Row
 from bushcli.diagnosis.state import Problem, State
-from bushcli.diagnosis.workers import Workers
-from bushcli.effect import Effect, spoken
+from bushcli.effects.effect import Effect, spoken
+from bushcli.runtime.workers import Workers
 from forms.law import laws
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.casefile import Case
+from bushcli.case import Case
 from bushcli.diagnosis.columns import shear_modulus
 from bushcli.diagnosis.evidence import Evidence, evidence
 from bushcli.diagnosis.likelihood.form import Likelihood

@@ -1,1 +1,1 @@
-"""The effects, one file each; `bushcli.effect` says what they are and finds them."""
+"""What an effect is, which are active, and what they do to rig and model; one file each in `library`."""

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.condition import Condition
 from bushcli.recording import Recording
+from bushcli.runtime.condition import Condition
 
 Mask = NDArray[np.bool_]
 Kind = Literal["sign", "unit", "swapped", "clipped", "spikes", "stuck", "time"]

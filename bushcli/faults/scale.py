@@ -26,7 +26,7 @@ from bushcli.faults.fault import DataFault, Mask
 from bushcli.faults.signal import slope
 from bushcli.faults.stiffness import unit_stiffness
 from bushcli.recording import Recording
-from bushcli.source import UNITS, Quantity, dimension
+from bushcli.recording.source import UNITS, Quantity, dimension
 from cases.mode import modes
 from geometry.ring import Ring
 from geometry.shape import Shape

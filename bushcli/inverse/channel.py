@@ -2,7 +2,7 @@
 
 Coupons and bushings are the same here: a model under a mode. A law without history is solved once over the range
 of the curve; every recorded sample, whatever its cycle, is interpolation. With effects the channel is a
-`bushcli.simulation.Simulation`, which follows the recorded path where the rubber remembers.
+`bushcli.simulate.simulation.Simulation`, which follows the recorded path where the rubber remembers.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from bushcli.active import acting, require_time
-from bushcli.casefile import Case
-from bushcli.curve import Curve
+from bushcli.case import Case
+from bushcli.effects.active import acting, require_time
+from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
@@ -27,8 +27,8 @@ from bushcli.recording import (
     read_coupon,
     read_recording,
 )
-from bushcli.rig import NoEquilibrium
-from bushcli.simulation import Simulation
+from bushcli.recording.curve import Curve
+from bushcli.simulate.simulation import Simulation
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
 from cases.mode import modes

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve import Curve
 from bushcli.inverse.channel import Answer, Channel
 from bushcli.inverse.problem import Problem
 from bushcli.inverse.result import FittedCurve
 from bushcli.inverse.task import Task
+from bushcli.recording.curve import Curve
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bushcli.casefile.unit import outside, turning, unit
-from bushcli.effect import EffectParameter
+from bushcli.case.unit import outside, turning, unit
+from bushcli.effects.effect import EffectParameter
 from bushcli.inverse.result import Estimate, Fit
 from forms.law import law
 

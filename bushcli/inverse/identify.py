@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.casefile import Case, Material
+from bushcli.case import Case, Material
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
 from bushcli.faults import condition, find_faults

@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.active import ActiveEffect
-from bushcli.casefile import Material
-from bushcli.condition import Condition
-from bushcli.curve import Curve
+from bushcli.case import Material
+from bushcli.effects.active import ActiveEffect
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
+from bushcli.recording.curve import Curve
+from bushcli.runtime.condition import Condition
 
 Array = NDArray[np.float64]
 Weighting = Literal["absolute", "relative"]

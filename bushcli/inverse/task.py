@@ -10,10 +10,10 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.active import ActiveEffect
-from bushcli.casefile import Case, Material, MeshOptions, resolved
-from bushcli.casefile.unit import turning
-from bushcli.effect import EffectParameter, effect_name
+from bushcli.case import Case, Material, MeshOptions, resolved
+from bushcli.case.unit import turning
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import EffectParameter, effect_name
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
 from bushcli.inverse.channel import Channel, bushing_channels, coupon_channels

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bushcli.condition import Condition
 from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.door import at_door
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.result import EndPoint, Fit, FittedCurve
 from bushcli.inverse.task import Task
+from bushcli.runtime.condition import Condition
 from cases.mode import modes
 
 # Principal stretches that a bushing's rubber rarely leaves: instability within them is worth a word.

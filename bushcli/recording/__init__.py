@@ -1,7 +1,7 @@
 """CSV -> Recording: time, displacement and force in internal units; branches, cycles and noise.
 
 Column names, units, delimiter, decimal sign and encoding are found out from the file (see `text`,
-`header`), or given by a `bushcli.source.Source`.
+`header`), or given by a `bushcli.recording.source.Source`.
 """
 
 from bushcli.recording.read import (
@@ -17,8 +17,8 @@ from bushcli.recording.read import (
     read_recording,
     select_cycles,
 )
+from bushcli.recording.segment import Branch
 from bushcli.recording.write import write_curve_csv
-from bushcli.segment import Branch
 
 __all__ = [
     "Branch",

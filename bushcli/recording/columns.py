@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, nearest
 from bushcli.recording.header import match_quality, name_and_unit, unit_of
+from bushcli.recording.source import UNITS, Quantity, Source, dimension
 from bushcli.recording.text import TextTable
-from bushcli.source import UNITS, Quantity, Source, dimension
 from cases.mode import Mode
 
 Array = NDArray[np.float64]

@@ -72,7 +72,7 @@ _FOREIGN = (
 
 
 def unit_of(text: str) -> tuple[str, str] | None:
-    """Return (what it measures, unit as in `bushcli.source.UNITS`) for ``[N/mm**2]``, None for no unit."""
+    """Return (what it measures, unit as in `bushcli.recording.source.UNITS`) for ``[N/mm**2]``, None for no unit."""
     plain = re.sub(r"[\s\[\](){}]", "", text).lower()
     if plain.startswith("%"):
         plain = "%"  # "%-ext": percent by extensometer

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.curve import Curve
 from bushcli.errors import Problem, RecordingError
-from bushcli.noise import noise
 from bushcli.recording.columns import column, unit
+from bushcli.recording.curve import Curve
+from bushcli.recording.noise import noise
+from bushcli.recording.segment import Branch, segment
+from bushcli.recording.segment import displacement_noise as _displacement_noise
+from bushcli.recording.source import Source
 from bushcli.recording.text import TextTable, read_table
-from bushcli.segment import Branch, segment
-from bushcli.segment import displacement_noise as _displacement_noise
-from bushcli.source import Source
 from cases.mode import Mode, modes
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Recording(Curve):
     cycles : tuple of int
         Numbers, in the file, of the cycles that were taken of it; empty where all were.
     units : (str, str)
-        Of displacement and force in the file, as in `bushcli.source.UNITS`; empty where they are not known.
+        Of displacement and force in the file, as in `bushcli.recording.source.UNITS`; empty where they are not known.
     repeated : tuple of int
         Lines of the file that repeat the row before them, time and all; they were left out.
     """
@@ -141,7 +141,7 @@ def read_program(source: Source) -> tuple[Array | None, Array]:
 
 
 def branches(recording: Curve) -> tuple[Branch, ...]:
-    """Return the loading, unloading and hold branches with their cycles; `bushcli.segment` has the rules.
+    """Return the loading, unloading and hold branches with their cycles; `bushcli.recording.segment` has the rules.
 
     Where some of the cycles were selected, they have the numbers that they have in the file.
     """
@@ -162,7 +162,7 @@ def force_noise(recording: Curve) -> float:
     """Return the standard deviation of the noise of the force, in its unit.
 
     The force is taken as smooth in time within each branch; without time, in displacement where that is
-    monotonic, else in the sample number. Coarse sampling makes it an upper bound, see `bushcli.noise`.
+    monotonic, else in the sample number. Coarse sampling makes it an upper bound, see `bushcli.recording.noise`.
     """
     q = recording.displacement
     steps = np.diff(q)

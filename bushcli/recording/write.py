@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bushcli.curve import Curve
+from bushcli.recording.curve import Curve
 from cases.mode import modes
 
 

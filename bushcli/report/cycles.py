@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.condition import Condition
-from bushcli.curve import Curve
-from bushcli.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
-from bushcli.direct import Response, Simulated
-from bushcli.holds import Hold, holds_along
 from bushcli.inverse import Fit
-from bushcli.misfit import Misfit
 from bushcli.recording import Branch, branches
+from bushcli.recording.curve import Curve
+from bushcli.recording.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
+from bushcli.recording.holds import Hold, holds_along
 from bushcli.report.quantity import Quantities, number, percent, quantities
+from bushcli.runtime.condition import Condition
+from bushcli.simulate.misfit import Misfit
+from bushcli.simulate.predict import Response, Simulated
 
 Array = NDArray[np.float64]
 

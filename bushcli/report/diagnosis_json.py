@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from bushcli.casefile import Material
-from bushcli.diagnosis.result import Diagnosis, MissingProfile, Named, NextTest, Quantity, Searched
+from bushcli.case import Material
+from bushcli.diagnosis.result import Diagnosis, Named, NextTest, Quantity, Searched
+from bushcli.diagnosis.where.maps import MissingProfile
 from bushcli.diagnosis.where.record import Location, Mismatch
 from bushcli.diagnosis.words import sentence
-from bushcli.effect import effect_name
+from bushcli.effects.effect import effect_name
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_values import derived, shown
 from bushcli.report.diagnosis_words import headline

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bushcli.effect import effect_name, effects, rig_of
+from bushcli.effects.effect import effect_name, effects, rig_of
 from bushcli.report.quantity import listed
 
 UNKNOWN, NOTHING = "unknown", "nothing"

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from bushcli.casefile.unit import outside, unit
+from bushcli.case.unit import outside, unit
 from bushcli.diagnosis.result import DiagnosedChannel, Named, Quantity
-from bushcli.effect import EffectParameter, effect_name, effects
+from bushcli.effects.effect import EffectParameter, effect_name, effects
 from bushcli.report.quantity import number, with_std
 from cases.mode import modes
 

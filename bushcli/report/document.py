@@ -9,14 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from bushcli.casefile import Case, resolved
-from bushcli.condition import Condition
-from bushcli.direct import Response, Simulated
+from bushcli.case import Case, resolved
 from bushcli.faults import DataFault, condition
 from bushcli.inverse import Fit, FittedCurve
 from bushcli.inverse.door import parameter_unit
-from bushcli.meshes import Meshed
-from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches, force_noise
 from bushcli.report.cycles import (
     by_name,
@@ -28,6 +24,10 @@ from bushcli.report.cycles import (
 from bushcli.report.quantity import quantities
 from bushcli.report.verdict import Verdict, judge
 from bushcli.report.versions import versions
+from bushcli.runtime.condition import Condition
+from bushcli.simulate.meshes import Meshed
+from bushcli.simulate.misfit import Misfit
+from bushcli.simulate.predict import Response, Simulated
 from cases.mode import modes
 
 

@@ -18,10 +18,8 @@ from typing import Any
 import jinja2
 from markupsafe import Markup
 
-from bushcli.casefile import Case, Material
-from bushcli.direct import Response
+from bushcli.case import Case, Material
 from bushcli.inverse import Fit
-from bushcli.misfit import Misfit
 from bushcli.report.cycles import History, response_histories
 from bushcli.report.cycles_tables import history_tables
 from bushcli.report.figures.picture import Picture
@@ -35,6 +33,8 @@ from bushcli.report.tables import (
     solution_table,
 )
 from bushcli.report.verdict import judge
+from bushcli.simulate.misfit import Misfit
+from bushcli.simulate.predict import Response
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from rich.console import Group
 from rich.padding import Padding
 from rich.text import Text
 
-from bushcli.casefile import Case
+from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.inverse.door import at_door
 from bushcli.report.cycles import fit_histories, history_json, unexplained_hysteresis

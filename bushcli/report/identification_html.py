@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from bushcli.casefile import Case
+from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.report.cycles import fit_histories
 from bushcli.report.figures.picture import Picture

@@ -17,15 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from bushcli.casefile import Case
+from bushcli.case import Case
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
-from bushcli.direct import Response, Simulated
 from bushcli.errors import InputError, Problem
 from bushcli.inverse import Fit
-from bushcli.meshes import Meshed
-from bushcli.misfit import Misfit
 from bushcli.recording import write_curve_csv
 from bushcli.report.quantity import quantities
+from bushcli.simulate.meshes import Meshed
+from bushcli.simulate.misfit import Misfit
+from bushcli.simulate.predict import Response, Simulated
 
 RESULT = "result.json"
 REPORT = "report.html"

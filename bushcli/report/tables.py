@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.casefile import Case, Material
-from bushcli.direct import Response
+from bushcli.case import Case, Material
 from bushcli.inverse import Fit
 from bushcli.inverse.door import parameter_unit
-from bushcli.meshes import Meshed
-from bushcli.misfit import Misfit
 from bushcli.recording import Recording, branches
 from bushcli.report.quantity import number, percent, quantities
+from bushcli.simulate.meshes import Meshed
+from bushcli.simulate.misfit import Misfit
+from bushcli.simulate.predict import Response
 from cases.mode import modes
 
 Row = tuple[str, ...]

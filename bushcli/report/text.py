@@ -16,13 +16,9 @@ from rich.console import Console, ConsoleOptions, Group, RenderResult
 from rich.padding import Padding
 from rich.text import Text
 
-from bushcli.casefile import Case
-from bushcli.condition import Condition
-from bushcli.direct import Response
+from bushcli.case import Case
 from bushcli.faults import DataFault, condition
 from bushcli.inverse import Fit
-from bushcli.meshes import Meshed
-from bushcli.misfit import Misfit
 from bushcli.recording import Recording
 from bushcli.report.cycles import History, response_histories
 from bushcli.report.cycles_tables import history_tables
@@ -38,6 +34,10 @@ from bushcli.report.tables import (
     recording_table,
 )
 from bushcli.report.verdict import judge
+from bushcli.runtime.condition import Condition
+from bushcli.simulate.meshes import Meshed
+from bushcli.simulate.misfit import Misfit
+from bushcli.simulate.predict import Response
 
 
 @dataclass(frozen=True)

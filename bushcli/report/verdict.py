@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bushcli.direct import Response, Simulated
-from bushcli.misfit import BAND, Misfit
 from bushcli.report.quantity import Quantities, listed, number, percent, quantities
+from bushcli.simulate.misfit import BAND, Misfit
+from bushcli.simulate.predict import Response, Simulated
 
 # A single factor counts as an explanation when it takes away this share of the rms misfit...
 EXPLAINS = 0.5

@@ -14,14 +14,15 @@ from typing import Any
 
 import pytest
 
-from bushcli.casefile import load_case
+from bushcli.case import load_case
 from bushcli.cli import diagnosis as command
 from bushcli.cli import main
 from bushcli.cli.run import Run
 from bushcli.diagnosis import answer
 from bushcli.diagnosis import diagnose as driver
-from bushcli.diagnosis.store import SUFFIX, Store
-from bushcli.diagnosis.workers import Workers
+from bushcli.diagnosis.codec import FitCodec
+from bushcli.runtime.store import SUFFIX, Store
+from bushcli.runtime.workers import Workers
 from cases.march import unsolved
 
 ROOT = Path(__file__).parents[2]
@@ -277,7 +278,7 @@ def test_what_becomes_of_an_earlier_run_is_told(tmp_path: Path, there: int, resu
     for i in range(there):
         (tmp_path / f"{i}{SUFFIX}").touch()
     told: list[str] = []
-    driver._tell_what_is_kept(Store(tmp_path, resume), resume, lambda *line: told.append(line[2]))
+    driver._tell_what_is_kept(Store(tmp_path, FitCodec(), resume), resume, lambda *line: told.append(line[2]))
     assert told == ([words] if words else [])
 
 

@@ -1,4 +1,4 @@
-"""What every effect must do; a new file in bushcli/effects is tested without a line here.
+"""What every effect must do; a new file in bushcli/effects/library is tested without a line here.
 
 Effects of the rig are tested on a curve with a known formula; what acts on the finite-element model is tested where
 that is solved.
@@ -15,10 +15,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bushcli.active import ActiveEffect, require_time, require_values
-from bushcli.effect import Effect, UnknownName, effect, effects
+from bushcli.effects.active import ActiveEffect, require_time, require_values
+from bushcli.effects.effect import Effect, UnknownName, effect, effects
+from bushcli.effects.rig import Travel, elastic_response
 from bushcli.errors import InputError
-from bushcli.rig import Travel, elastic_response
 from cases.mode import modes
 
 ALL = list(effects().values())
@@ -232,7 +232,7 @@ def test_an_unknown_effect_names_the_nearest() -> None:
 
 def test_the_registry_needs_none_of_the_finite_element_stack() -> None:
     code = (
-        "import sys\nfrom bushcli.effect import effects\nassert len(effects()) > 3\n"
+        "import sys\nfrom bushcli.effects.effect import effects\nassert len(effects()) > 3\n"
         "heavy = {'dolfinx', 'petsc4py', 'gmsh', 'ufl', 'matplotlib'} & set(sys.modules)\nassert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

@@ -1,7 +1,7 @@
 """What every effect on rubber or assembly must do to the finite-element model: nothing when off, and with exact slopes.
 
-A new file in bushcli/effects is tested without a line here: in a radial load where it needs one to be seen, else in an
-axial one.
+A new file in bushcli/effects/library is tested without a line here: in a radial load where it needs one to be seen,
+else in an axial one.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from bushcli.active import ActiveEffect
-from bushcli.assembly import installed
-from bushcli.effect import Effect, effects
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.assembly import installed
+from bushcli.effects.effect import Effect, effects
 from cases.march import march
 from cases.mode import modes
 from cases.model import Model

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from bushcli.casefile import load_case
+from bushcli.case import load_case
 from bushcli.diagnosis.diagnose import diagnose
 
 # MPa; permanent set of a soft filled rubber.

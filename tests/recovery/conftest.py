@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.casefile import Case, load_case
-from bushcli.curve import Curve
+from bushcli.case import Case, load_case
 from bushcli.recording import write_curve_csv
+from bushcli.recording.curve import Curve
 from cases.march import march
 from cases.mode import modes
 from cases.model import Model, setting_for

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.active import ActiveEffect
-from bushcli.casefile import load_case
-from bushcli.effect import effect
+from bushcli.case import load_case
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.inverse import Task, fit_coupons
 from forms.law import laws
 

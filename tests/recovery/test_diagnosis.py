@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bushcli.active import ActiveEffect, acting
-from bushcli.casefile import Case, load_case
+from bushcli.case import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
-from bushcli.effect import effect
+from bushcli.effects.active import ActiveEffect, acting
+from bushcli.effects.effect import effect
 from bushcli.report.diagnosis_json import diagnosis_json
-from bushcli.simulation import Simulation
+from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
 from forms.law import law

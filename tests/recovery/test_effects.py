@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bushcli.active import ActiveEffect
-from bushcli.casefile import load_case
-from bushcli.direct import predict
-from bushcli.effect import effects
+from bushcli.case import load_case
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effects
 from bushcli.inverse import Task, identify
-from bushcli.misfit import misfits
-from bushcli.simulation import Simulation
+from bushcli.simulate.misfit import misfits
+from bushcli.simulate.predict import predict
+from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
 from forms.law import law

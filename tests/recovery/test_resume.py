@@ -19,7 +19,7 @@ from bushcli.inverse import Task, identify
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from bushcli.casefile import load_case
+from bushcli.case import load_case
 from bushcli.inverse import Task, identify
 def die(found):
     if found.number == int(sys.argv[3]):

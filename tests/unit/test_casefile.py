@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.active import told_apart
-from bushcli.casefile import Case, load_case, resolved
+from bushcli.case import Case, load_case, resolved
+from bushcli.effects.active import told_apart
 from bushcli.errors import CaseError, InputError
 from forms.law import laws
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.curve import Curve
-from bushcli.cycles import Noise, cycles, cycles_along, noise_of
-from bushcli.holds import holds, holds_along
 from bushcli.recording import read_recording
-from bushcli.segment import segment
-from bushcli.source import Source
+from bushcli.recording.curve import Curve
+from bushcli.recording.cycles import Noise, cycles, cycles_along, noise_of
+from bushcli.recording.holds import holds, holds_along
+from bushcli.recording.segment import segment
+from bushcli.recording.source import Source
 
 
 def sine(samples, turns=2, amplitude=4.0, stiffness=100.0, loss=30.0, mode="axial"):

@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bushcli.casefile import load_case, schema
+from bushcli.case import load_case, schema
 from bushcli.cli import main
-from bushcli.effect import effects
+from bushcli.effects.effect import effects
 from bushcli.recording import read_recording
 from bushcli.recording.header import match_quality
+from bushcli.recording.source import UNITS, Source
 from bushcli.report import diagnosis_json
-from bushcli.source import UNITS, Source
 from cases.mode import Mode, modes
 from forms.law import Law, laws
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bushcli.doctor import MODULES, blas_among, examine
+from bushcli.runtime.doctor import MODULES, blas_among, examine
 
 PYPI_NUMPY = "/venv/lib/python3.13/site-packages/numpy.libs/libscipy_openblas64_-ff651d7f.so"
 

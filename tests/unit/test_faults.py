@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.casefile import Case, Material, MeshOptions, load_case
-from bushcli.direct import _check_travel
+from bushcli.case import Case, Material, MeshOptions, load_case
 from bushcli.errors import InputError, RecordingError
 from bushcli.faults import condition, find_faults, masks
 from bushcli.faults.stiffness import unit_stiffness
 from bushcli.recording import Recording, force_noise, read_coupon, read_recording
-from bushcli.source import Source
+from bushcli.recording.source import Source
+from bushcli.simulate.predict import _check_travel
 from geometry.shape import shapes
 
 ROOT = Path(__file__).parents[2]

@@ -10,7 +10,7 @@ from types import ModuleType
 
 import pytest
 
-from bushcli.interrupt import SAME, abandon_compilation, is_interrupt, listen
+from bushcli.runtime.interrupt import SAME, abandon_compilation, is_interrupt, listen
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from bushcli.prior import TAIL, Prior
+from bushcli.effects.prior import TAIL, Prior
 
 SCALES = {"travel": 5.0, "shear": 0.8, "stiffness": 400.0}
 PRIORS = {

@@ -18,7 +18,7 @@ from bushcli.recording import (
     select_cycles,
     write_curve_csv,
 )
-from bushcli.source import Source
+from bushcli.recording.source import Source
 
 Q = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 1.25])
 F = np.array([0.0, 101.5, 199.0, -290.25, 400.0, 250.0])

@@ -5,9 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.active import ActiveEffect
-from bushcli.effect import Signal, effect
-from bushcli.rig import NoEquilibrium, Travel, bushing_path, elastic_response, parallel, reading, spring
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import Signal, effect
+from bushcli.effects.rig import (
+    NoEquilibrium,
+    Travel,
+    bushing_path,
+    elastic_response,
+    parallel,
+    reading,
+    spring,
+)
 
 SWEEP = np.linspace(-5.0, 5.0, 2001)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.schedule import RESOLUTION, WITHIN, Leg, prescribed, schedule
+from bushcli.simulate.schedule import RESOLUTION, WITHIN, Leg, prescribed, schedule
 from cases.feature import Feature, Installed
 from cases.march import march
 from cases.mode import modes

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli import simulation
-from bushcli.active import ActiveEffect
-from bushcli.effect import effects
-from bushcli.simulation import Simulation
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effects
+from bushcli.simulate import simulation
+from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber
 from forms.law import law

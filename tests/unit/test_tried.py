@@ -11,8 +11,8 @@ from types import SimpleNamespace
 import pytest
 from click.testing import CliRunner
 
-from bushcli import doctor, tried
 from bushcli.cli import main
+from bushcli.runtime import doctor, tried
 from geometry.dolfinx_api import release
 
 ROOT = Path(__file__).parents[2]
@@ -46,7 +46,7 @@ def test_the_version_found_without_loading_it_is_the_one_that_is_loaded():
 
     found = tried.installed_dolfinx()
     assert found is None or release(found) == release(dolfinx.__version__)
-    code = "import sys\nfrom bushcli.tried import *\ninstalled_dolfinx()\nassert 'dolfinx' not in sys.modules"
+    code = "import sys\nfrom bushcli.runtime.tried import *\ninstalled_dolfinx()\nassert 'dolfinx' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, timeout=60)
 
 
@@ -70,7 +70,7 @@ def test_check_says_it_and_goes_on(newer):
 
 
 def test_an_internal_error_names_the_release_that_may_be_why(newer, monkeypatch):
-    monkeypatch.setattr("bushcli.meshes.meshes", lambda *_: {}["max_facet_to_cell_links"])
+    monkeypatch.setattr("bushcli.simulate.meshes.meshes", lambda *_: {}["max_facet_to_cell_links"])
     done = CliRunner().invoke(main, ["mesh", str(EXAMPLE)])
     assert done.exit_code == 70
     assert "perhaps because DOLFINx 0.12.0 is newer than" in done.output

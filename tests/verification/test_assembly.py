@@ -9,10 +9,10 @@ import pytest
 from dolfinx import mesh as dolfinx_mesh
 from scipy.optimize import brentq
 
-from bushcli.active import ActiveEffect
-from bushcli.assembly import installed
-from bushcli.effect import effect
-from bushcli.effects.sleeve_compliance import RIGID
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.assembly import installed
+from bushcli.effects.effect import effect
+from bushcli.effects.library.sleeve_compliance import RIGID
 from cases.contact import pushed_back
 from cases.feature import Feature, Installed
 from cases.march import march

@@ -11,9 +11,9 @@ import numpy as np
 from benchmarks.concealed.programs import Leg, path
 from benchmarks.concealed.simulate import Channel, force
 from benchmarks.concealed.truth import Specimen
-from bushcli.active import ActiveEffect
-from bushcli.casefile import load_case
-from bushcli.effect import effect, effects
+from bushcli.case import load_case
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect, effects
 from bushcli.recording import read_recording
 
 FOLDER = Path(__file__).parents[2] / "examples" / "concealed"

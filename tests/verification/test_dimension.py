@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bushcli.active import ActiveEffect
-from bushcli.assembly import installed
-from bushcli.effect import effect
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.assembly import installed
+from bushcli.effects.effect import effect
 from cases.contact import STIFF
 from cases.march import march
 from cases.mode import modes

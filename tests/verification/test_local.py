@@ -9,12 +9,12 @@ import pytest
 import ufl
 from mpi4py import MPI
 
-from bushcli.casefile import load_case
-from bushcli.curve import Curve
+from bushcli.case import load_case
 from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel, noise_model
 from bushcli.diagnosis.where.bushing import _slopes, local_map
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
+from bushcli.recording.curve import Curve
 from cases.feature import Installed
 from cases.local import marched, swept
 from cases.march import march
@@ -102,7 +102,7 @@ def upper_inner(x):
 
 def test_a_march_with_memory_carries_its_force_in_the_cells(reference_bushing, rubber):
     """Branches included: incompressible, the isochoric stresses do all the work, whatever the rubber remembers."""
-    from bushcli.catalogue import effects
+    from bushcli.case.catalogue import effects
 
     feature = effects()["viscoelasticity"].feature()
     values = {"g1": 0.3, "tau1": 2.0}

@@ -24,8 +24,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.diagnosis.likelihood.linearised import Linearised, linearised, weighed
 from bushcli.diagnosis.likelihood.noise import Compared, smoothed
-from bushcli.diagnosis.linearised import Linearised, linearised, weighed
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 

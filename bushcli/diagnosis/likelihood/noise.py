@@ -26,8 +26,8 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.special import comb
 
-from bushcli.noise import noise
 from bushcli.recording import Recording, branches, displacement_noise, force_noise
+from bushcli.recording.noise import noise
 
 Array = NDArray[np.float64]
 
@@ -141,7 +141,7 @@ def noise_model(recording: Recording, floor: float = FLOOR) -> NoiseModel:
     -------
     NoiseModel
         White unless the recording says otherwise at the level of three standard deviations. Coarse sampling makes
-        ``sigma`` an upper bound, see `bushcli.noise`.
+        ``sigma`` an upper bound, see `bushcli.recording.noise`.
     """
     n = len(recording.force)
     full, freedom = force_noise(recording), _FREEDOM * n

@@ -13,7 +13,7 @@ from scipy.stats import f, t
 
 from bushcli.diagnosis.likelihood.noise import Compared
 from bushcli.recording import Recording, branches, departure
-from bushcli.segment import Branch
+from bushcli.recording.segment import Branch
 from cases.mode import modes
 
 Array = NDArray[np.float64]

@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
-from bushcli.curve import Curve
 from bushcli.diagnosis.likelihood import calibration
+from bushcli.diagnosis.likelihood.linearised import linearised, weighed
 from bushcli.diagnosis.likelihood.noise import Compared
-from bushcli.diagnosis.linearised import linearised, weighed
-from bushcli.diagnosis.result import LocalMap
 from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
+from bushcli.diagnosis.where.maps import LocalMap
 from bushcli.inverse.channel import Channel
 from bushcli.recording import matching
+from bushcli.recording.curve import Curve
 from cases import local
 from cases.local import Cells, Local
 from cases.program import Program

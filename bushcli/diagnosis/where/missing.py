@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from bushcli.diagnosis.likelihood.features import Features
 from bushcli.diagnosis.likelihood.noise import Compared
-from bushcli.diagnosis.result import Missing, MissingProfile
+from bushcli.diagnosis.where.maps import Missing, MissingProfile
 from bushcli.recording import Recording, branches
-from bushcli.segment import Branch
+from bushcli.recording.segment import Branch
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -6,10 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from bushcli.direct import Response, Simulated
 from bushcli.inverse import Fit
-from bushcli.meshes import Meshed
-from bushcli.misfit import Misfit
 from bushcli.report.cycles import response_histories
 from bushcli.report.figures.body import deformed_figure, mesh_figure
 from bushcli.report.figures.coupons import coupon_figure, coupon_title
@@ -18,6 +15,9 @@ from bushcli.report.figures.cycles import history_figures
 from bushcli.report.figures.picture import Picture, picture
 from bushcli.report.figures.projection import is_twisted
 from bushcli.report.quantity import listed, quantities
+from bushcli.simulate.meshes import Meshed
+from bushcli.simulate.misfit import Misfit
+from bushcli.simulate.predict import Response, Simulated
 from cases.stretches import Surface
 
 __all__ = ["Picture", "direct_figures", "fit_figures", "mesh_figures"]

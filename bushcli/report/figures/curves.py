@@ -7,13 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bushcli.curve import Curve
-from bushcli.direct import Simulated
-from bushcli.misfit import BAND, Misfit
 from bushcli.recording import Recording, branches
+from bushcli.recording.curve import Curve
 from bushcli.report.figures.picture import BLACK, BLUE, GREY, LIGHT, RED, legend, literal, new_figure, style
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.report.verdict import stiffer
+from bushcli.simulate.misfit import BAND, Misfit
+from bushcli.simulate.predict import Simulated
 
 Array = NDArray[np.float64]
 

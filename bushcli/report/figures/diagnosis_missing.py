@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.result import DiagnosedChannel, MissingProfile
+from bushcli.diagnosis.result import DiagnosedChannel
+from bushcli.diagnosis.where.maps import MissingProfile
 from bushcli.report.figures.picture import (
     BLACK,
     BLUE,

@@ -14,8 +14,8 @@ import numpy as np
 from benchmarks.concealed.programs import Leg, path
 from benchmarks.concealed.simulate import Channel, force
 from benchmarks.concealed.truth import Specimen
-from bushcli.active import ActiveEffect
-from bushcli.effect import effect
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 
 HERE = Path(__file__).resolve().parent
 

@@ -31,7 +31,7 @@ from benchmarks.decks.manifest import Entry, Program, Sensor
 from benchmarks.decks.run import run_all
 from benchmarks.decks.said import UNKNOWN, said
 from benchmarks.decks.sensing import digest, remembering, same, sensed
-from bushcli.effect import effects
+from bushcli.effects.effect import effects
 
 Array = NDArray[np.float64]
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.active import ActiveEffect
-from bushcli.casefile import load_case
+from bushcli.case import load_case
 from bushcli.diagnosis.diagnose import _posed
 from bushcli.diagnosis.fit import Measured, begin, fit, fit_plain
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.state import State
-from bushcli.diagnosis.workers import Workers
-from bushcli.effect import effect
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.recording import read_recording
+from bushcli.runtime.workers import Workers
 
 # MPa; a soft filled rubber.
 C10, C20 = 0.5, -0.02

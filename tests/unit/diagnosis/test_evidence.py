@@ -15,7 +15,7 @@ from bushcli.diagnosis.fit import pose
 from bushcli.diagnosis.likelihood.features import Features
 from bushcli.diagnosis.likelihood.form import Likelihood
 from bushcli.diagnosis.prior import Known
-from bushcli.prior import Prior
+from bushcli.effects.prior import Prior
 
 ROWS = 20
 

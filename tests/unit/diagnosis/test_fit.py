@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from bushcli.casefile import load_case
+from bushcli.case import load_case
 from bushcli.diagnosis.fit import WORSE, fit_plain, pose
 from bushcli.diagnosis.model import Model
 from bushcli.inverse import identify

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bushcli.casefile import load_case
+from bushcli.case import load_case
 from bushcli.diagnosis import kept
 from bushcli.diagnosis.model import Model
 

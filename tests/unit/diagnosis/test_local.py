@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from bushcli.diagnosis.likelihood.linearised import linearised, weighed
 from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
-from bushcli.diagnosis.linearised import linearised, weighed
 from bushcli.diagnosis.where.bushing import LEVEL, Combined, Seen, _onto, _zones, local_map
 from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
 from bushcli.recording import Recording

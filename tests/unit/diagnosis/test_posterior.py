@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities
-from bushcli.effect import effects
+from bushcli.effects.effect import effects
 
 ALL = list(effects())
 

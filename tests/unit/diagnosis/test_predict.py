@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from bushcli.active import ActiveEffect
 from bushcli.diagnosis.columns import Trial, columns, trials
 from bushcli.diagnosis.evidence import evidence
 from bushcli.diagnosis.fit import SETTLED, TURNS
 from bushcli.diagnosis.predict import Addition, Beside
 from bushcli.diagnosis.prior import known_parameters
 from bushcli.diagnosis.queue import SLACK
-from bushcli.effect import effect
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 
 
 @pytest.fixture(scope="module")

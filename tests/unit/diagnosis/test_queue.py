@@ -18,8 +18,8 @@ from bushcli.diagnosis.posterior import posterior, probabilities
 from bushcli.diagnosis.prior import known_parameters, scales_of
 from bushcli.diagnosis.queue import LEFT, Search, label
 from bushcli.diagnosis.state import State
-from bushcli.diagnosis.workers import Workers
-from bushcli.effect import effect
+from bushcli.effects.effect import effect
+from bushcli.runtime.workers import Workers
 
 NAMES = ("permanent_set", "drift", "time_lag", "warming", "viscoelasticity", "friction", "mullins")
 

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.active import ActiveEffect
+from bushcli.diagnosis.codec import FitCodec
 from bushcli.diagnosis.fit import Measured
 from bushcli.diagnosis.model import Fitted, Model
-from bushcli.diagnosis.store import Store
-from bushcli.effect import effect
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
+from bushcli.runtime.store import Store
 
 MODEL = Model("neo_hookean", {"C10": 0.4}, effects=(ActiveEffect(effect("permanent_set")).started(),))
 # What a fit is asked: a case, a model, ...
@@ -36,7 +37,7 @@ def fitted():
 
 @pytest.fixture
 def store(tmp_path):
-    return Store(tmp_path / "kept")
+    return Store(tmp_path / "kept", FitCodec())
 
 
 def test_a_fit_comes_back_as_it_was(store):
@@ -168,19 +169,19 @@ def test_another_question_has_another_name(store):
 
 def test_another_revision_of_the_code_is_another_name(store, monkeypatch):
     before = store.file("fit", QUESTION)
-    monkeypatch.setattr("bushcli.diagnosis.store.code_revision", lambda: "another")
+    monkeypatch.setattr("bushcli.runtime.store.code_revision", lambda: "another")
     assert store.file("fit", QUESTION) != before
 
 
 def test_a_new_run_begins_with_an_empty_folder_and_says_what_was_there(tmp_path):
-    first = Store(tmp_path)
+    first = Store(tmp_path, FitCodec())
     first.write(first.file("fit", QUESTION), fitted())
     (tmp_path / "half.1.part").touch()
     (tmp_path / "notes.txt").touch()
-    again = Store(tmp_path, resume=True)
+    again = Store(tmp_path, FitCodec(), resume=True)
     assert again.there == 1
     assert sorted(one.suffix for one in tmp_path.iterdir()) == [".npz", ".txt"]
-    assert Store(tmp_path).there == 1
+    assert Store(tmp_path, FitCodec()).there == 1
     # What is not a result is somebody's.
     assert [one.name for one in tmp_path.iterdir()] == ["notes.txt"]
-    assert Store(tmp_path).there == 0
+    assert Store(tmp_path, FitCodec()).there == 0

@@ -15,11 +15,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bushcli.casefile import load_case
-from bushcli.diagnosis import workers
-from bushcli.diagnosis.store import SUFFIX, Store
-from bushcli.diagnosis.workers import Workers, _deaf
+from bushcli.case import load_case
+from bushcli.diagnosis.codec import FitCodec
 from bushcli.errors import InputError
+from bushcli.runtime import workers
+from bushcli.runtime.store import SUFFIX, Store
+from bushcli.runtime.workers import Workers, _deaf
 
 CASE = """\
 [geometry]
@@ -55,7 +56,7 @@ def none_left() -> bool:
 
 
 def name(folder, *question):
-    return Store(folder).file("mul", question).name
+    return Store(folder, FitCodec()).file("mul", question).name
 
 
 def test_answers_are_in_order_and_every_process_is_of_a_group_of_its_own():
@@ -81,20 +82,20 @@ def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp
 
     monkeypatch.setattr(workers, "KEPT", frozenset({"sleep"}))
     begin = time.monotonic()
-    with pytest.raises(KeyboardInterrupt), Workers(2, Store(tmp_path)).open() as crew:
+    with pytest.raises(KeyboardInterrupt), Workers(2, Store(tmp_path, FitCodec())).open() as crew:
         crew.run(time.sleep, [(0.0,), (100.0,), (100.0,), (100.0,), (100.0,)], interrupt)
     assert time.monotonic() - begin < 50.0
     assert not active_children()
     (file,) = tmp_path.glob(f"*{SUFFIX}")
-    assert Store.read(file, (0.0,)) == (True, None)
+    assert Store(tmp_path, FitCodec(), resume=True).read(file, (0.0,)) == (True, None)
     # Another answer than the work would give: it can only come from there.
-    Store.write(file, (np.arange(3.0),))
-    ((found,),) = Workers(1, Store(tmp_path, resume=True)).run(time.sleep, [(0.0,)])
+    Store(tmp_path, FitCodec(), resume=True).write(file, (np.arange(3.0),))
+    ((found,),) = Workers(1, Store(tmp_path, FitCodec(), resume=True)).run(time.sleep, [(0.0,)])
     np.testing.assert_array_equal(found, np.arange(3.0))
 
 
 def test_only_what_takes_time_is_kept(tmp_path):
-    assert Workers(1, Store(tmp_path)).run(operator.mul, [(2, 3)]) == [6]
+    assert Workers(1, Store(tmp_path, FitCodec())).run(operator.mul, [(2, 3)]) == [6]
     assert not list(tmp_path.iterdir())
 
 
@@ -114,7 +115,7 @@ def test_processes_that_do_not_hear_are_killed_and_gone_when_the_interruption_is
 def test_processes_end_with_the_first_one_when_that_is_killed(tmp_path):
     script = (
         "import os, time\n"
-        "from bushcli.diagnosis.workers import Workers\n"
+        "from bushcli.runtime.workers import Workers\n"
         "if __name__ == '__main__':\n"
         "    with Workers(2).open() as crew:\n"
         "        print(*crew.run(os.getpid, [()] * 8), flush=True)\n"
@@ -152,10 +153,10 @@ def test_a_question_has_the_same_name_in_every_process(case, tmp_path, seed):
     script = (
         "import sys\n"
         "from pathlib import Path\n"
-        "from bushcli.casefile import load_case\n"
-        "from bushcli.diagnosis.store import Store\n"
+        "from bushcli.case import load_case\n"
+        "from bushcli.runtime.store import Store\n"
         "case = load_case(Path(sys.argv[1]))\n"
-        "print(Store(Path(sys.argv[2])).file('mul', (case, {'a', 'b', 'c', 'd'})).name)\n"
+        "print(Store(Path(sys.argv[2]), None).file('mul', (case, {'a', 'b', 'c', 'd'})).name)\n"
     )
     # Sets have another order with another seed of the hash; the geometry holds one.
     environment = os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": str(Path(__file__).parents[2])}
@@ -183,7 +184,7 @@ def test_a_recording_that_was_changed_is_another_question(case, tmp_path):
 def test_a_folder_that_cannot_be_made_is_wrong_input(tmp_path):
     (tmp_path / "history").write_text("a file")
     with pytest.raises(InputError, match="history: cannot be written: File exists"):
-        Store(tmp_path / "history")
+        Store(tmp_path / "history", FitCodec())
 
 
 def test_a_signal_that_comes_while_processes_are_started_is_heard_when_they_are():

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bushcli.casefile import load_case
+from bushcli.case import load_case
 from bushcli.errors import InputError
 from bushcli.inverse import Task
 

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bushcli.casefile import Material, load_case
-from bushcli.condition import Condition
-from bushcli.curve import Curve
-from bushcli.direct import Response, Simulated
+from bushcli.case import Material, load_case
 from bushcli.inverse import Combination, Estimate, Fit, FittedCurve
-from bushcli.misfit import misfits
 from bushcli.recording import Recording
+from bushcli.recording.curve import Curve
+from bushcli.runtime.condition import Condition
+from bushcli.simulate.misfit import misfits
+from bushcli.simulate.predict import Response, Simulated
 from cases.march import Attempt
 from cases.stretches import Surface
 

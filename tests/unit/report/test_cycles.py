@@ -10,12 +10,12 @@ import pytest
 from rich.console import Console
 
 from bushcli import report
-from bushcli.curve import Curve
 from bushcli.recording import Recording, read_recording
+from bushcli.recording.curve import Curve
+from bushcli.recording.source import Source
 from bushcli.report.cycles import response_histories, unexplained_hysteresis
 from bushcli.report.cycles_tables import cycle_table, history_tables, hold_table
 from bushcli.report.figures.cycles import history_figures
-from bushcli.source import Source
 
 DATA = Path(__file__).parents[1] / "data"
 

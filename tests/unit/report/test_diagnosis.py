@@ -12,7 +12,6 @@ from matplotlib.text import Text as MplText
 from rich.console import Console
 
 from bushcli import report
-from bushcli.condition import Condition
 from bushcli.diagnosis.result import FormError, Group, Named, Quantity
 from bushcli.diagnosis.words import sentences
 from bushcli.recording import Recording
@@ -35,6 +34,7 @@ from bushcli.report.figures.diagnosis_map import map_figure, numbering
 from bushcli.report.figures.diagnosis_missing import missing_figure
 from bushcli.report.figures.diagnosis_probability import prior_figure, probability_figure, strips
 from bushcli.report.figures.plot import svg, ticks
+from bushcli.runtime.condition import Condition
 
 KINDS = ("explained", "missing_physics", "law_too_poor", "unexplained", "faulty_data")
 

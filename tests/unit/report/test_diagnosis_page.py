@@ -10,7 +10,7 @@ import pytest
 from matplotlib import image
 
 from bushcli import report
-from bushcli.casefile import load_case
+from bushcli.case import load_case
 
 
 @pytest.fixture(scope="module")

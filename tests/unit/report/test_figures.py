@@ -5,11 +5,11 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 
-from bushcli.curve import Curve
-from bushcli.meshes import Meshed
+from bushcli.recording.curve import Curve
 from bushcli.report.figures import direct_figures, fit_figures, mesh_figures, projection
 from bushcli.report.figures.body import deformed_figure
 from bushcli.report.figures.curves import curve_figure, smooth
+from bushcli.simulate.meshes import Meshed
 from cases.stretches import Surface
 
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -11,16 +11,16 @@ import pytest
 from rich.console import Console
 
 from bushcli import report
-from bushcli.active import ActiveEffect
-from bushcli.casefile import Material
-from bushcli.condition import Condition
-from bushcli.curve import Curve
-from bushcli.effect import effect
+from bushcli.case import Material
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effect
 from bushcli.inverse import Combination, EndPoint, Estimate, Evaluation, Fit, FittedCurve, Profile
 from bushcli.recording import Recording
+from bushcli.recording.curve import Curve
 from bushcli.report.figures.identification import inverse_figures
 from bushcli.report.identification_words import answer, bulk_modulus, with_error
 from bushcli.report.ranking import effective_samples, information_criterion
+from bushcli.runtime.condition import Condition
 
 NOISE = 0.5  # percent of the force range
 

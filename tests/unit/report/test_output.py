@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from bushcli.errors import InputError
-from bushcli.meshes import Meshed
 from bushcli.recording import read_recording
+from bushcli.recording.source import Source
 from bushcli.report import check_output, direct_json, fit_json, write_direct, write_fit, write_meshes
 from bushcli.report.output import file_names
-from bushcli.source import Source
+from bushcli.simulate.meshes import Meshed
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ import io
 import pytest
 from rich.console import Console
 
-from bushcli.meshes import Meshed
 from bushcli.recording import read_recording
 from bushcli.report import case_text, direct_text, fit_text, mesh_text
+from bushcli.simulate.meshes import Meshed
 
 
 def printed(renderable, terminal=False):

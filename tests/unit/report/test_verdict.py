@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bushcli.curve import Curve
+from bushcli.recording.curve import Curve
 from bushcli.report import judge
 from bushcli.report.verdict import single_factor, stiffer
 

@@ -1,0 +1,10 @@
+"""TOML -> Case: one validated, frozen value with internal units (N, mm, MPa, s, rad).
+
+``load_case`` is the way in; ``resolved`` turns a case back into plain JSON-ready data, degrees outside.
+Everything that is wrong is reported at once, with file, key, what was expected and the nearest valid name.
+"""
+
+from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names, resolved
+from bushcli.case.load import load_case
+
+__all__ = ["Case", "LoadCase", "Material", "MeshOptions", "load_case", "load_case_names", "resolved"]

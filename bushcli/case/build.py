@@ -1,0 +1,310 @@
+"""Validate the tables of a case and assemble the Case; what is wrong is collected, nothing is raised."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from bushcli.case import checks, effects
+from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
+from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
+from bushcli.case.schema import (
+    CouponTable,
+    EffectTable,
+    LoadCaseTable,
+    MaterialTable,
+    MeshTable,
+    RecordingTable,
+    Table,
+)
+from bushcli.effects.active import ActiveEffect
+from bushcli.errors import nearest
+from bushcli.recording.source import UNITS, Quantity, Source, dimension
+from cases.mode import modes
+from forms.law import laws
+from geometry.shape import Shape, shapes
+
+T = TypeVar("T", bound=Table)
+
+_SECTIONS = ("title", "geometry", "mesh", "material", "load_cases", "recordings", "coupons", "effects")
+_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
+#: Beyond this a number is a slip; far below the largest float, so that squares stay finite.
+_LARGEST = 1e100
+
+
+class Builder:
+    """Builds the parts of a case and collects what is wrong with them; it lives for one ``load_case``."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.findings: list[Finding] = []
+
+    def case(self, data: dict[str, Any], path: Path) -> Case | None:
+        """Return the case, or None when there are findings."""
+        self.findings += [
+            unknown_key((key,), _SECTIONS, "a case file") for key in data if key not in _SECTIONS
+        ]
+        self.findings += _impossible_numbers(data)
+        title = data.get("title", path.stem)
+        if not isinstance(title, str):
+            self.findings.append(Finding(("title",), f"title = {shown(title)} is not a text in quotes"))
+        shape = self._shape(data)
+        mesh = self._table(data, "mesh", MeshTable)
+        material = self._material(data)
+        load_cases = [
+            self._load_case(table, keys, shape, material)
+            for table, keys in self._list(data, "load_cases", LoadCaseTable)
+        ]
+        recordings = self._sources(data, "recordings", shape, material)
+        coupons = self._sources(data, "coupons", None, material)
+        active = self._effects(data, load_cases, recordings, shape)
+        if material and not material.parameters and not data.get("coupons") and not data.get("recordings"):
+            what = (
+                "material.parameters are not given, and there are neither coupons nor recordings to identify "
+                f"{material.law} from"
+            )
+            names = ", ".join(material.parameter_names)
+            self.findings.append(
+                Finding(
+                    ("material", "parameters"), what, expected=f"{names}; or [[coupons]] or [[recordings]]"
+                )
+            )
+        if self.findings or shape is None or mesh is None or material is None:
+            return None
+        return Case(
+            title=title,
+            path=path,
+            geometry=shape,
+            mesh=MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around),
+            material=material,
+            load_cases=tuple(item for item in load_cases if item),
+            recordings=recordings,
+            coupons=coupons,
+            effects=active,
+        )
+
+    def _table(self, data: dict[str, Any], name: str, model: type[T]) -> T | None:
+        return self._validated(data.get(name, {}), (name,), model, f"[{name}]")
+
+    def _validated(self, raw: Any, keys: Keys, model: type[T], section: str) -> T | None:
+        if not isinstance(raw, dict):
+            what = f"{dotted(keys)} = {shown(raw)} is not a table of keys"
+            self.findings.append(Finding(keys, what, expected=f"write {section}"))
+            return None
+        try:
+            return model.model_validate(raw)
+        except ValidationError as error:
+            self.findings += explain(error, model, keys, section)
+            return None
+
+    def _list(self, data: dict[str, Any], name: str, model: type[T]) -> Iterator[tuple[T, Keys]]:
+        for raw, keys in self._entries(data, name):
+            table = self._validated(raw, keys, model, f"[[{name}]]")
+            if table is not None:
+                yield table, keys
+
+    def _entries(self, data: dict[str, Any], name: str) -> list[tuple[Any, Keys]]:
+        raw = data.get(name, [])
+        if isinstance(raw, list):
+            return [(item, (name, index)) for index, item in enumerate(raw)]
+        self.findings.append(
+            Finding((name,), f"{name} is not a list of tables", expected=f"write [[{name}]]")
+        )
+        return []
+
+    def _shape(self, data: dict[str, Any]) -> Shape | None:
+        raw = data.get("geometry")
+        if not isinstance(raw, dict):
+            what = (
+                "[geometry] is missing" if raw is None else f"geometry = {shown(raw)} is not a table of keys"
+            )
+            self.findings.append(Finding(("geometry",), what, expected='[geometry] with shape = "plain"'))
+            return None
+        name = raw.get("shape")
+        model = shapes().get(name) if isinstance(name, str) else None
+        if model is None:
+            known = ", ".join(shapes())
+            missing = Finding(("geometry", "shape"), "geometry.shape is missing", expected=known)
+            wrong = unknown_name(("geometry", "shape"), name, shapes(), "shape")
+            self.findings.append(missing if name is None else wrong)
+            return None
+        try:
+            rest = {key: value for key, value in raw.items() if key != "shape"}
+            return model.model_validate(rest, strict=True)
+        except ValidationError as error:
+            self.findings += explain(error, model, ("geometry",), f'[geometry] with shape "{name}"')
+            return None
+
+    def _material(self, data: dict[str, Any]) -> Material | None:
+        if "material" not in data:
+            self.findings.append(
+                Finding(("material",), "[material] is missing", expected='[material] with law = "yeoh"')
+            )
+            return None
+        table = self._table(data, "material", MaterialTable)
+        if table is None:
+            return None
+        if table.law not in laws():
+            self.findings.append(unknown_name(("material", "law"), table.law, laws(), "law"))
+            return None
+        material = Material(table.law, table.bulk_modulus, dict(table.parameters), table.terms)
+        self.findings += checks.parameters(material)
+        return material
+
+    def _mode(
+        self, keys: Keys, name: str, shape: Shape | None, specimen: str | None, material: Material | None
+    ) -> bool:
+        """Check a mode; without a valid shape only its name can be checked."""
+        specimen = specimen or (
+            shape.specimen if shape else modes()[name].specimen if name in modes() else "bushing"
+        )
+        bulk_modulus = material.bulk_modulus if material else None
+        found = list(checks.mode(keys, name, specimen, type(shape).name if shape else None, bulk_modulus))
+        self.findings += found
+        return not found
+
+    def _load_case(
+        self, table: LoadCaseTable, keys: Keys, shape: Shape | None, material: Material | None
+    ) -> LoadCase | None:
+        given = [key for key in ("amplitude", "path", "file") if getattr(table, key) is not None]
+        if len(given) != 1:
+            what = f"{dotted(keys)} has " + (" and ".join(given) if given else "no program")
+            at = (*keys, given[-1]) if given else keys
+            self.findings.append(Finding(at, what, expected="give one of amplitude, path, file"))
+        if not self._mode(keys, table.mode, shape, None, material) or len(given) != 1:
+            return None
+        key = (*keys, given[0])
+        if table.file is not None:
+            if table.rate is not None:
+                what = f"{dotted((*keys, 'rate'))} has no meaning: the file gives the times"
+                self.findings.append(Finding((*keys, "rate"), what))
+            file = self._file(key, table.file)
+            return LoadCase(table.mode, steps=table.steps, source=Source(table.mode, file)) if file else None
+        unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
+        points = table.path if table.path is not None else [0.0, float(table.amplitude or 0.0)]
+        path = tuple(unit * q for q in (points if points[0] == 0.0 else [0.0, *points]))
+        rate = None if table.rate is None else unit * table.rate
+        load_case = LoadCase(table.mode, path, rate, table.steps)
+        if any(a == b for a, b in pairwise(path)):
+            what = f"{dotted(key)} = {shown(getattr(table, given[0]))} stands still"
+            self.findings.append(
+                Finding(key, what, expected="points that differ; a hold needs times: use file")
+            )
+        if shape is not None:
+            self.findings += checks.travel(key, load_case, shape)
+        return load_case
+
+    def _sources(
+        self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
+    ) -> tuple[Source, ...]:
+        sources: list[Source] = []
+        kind = CouponTable if section == "coupons" else RecordingTable
+        for table, keys in self._list(data, section, kind):
+            known = self._mode(keys, table.mode, shape, "coupon" if section == "coupons" else None, material)
+            file = self._file((*keys, "file"), table.file)
+            units = self._units(keys, table) if known else {}
+            taken = [source.name for source in sources]
+            if table.name in taken:
+                what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
+                self.findings.append(Finding((*keys, "name"), what))
+            columns = {
+                k: v
+                for k in ("time", "displacement", "force")
+                if (v := getattr(table.columns, k)) is not None
+            }
+            sources.append(
+                Source(
+                    mode=table.mode,
+                    file=file or Path(table.file),
+                    name=table.name or _unused(table.mode, taken),
+                    columns=columns,  # type: ignore[arg-type]  # the keys are the literals just listed
+                    units=units,
+                    delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
+                    decimal=table.decimal,
+                    reverse=tuple(sorted(set(table.reverse or ()))),
+                    cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
+                    largest_stretch=table.largest_stretch if isinstance(table, CouponTable) else None,
+                )
+            )
+        return tuple(sources)
+
+    def _units(self, keys: Keys, table: RecordingTable) -> dict[Quantity, str]:
+        mode, units = modes()[table.mode], {}
+        quantities: tuple[Quantity, ...] = ("time", "displacement", "force")
+        for quantity in quantities:
+            unit = getattr(table.units, quantity)
+            if unit is None:
+                continue
+            known = UNITS[dimension(quantity, mode.specimen, mode.rotational)]
+            if unit not in known:
+                kind = f"unit of {quantity} for mode {table.mode}"
+                self.findings.append(unknown_name((*keys, "units", quantity), unit, known, kind))
+            units[quantity] = unit
+        return units
+
+    def _effects(
+        self,
+        data: dict[str, Any],
+        load_cases: Sequence[LoadCase | None],
+        recordings: Sequence[Source],
+        shape: Shape | None,
+    ) -> tuple[ActiveEffect, ...]:
+        tables = list(self._list(data, "effects", EffectTable))
+        # Effects are checked against channels; those that are wrong themselves would be told of twice.
+        if any(finding.keys[0] in ("geometry", "load_cases", "recordings") for finding in self.findings):
+            return ()
+        loads = [load for load in load_cases if load is not None]
+        named = zip(load_case_names(loads, recordings), loads, strict=True)
+        channels = [
+            effects.Channel(
+                name, load.mode, ("load_cases", i) if load.source is None and load.rate is None else ()
+            )
+            for i, (name, load) in enumerate(named)
+        ]
+        channels += [effects.Channel(source.label, source.mode) for source in recordings]
+        active, findings = effects.build(tables, channels, shape)
+        self.findings += findings
+        return tuple(active)
+
+    def _file(self, keys: Keys, name: str) -> Path | None:
+        """Return the file that a case names relative to itself, when there is one."""
+        file = self.folder / name
+        try:
+            if file.is_file():
+                return file
+            folder = file.parent
+            beside = [p.name for p in folder.iterdir() if p.is_file()] if folder.is_dir() else []
+            reason = "is a directory" if file.is_dir() else "does not exist"
+        except (OSError, ValueError):
+            beside, reason = [], "is no name of a file"
+        near = nearest(file.name, beside)
+        place = f"looked in {file.parent}" if reason == "does not exist" else ""
+        self.findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", near, place))
+        return None
+
+
+def _unused(name: str, taken: Sequence[str]) -> str:
+    """Return the name, with a number behind it when it is taken."""
+    number = 1
+    while (candidate := name if number == 1 else f"{name}_{number}") in taken:
+        number += 1
+    return candidate
+
+
+def _impossible_numbers(value: Any, keys: Keys = ()) -> Iterator[Finding]:
+    """Yield nan, infinities (but for the bulk modulus) and numbers too large to compute with."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield from _impossible_numbers(item, (*keys, key))
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            yield from _impossible_numbers(item, (*keys, index))
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        infinite = keys == ("material", "bulk_modulus") and value == math.inf
+        if not infinite and not abs(value) <= _LARGEST:
+            yield Finding(keys, f"{dotted(keys)} = {shown(value)} is not a number to compute with")

@@ -1,0 +1,237 @@
+"""The values of a case, validated and in internal units (N, mm, MPa, s, rad)."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bushcli.case.unit import written
+from bushcli.effects.active import ActiveEffect
+from bushcli.recording.source import Source
+from cases.mode import modes
+from forms.law import laws
+from geometry.shape import Refinement, Shape
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """Rubber elements in each direction; None = the default of the geometry."""
+
+    elements_across: int | None = None
+    elements_along: int | None = None
+    elements_around: int | None = None
+
+    @property
+    def refinement(self) -> Refinement:
+        """The same in the words of `geometry`."""
+        return Refinement(self.elements_across, self.elements_along, self.elements_around)
+
+
+@dataclass(frozen=True)
+class Material:
+    """The rubber.
+
+    Attributes
+    ----------
+    law : str
+        Name of a law.
+    bulk_modulus : float
+        MPa; ``inf`` means exactly incompressible.
+    parameters : mapping of str to float
+        By name, within the law's bounds; empty when the law is to be identified.
+    terms : int, optional
+        Number of terms to identify of a law that has optional ones.
+    """
+
+    law: str
+    bulk_modulus: float = math.inf
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    terms: int | None = None
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """The parameters that are given, or, when none is, those that are to be identified."""
+        law = laws()[self.law]
+        if self.parameters:
+            return tuple(p.name for p in law.parameters if p.name in self.parameters)
+        if self.terms is None:
+            return tuple(p.name for p in law.parameters)
+        return tuple(name for group in parameter_terms(self.law)[: self.terms] for name in group)
+
+
+@dataclass(frozen=True)
+class LoadCase:
+    """A mode and a prescribed program.
+
+    Attributes
+    ----------
+    mode : str
+    path : tuple of float
+        Points that the generalised displacement goes through on straight lines, the rest position 0 first:
+        mm or rad, stretch - 1 for a coupon. Empty when ``source`` gives the program.
+    rate : float, optional
+        mm/s or rad/s along the path; None = time plays no part.
+    steps : int
+        Steps on the longest segment of the path; the others get their share.
+    source : Source, optional
+        File with the program, for `bushcli.recording.read_program`.
+    """
+
+    mode: str
+    path: tuple[float, ...] = ()
+    rate: float | None = None
+    steps: int = 20
+    source: Source | None = None
+
+    @property
+    def amplitude(self) -> float:
+        """Largest distance from rest on the path, mm or rad; 0 when the program is in a file."""
+        return max(map(abs, self.path), default=0.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """All that a case file says.
+
+    Attributes
+    ----------
+    title : str
+    path : Path
+        The case file.
+    geometry : Shape
+        Dimensions in mm; angles of the shape stay in degrees inside it.
+    mesh : MeshOptions
+    material : Material
+    load_cases : tuple of LoadCase
+    recordings, coupons : tuple of Source
+        Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
+    effects : tuple of ActiveEffect
+        What is added to the plain model, each effect once, or once in each rig; parameters that are not given have no
+        value.
+    """
+
+    title: str
+    path: Path
+    geometry: Shape
+    mesh: MeshOptions
+    material: Material
+    load_cases: tuple[LoadCase, ...] = ()
+    recordings: tuple[Source, ...] = ()
+    coupons: tuple[Source, ...] = ()
+    effects: tuple[ActiveEffect, ...] = ()
+
+    @property
+    def channels(self) -> tuple[tuple[str, str], ...]:
+        """Name and mode of every channel, load cases first."""
+        named = load_case_names(self.load_cases, self.recordings)
+        prescribed = zip(named, (load.mode for load in self.load_cases), strict=True)
+        return (*prescribed, *((source.label, source.mode) for source in self.recordings))
+
+    @property
+    def needs_fit(self) -> bool:
+        """Whether the law has no parameters yet and must first be identified."""
+        return not self.material.parameters
+
+
+def load_case_names(load_cases: Sequence[LoadCase], recordings: Sequence[Source]) -> tuple[str, ...]:
+    """Return the channel names of load cases: the mode, with the number of the load case where another has it."""
+    names = []
+    for number, load in enumerate(load_cases):
+        taken = [other.mode for i, other in enumerate(load_cases) if i != number]
+        taken += [source.label for source in recordings]
+        names.append(load.mode if load.mode not in taken else f"{load.mode}-{number + 1}")
+    return tuple(names)
+
+
+def parameter_terms(law: str) -> list[tuple[str, ...]]:
+    """Return a law's parameters by term: all required ones, then each group of optional ones of equal number.
+
+    ``ogden`` gives ``[("mu1", "alpha1"), ("mu2", "alpha2"), ("mu3", "alpha3")]``; a law without optional
+    parameters is one term.
+    """
+    required: list[str] = []
+    groups: dict[str, list[str]] = {}
+    for parameter in laws()[law].parameters:
+        number = parameter.name[len(parameter.name.rstrip("0123456789")) :]
+        (groups.setdefault(number, []) if parameter.optional else required).append(parameter.name)
+    return [tuple(required), *(tuple(group) for group in groups.values())]
+
+
+def resolved(case: Case) -> dict[str, Any]:
+    """Return a case as JSON-ready data with all defaults filled in and the keys and units of the case file.
+
+    Angles are in degrees; an infinite bulk modulus is the text "inf", since JSON has no infinity. File
+    names are relative to the case file where they lie below it. An amplitude is shown as the path that it
+    stands for.
+    """
+    folder = case.path.parent
+    return {
+        "title": case.title,
+        "path": str(case.path),
+        "geometry": {"shape": type(case.geometry).name} | case.geometry.model_dump(mode="json"),
+        "mesh": {
+            "elements_across": case.mesh.elements_across,
+            "elements_along": case.mesh.elements_along,
+            "elements_around": case.mesh.elements_around,
+        },
+        "material": {
+            "law": case.material.law,
+            "bulk_modulus": case.material.bulk_modulus
+            if math.isfinite(case.material.bulk_modulus)
+            else "inf",
+            "parameters": dict(case.material.parameters),
+            "terms": case.material.terms,
+        },
+        "load_cases": [_load_case(load_case, folder) for load_case in case.load_cases],
+        "recordings": [_source(source, folder) for source in case.recordings],
+        "coupons": [_source(source, folder) for source in case.coupons],
+        "effects": [_effect(active, case) for active in case.effects],
+    }
+
+
+def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
+    shown: dict[str, Any] = {"mode": load_case.mode, "steps": load_case.steps}
+    if load_case.source is not None:
+        return shown | {"file": _relative(load_case.source.file, folder)}
+    turned = modes()[load_case.mode].rotational
+    # Twelve digits: 30 degrees must not come back as 29.999999999999996.
+    path = [float(f"{math.degrees(q) if turned else q:.12g}") for q in load_case.path]
+    rate = load_case.rate
+    if rate is not None and turned:
+        rate = float(f"{math.degrees(rate):.12g}")
+    return shown | {"path": path, "rate": rate}
+
+
+def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
+    turned = any(modes()[mode].rotational for name, mode in case.channels if active.acts_on(name, mode))
+    return {
+        "name": active.effect.name,
+        "parameters": {
+            name: written(active.effect.parameter(name), value, turned)
+            for name, value in active.values.items()
+        },
+        "channels": None if active.channels is None else list(active.channels),
+    }
+
+
+def _source(source: Source, folder: Path) -> dict[str, Any]:
+    return {
+        "mode": source.mode,
+        "file": _relative(source.file, folder),
+        "name": source.label,
+        "columns": dict(source.columns),
+        "units": dict(source.units),
+        "delimiter": source.delimiter,
+        "decimal": source.decimal,
+        "reverse": list(source.reverse) or None,
+        "cycles": list(source.cycles) if source.cycles else None,
+    } | ({} if source.largest_stretch is None else {"largest_stretch": source.largest_stretch})
+
+
+def _relative(file: Path, folder: Path) -> str:
+    below = os.path.relpath(file, folder)
+    return str(file) if below.startswith("..") else Path(below).as_posix()

@@ -1,0 +1,141 @@
+"""What there is to choose from, as text and as data: laws, shapes, modes, effects."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bushcli.case.unit import unit
+from bushcli.effects.effect import effects
+from cases.mode import modes
+from forms.law import laws
+from geometry.shape import shapes
+
+
+def as_json(kind: str) -> list[dict[str, Any]]:
+    """Entries of a kind ("laws", "shapes", "modes", "effects") as JSON-ready data."""
+    return {"laws": _laws, "shapes": _shapes, "modes": _modes, "effects": _effects}[kind]()
+
+
+def as_text(kind: str) -> str:
+    """The same for people."""
+    blocks = []
+    for entry in as_json(kind):
+        lines = [f"{entry['name']}  {entry['summary']}"]
+        if "acts" in entry:
+            lines[0] = f"{entry['name']}  {entry['title']}. {entry['summary']}"
+            lines[0] += f"  ({entry['acts']}: {', '.join(entry['modes'])})"
+        if "displacement" in entry:
+            lines[0] += f"  ({entry['specimen']}: {entry['displacement']}, {entry['force']})"
+        for item in entry.get("parameters", entry.get("dimensions", [])):
+            lines.append("    " + "  ".join(_words(item)))
+        if "needs" in entry:
+            lines.append(f"    needs: {entry['needs']}")
+            lines.append(f"    rivals: {', '.join(entry['rivals'])}")
+        if "source" in entry:
+            lines.append(f"    source: {entry['source']}")
+        blocks.append("\n".join(lines))
+    return "\n".join(blocks)
+
+
+def _words(item: dict[str, Any]) -> list[str]:
+    """What is said of a parameter or a dimension, in order."""
+    words = [str(item[key]) for key in ("name", "unit", "default", "meaning", "bounds") if item.get(key)]
+    if item.get("choices"):
+        words.append(f"one of {', '.join(item['choices'])}")
+    if item.get("off") is not None:
+        words.append(f"off = {item['off']:g}")
+    if item.get("reciprocal"):
+        other = item["reciprocal"]
+        words.append(
+            f"or {other['name']} = 1/{item['name']}" + ("" if other["unit"] == "1" else f", {other['unit']}")
+        )
+    return words
+
+
+def _laws() -> list[dict[str, Any]]:
+    return [
+        {
+            "name": law.name,
+            "summary": law.summary,
+            "parameters": [
+                {
+                    "name": p.name,
+                    "unit": p.unit,
+                    "meaning": p.meaning + (" (optional)" if p.optional else ""),
+                    "bounds": f"[{p.lower:g}, {p.upper:g}]",
+                }
+                for p in law.parameters
+            ],
+            "source": law.source,
+        }
+        for law in laws().values()
+    ]
+
+
+def _shapes() -> list[dict[str, Any]]:
+    result = []
+    for shape in shapes().values():
+        dimensions = [
+            {
+                "name": name,
+                "default": "" if field.is_required() else _default(field.default),
+                "meaning": field.description or "",
+            }
+            for name, field in shape.model_fields.items()
+        ]
+        result.append({"name": shape.name, "summary": shape.summary, "dimensions": dimensions})
+    return result
+
+
+def _default(value: Any) -> str:
+    if value is None:
+        return "optional"
+    return f"default {value:g}" if isinstance(value, float) else f"default {value}"
+
+
+def _modes() -> list[dict[str, Any]]:
+    return [
+        {
+            "name": mode.name,
+            "summary": mode.summary,
+            "specimen": mode.specimen,
+            "displacement": "stretch" if mode.specimen == "coupon" else "deg" if mode.rotational else "mm",
+            "force": "MPa" if mode.specimen == "coupon" else "N mm" if mode.rotational else "N",
+            "symmetry_planes": sorted(mode.solid.mirrors),
+            "axisymmetric": mode.section is not None,
+            "needs_compressibility": mode.needs_compressibility,
+        }
+        for mode in modes().values()
+    ]
+
+
+def _effects() -> list[dict[str, Any]]:
+    return [
+        {
+            "name": effect.name,
+            "title": effect.title,
+            "summary": effect.summary,
+            "acts": effect.acts,
+            "modes": [mode for mode in modes() if effect.acts_on(mode)],
+            "parameters": [
+                {
+                    "name": p.name,
+                    "unit": "" if p.choices else p.unit,
+                    "meaning": p.meaning + (" (optional)" if p.optional else ""),
+                    "bounds": "" if p.choices else f"[{p.lower:g}, {p.upper:g}]",
+                    "choices": list(p.choices),
+                    "off": p.off,
+                    "reciprocal": dict(zip(("name", "unit"), p.reciprocal, strict=True))
+                    if p.reciprocal
+                    else None,
+                    "unit_rotational": unit(p, rotational=True),
+                }
+                for p in effect.parameters
+            ],
+            "needs": effect.needs,
+            "rivals": list(effect.rivals),
+            "needs_time": effect.needs_time,
+            "source": effect.source,
+        }
+        for effect in effects().values()
+    ]

@@ -1,0 +1,110 @@
+"""Checks that need more than one key: the law's parameters, and modes against the shape."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from bushcli.case.case import LoadCase, Material, parameter_terms
+from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.errors import nearest
+from cases.mode import modes
+from forms.law import Law, Parameter, laws
+from geometry.shape import Shape
+
+_PARAMETERS: Keys = ("material", "parameters")
+
+
+def parameters(material: Material) -> Iterator[Finding]:
+    """Check that the law's parameters are known, complete, within bounds and give a stiff rubber at rest."""
+    law = laws()[material.law]
+    if material.terms is not None:
+        yield from _terms(material)
+    if not material.parameters:
+        return
+    sound = True
+    for name, value in material.parameters.items():
+        known = next((p for p in law.parameters if p.name == name), None)
+        if known is None:
+            sound = False
+            names = [p.name for p in law.parameters]
+            what = f"{dotted((*_PARAMETERS, name))} is not a parameter of {law.name}"
+            yield Finding((*_PARAMETERS, name), what, nearest(name, names), ", ".join(names))
+        elif not known.admits(value):
+            sound = False
+            what = f"{dotted((*_PARAMETERS, name))} = {shown(value)} is out of bounds"
+            yield Finding((*_PARAMETERS, name), what, expected=_bounds(known))
+    for name in _lacking(law, material.parameters):
+        sound = False
+        known = law.parameter(name)
+        what = f"{dotted((*_PARAMETERS, name))} is missing"
+        yield Finding((*_PARAMETERS, name), what, expected=f"{law.name}: {known.meaning}, {_bounds(known)}")
+    if sound and not law.shear_modulus(**material.parameters) > 0:
+        stiffness = law.shear_modulus(**material.parameters)
+        what = f"material.parameters give an initial shear modulus of {stiffness:.3g} MPa"
+        yield Finding(_PARAMETERS, what, expected="it must be positive, or the rubber is unstable at rest")
+
+
+def _terms(material: Material) -> Iterator[Finding]:
+    terms = parameter_terms(material.law)
+    if len(terms) == 1:
+        yield Finding(("material", "terms"), f"material.terms: law {material.law} has no terms to choose")
+    elif material.terms is not None and material.terms > len(terms):
+        what = f"material.terms = {material.terms} is too many"
+        yield Finding(("material", "terms"), what, expected=f"{material.law} has 1 to {len(terms)}")
+    elif material.parameters:
+        what = "material.terms is for a law without parameters, but material.parameters are given"
+        yield Finding(("material", "terms"), what, expected="give one of them")
+
+
+def _lacking(law: Law, given: Mapping[str, float]) -> list[str]:
+    """Return the parameters that must be added: required ones, and the rest of a term that is begun."""
+    first, *further = parameter_terms(law.name)
+    begun = [group for group in further if any(name in given for name in group)]
+    return [name for group in (first, *begun) for name in group if name not in given]
+
+
+def _bounds(parameter: Parameter) -> str:
+    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    if math.isinf(parameter.upper):
+        return "a finite number" if math.isinf(parameter.lower) else f"at least {parameter.lower:g}{unit}"
+    if math.isinf(parameter.lower):
+        return f"at most {parameter.upper:g}{unit}"
+    return f"{parameter.lower:g} to {parameter.upper:g}{unit}"
+
+
+def mode(
+    keys: Keys, name: str, specimen: str, shape: str | None, bulk_modulus: float | None
+) -> Iterator[Finding]:
+    """Check a mode's name, that it suits the specimen ("bushing", "coupon") and that the rubber allows it.
+
+    ``shape`` names the shape that asks for the specimen, None where the section does.
+    """
+    known = modes().get(name)
+    fitting = [other.name for other in modes().values() if other.specimen == specimen]
+    if known is None:
+        yield unknown_name((*keys, "mode"), name, fitting, "mode")
+    elif known.specimen != specimen:
+        owner = f'shape "{shape}"' if shape else f"[[{keys[0]}]]"
+        here = f"{dotted((*keys, 'mode'))} = {shown(name)}"
+        what = f"{here} is a mode of a {known.specimen}, but {owner} is a {specimen}"
+        yield Finding((*keys, "mode"), what, expected=", ".join(fitting))
+    elif known.needs_compressibility and bulk_modulus is not None and math.isinf(bulk_modulus):
+        what = f"{dotted((*keys, 'mode'))} = {shown(name)} needs a finite material.bulk_modulus"
+        yield Finding((*keys, "mode"), what, expected="e.g. bulk_modulus = 2000.0, MPa")
+
+
+def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
+    """Check that a path leaves room for the rubber."""
+    kind = modes()[load_case.mode]
+    thickness = getattr(shape, "thickness", None)  # a coupon has none
+    if kind.specimen == "coupon" and min(load_case.path, default=0.0) <= -1.0:
+        what = f"{dotted(keys)} = {min(load_case.path):g} presses the specimen to nothing"
+        yield Finding(keys, what, expected="stretch - 1, above -1")
+    elif kind.name == "radial" and thickness is not None and load_case.amplitude >= thickness:
+        what = f"{dotted(keys)} = {load_case.amplitude:g} closes the gap between the sleeves"
+        yield Finding(keys, what, expected=f"less than the rubber's thickness, {thickness:g} mm")
+    elif kind.rotational and load_case.amplitude > math.pi:
+        degrees = math.degrees(load_case.amplitude)
+        what = f"{dotted(keys)} = {degrees:g} turns the sleeve by more than 180 degrees"
+        yield Finding(keys, what, expected="degrees")

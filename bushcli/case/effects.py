@@ -1,0 +1,164 @@
+"""Validate ``[[effects]]`` against the registry and the channels of the case."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.schema import EffectTable
+from bushcli.case.unit import inside, outside, unit
+from bushcli.effects.active import ActiveEffect, told_apart
+from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
+from bushcli.errors import nearest
+from cases.mode import modes
+from geometry.shape import Shape
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What an effect may act on.
+
+    Attributes
+    ----------
+    name, mode : str
+    untimed : Keys
+        The load case, where it is certain to have no time; empty where it has one or a file will tell.
+    """
+
+    name: str
+    mode: str
+    untimed: Keys = ()
+
+
+def build(
+    tables: Sequence[tuple[EffectTable, Keys]], channels: Sequence[Channel], shape: Shape | None = None
+) -> tuple[list[ActiveEffect], list[Finding]]:
+    """Return the effects of a case and what is wrong with them; of the shape nothing is known where it is None."""
+    active: list[ActiveEffect] = []
+    findings: list[Finding] = []
+    for table, keys in tables:
+        effect = effects().get(table.name)
+        if effect is None:
+            findings.append(unknown_name((*keys, "name"), table.name, effects(), "effect"))
+            continue
+        twins = [other for other in active if other.effect.name == effect.name]
+        names = None if table.channels is None else tuple(dict.fromkeys(table.channels))
+        if twins and not _is_of_another_rig(effect, names, twins):
+            what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
+            wanted = (
+                "once in each channel: channels = [...] of both, without a channel in common"
+                if effect.of_channel
+                else "each effect once; channels = [...] says which channels have it"
+            )
+            findings.append(Finding((*keys, "name"), what, expected=wanted))
+            continue
+        findings += _channels(effect, table, keys, channels)
+        plain = ActiveEffect(effect, channels=names)
+        on = [channel for channel in channels if plain.acts_on(channel.name, channel.mode)]
+        rotational = any(modes()[channel.mode].rotational for channel in on)
+        values, wrong = _values(effect, table, keys, rotational, shape)
+        findings += wrong
+        others = [name for other, _ in tables if (name := other.name) != effect.name]
+        for what, expected in () if shape is None else unsuited(effect, shape, others, values):
+            at = (*keys, "name")
+            findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
+        active.append(replace(plain, values=values))
+    return list(told_apart(active)), findings
+
+
+def _is_of_another_rig(effect: Effect, channels: Sequence[str] | None, twins: Sequence[ActiveEffect]) -> bool:
+    """Whether an effect that is given again belongs to channels that do not have it yet."""
+    known = [one.channels for one in twins]
+    if not effect.of_channel or not channels or any(one is None for one in known):
+        return False
+    return not set(channels) & {name for one in known for name in one or ()}
+
+
+def _channels(
+    effect: Effect, table: EffectTable, keys: Keys, channels: Sequence[Channel]
+) -> Iterator[Finding]:
+    """Check that the effect acts, on channels of one kind of unit, with time where it needs time."""
+    acts = [mode for mode in modes() if effect.acts_on(mode)]
+    known = {channel.name: channel for channel in channels}
+    for index, name in enumerate(table.channels or []):
+        at = (*keys, "channels", index)
+        if name not in known:
+            yield unknown_name(at, name, known, "channel")
+        elif known[name].mode not in acts:
+            what = f"{dotted(at)} = {shown(name)}: {effect.name} does not act on mode {known[name].mode}"
+            yield Finding(at, what, expected=", ".join(acts))
+    wanted = known if table.channels is None else [name for name in table.channels if name in known]
+    on = [known[name] for name in wanted if known[name].mode in acts]
+    if table.channels is None and not on:
+        there = (
+            ", ".join(dict.fromkeys(channel.mode for channel in channels)) or "no recording and no load case"
+        )
+        what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} acts on nothing in this case, which has {there}"
+        yield Finding((*keys, "name"), what, expected=", ".join(acts))
+    turned = [channel for channel in on if modes()[channel.mode].rotational]
+    if turned and len(turned) < len(on) and any(unit(p, True) != p.unit for p in effect.parameters):
+        straight = next(channel for channel in on if channel not in turned)
+        what = (
+            f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {turned[0].name} in degrees"
+        )
+        yield Finding((*keys, "channels"), what, expected="channels = [...] of one kind")
+    for channel in on if effect.needs_time else []:
+        if channel.untimed:
+            at = (*keys, "name")
+            what = f"{dotted(at)} = {shown(effect.name)} needs time, but {dotted(channel.untimed)} has none"
+            yield Finding(at, what, expected="a rate; or channels = [...] without it")
+
+
+def _values(
+    effect: Effect, table: EffectTable, keys: Keys, rotational: bool, shape: Shape | None
+) -> tuple[dict[str, float], list[Finding]]:
+    """Return the values that are given, by the parameters' own names, in internal units; a choice always has one."""
+    values: dict[str, float] = {}
+    findings: list[Finding] = []
+    own = {p.name: p for p in effect.parameters}
+    reciprocal = {p.reciprocal[0]: p for p in effect.parameters if p.reciprocal}
+    known = [
+        name for p in effect.parameters for name in ([p.reciprocal[0]] if p.reciprocal else []) + [p.name]
+    ]
+    # A choice that is not made is the usual one: it cannot be identified.
+    chosen = {p.name: p.start for p in effect.parameters if p.choices}
+    for name, given in table.parameters.items():
+        at = (*keys, "parameters", name)
+        parameter = own.get(name) or reciprocal.get(name)
+        if parameter is None:
+            what = f"{dotted(at)} is not a parameter of {effect.name}"
+            findings.append(Finding(at, what, nearest(name, known), ", ".join(known)))
+        elif parameter.choices:
+            if given in parameter.choices:
+                chosen[name] = float(parameter.choices.index(str(given)))
+            else:
+                findings.append(unknown_name(at, given, parameter.choices, f"choice of {name}"))
+        elif isinstance(given, str):
+            findings.append(Finding(at, f"{dotted(at)} = {shown(given)} is not a number"))
+        elif parameter.name in values:
+            what = f"{dotted(at)} is given twice: {parameter.name} is 1/{parameter.reciprocal[0]}"  # type: ignore[index]
+            findings.append(Finding(at, what, expected="give one of them"))
+        else:
+            inverted = name not in own
+            value = (1.0 / given if given else math.inf) if inverted else inside(parameter, given, rotational)
+            values[parameter.name] = value
+            low, high = parameter.bounds(shape)
+            if not parameter.admits(value) or not low <= value <= high:
+                what = f"{dotted(at)} = {shown(given)} is out of bounds"
+                findings.append(Finding(at, what, expected=_bounds(parameter, inverted, rotational, shape)))
+    return values | chosen, findings
+
+
+def _bounds(parameter: EffectParameter, inverted: bool, rotational: bool, shape: Shape | None) -> str:
+    if inverted and parameter.reciprocal is not None:
+        units = "" if parameter.reciprocal[1] == "1" else f" {parameter.reciprocal[1]}"
+        return f"at least {1.0 / parameter.upper:g}{units}"
+    units = "" if parameter.unit == "1" else f" {unit(parameter, rotational)}"
+    low, high = (outside(parameter, bound, rotational) for bound in parameter.bounds(shape))
+    limit = ""
+    if parameter.within is not None and (low, high) != (parameter.lower, parameter.upper):
+        name, share = parameter.within
+        limit = f": {share:.2g} of the rubber's {name}"
+    return f"{low:g} to {high:g}{units}{limit}"

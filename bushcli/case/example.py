@@ -1,0 +1,45 @@
+"""The bundled example: where it is, and how it gets into a user's folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bushcli.errors import InputError, Problem
+
+# The folder of the package `bushcli`, in a checkout or installed.
+PACKAGE = Path(__file__).parents[1]
+
+
+def example_directory() -> Path:
+    """Folder of the bundled example case: package data when installed, the checkout's own when not."""
+    packaged = PACKAGE / "examples" / "batch"
+    return packaged if packaged.is_dir() else PACKAGE.parent / "examples" / "batch"
+
+
+def write_example(directory: Path) -> tuple[Path, ...]:
+    """Copy the example into a folder; nothing that is there is overwritten.
+
+    Returns
+    -------
+    tuple of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        A file of the example's is there already, or the folder cannot be made.
+    """
+    sources = sorted(path for path in example_directory().iterdir() if path.is_file())
+    targets = [directory / source.name for source in sources]
+    present = [target for target in targets if target.exists()]
+    if present:
+        raise InputError(
+            *(Problem(str(target), "exists already and is not overwritten") for target in present)
+        )
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for source, target in zip(sources, targets, strict=True):
+            target.write_bytes(source.read_bytes())
+    except OSError as error:
+        raise InputError(Problem(str(directory), f"cannot be written: {error.strerror}")) from None
+    return tuple(targets)

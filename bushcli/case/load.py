@@ -1,0 +1,102 @@
+"""Read a case file, apply overrides, and say what is wrong with it: the way in to a Case."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from bushcli.case.build import Builder
+from bushcli.case.case import Case
+from bushcli.case.finding import Finding, Keys
+from bushcli.case.override import Override, apply
+from bushcli.errors import CaseError, Problem, nearest
+
+
+def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
+    """Read a case file.
+
+    Parameters
+    ----------
+    path : path
+    overrides : sequence of str
+        ``KEY=VALUE`` with dotted keys as in the case file; values as in TOML.
+
+    Raises
+    ------
+    CaseError
+        With everything that is wrong, each with file or override, key, and what was expected.
+    """
+    path = Path(path)
+    data, done = apply(_read(path), overrides)
+    builder = Builder(path.parent)
+    case = builder.case(data, path)
+    if case is None:
+        raise CaseError(*_problems(builder.findings, path, done))
+    return case
+
+
+def _read(path: Path) -> dict[str, Any]:
+    text = ""
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+        return tomllib.loads(text)
+    except FileNotFoundError:
+        beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
+        raise CaseError(
+            Problem(str(path), "no such case file", nearest(path.name, beside), ", ".join(sorted(beside)))
+        ) from None
+    except IsADirectoryError:
+        inside = sorted(p.name for p in path.glob("*.toml"))
+        expected = f"a case file, such as {path / inside[0]}" if inside else "a case file in TOML"
+        raise CaseError(Problem(str(path), "is a directory", expected=expected)) from None
+    except OSError as error:
+        raise CaseError(Problem(str(path), f"cannot be read: {error.strerror or error}")) from None
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise CaseError(
+            Problem(f"{path}:{line}", "is not UTF-8 text", expected="a case file in TOML")
+        ) from None
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(_syntax(path, text, str(error))) from None
+    except (ValueError, RecursionError) as error:
+        # A name with a null byte, numbers of thousands of digits, brackets nested as deep.
+        what = "is not valid TOML" if text else "cannot be read"
+        raise CaseError(Problem(str(path), f"{what}: {error}")) from None
+
+
+def _syntax(path: Path, text: str, message: str) -> Problem:
+    """Return a TOML error with ``file:line:column`` and the line that it is in."""
+    words, _, place = message.rpartition(" (at ")
+    found = re.match(r"line (\d+), column (\d+)", place)
+    lines = text.rstrip().split("\n")
+    # "at end of document" gives no place.
+    line, column = (int(found[1]), int(found[2])) if found else (len(lines), len(lines[-1]) + 1)
+    context = lines[line - 1].strip() if line <= len(lines) else ""
+    where = f"{path}:{line}:{column}"
+    return Problem(
+        where, f"is not valid TOML: {words or message}", expected=f"in: {context[:80]}" if context else ""
+    )
+
+
+def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Override]) -> list[Problem]:
+    """Return the findings as problems, one per key, each with the file or the override that it is from."""
+    seen: set[Keys] = set()
+    problems = []
+    for finding in findings:
+        if finding.keys in seen:
+            continue
+        seen.add(finding.keys)
+        owner = next((o for o in reversed(overrides) if o.owns(finding.keys)), None)
+        where = owner.where if owner else str(path)
+        problems.append(Problem(where, finding.what, finding.nearest, finding.expected))
+    changed = next((o for o in overrides if o.keys == ("material", "law")), None)
+    if any(o.keys[:2] == ("material", "parameters") for o in overrides):
+        changed = None  # the user has thought of them
+    leftover = any(f.keys[:2] == ("material", "parameters") and len(f.keys) == 3 for f in findings)
+    if changed and leftover:
+        what = "changes the law, but material.parameters are those of another law"
+        problems.append(Problem(changed.where, what, expected="also give --set material.parameters={...}"))
+    return problems

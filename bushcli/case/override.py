@@ -1,0 +1,170 @@
+"""``--set KEY=VALUE``: change single keys of a case before it is validated."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any
+
+from bushcli.case.finding import Keys, dotted, shown
+from bushcli.effects.effect import effect_name, rig_of
+from bushcli.errors import CaseError, Problem
+
+_SEGMENT = re.compile(r"([A-Za-z0-9_-]+(?:@[^\[\]@]+)?)((?:\[\d+\])*)\Z")
+
+
+@dataclass(frozen=True)
+class Override:
+    """One ``--set``.
+
+    Attributes
+    ----------
+    text : str
+        As the user wrote it.
+    keys : Keys
+        The path to the changed key.
+    created : Keys
+        The shallowest key that it brought into the case; the whole path where the table existed before.
+    """
+
+    text: str
+    keys: Keys
+    created: Keys
+
+    @property
+    def where(self) -> str:
+        """How a message names it."""
+        return f"--set {self.text}"
+
+    def owns(self, keys: Keys) -> bool:
+        """Whether what stands at ``keys`` comes from this override."""
+        return keys[: len(self.created)] == self.created
+
+
+def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], list[Override]]:
+    """Return a changed copy of a case's tables, and what was changed.
+
+    Lists are addressed by a number from 0, ``load_cases.0.amplitude=5`` or ``load_cases[0].amplitude=5``,
+    effects also by their name, ``effects.mullins.r=3``. A value is read as TOML, and as a text where it is not
+    TOML. Absent tables are created; unknown keys are left to validation.
+
+    Raises
+    ------
+    CaseError
+        When an override has no key or value, or leads through something that is no table.
+    """
+    data, done = deepcopy(data), []
+    for text in texts:
+        name, equals, value = text.partition("=")
+        keys = _keys(name.strip())
+        if not equals or not keys:
+            raise CaseError(Problem(f"--set {text}", "is not KEY=VALUE", expected="e.g. geometry.length=38"))
+        keys, added = _by_name(data, keys, text)
+        created = _put(data, keys, _value(value.strip()), f"--set {text}")
+        done.append(Override(text, keys, added or created))
+    return data, done
+
+
+def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
+    """Return the place of an effect that is addressed by its name, and what was added to make one.
+
+    ``effects.mullins.r`` is ``effects[0].parameters.r`` where the first effect is mullins, and
+    ``effects.offset@radial.force`` is that of the offset that has the channel radial.
+
+    Raises
+    ------
+    CaseError
+        When several effects have the name, or none has the channel.
+    """
+    entries = data.get("effects", [])
+    if keys[0] != "effects" or len(keys) < 2 or not isinstance(entries, list):
+        return keys, ()
+    name, rest = keys[1], keys[2:]
+    if isinstance(name, int) or name.isdigit():
+        return keys, ()
+    if not rest or rest[0] not in ("name", "parameters", "channels"):
+        rest = ("parameters", *rest)
+    name, rig = effect_name(name), rig_of(name)
+    named = [i for i, entry in enumerate(entries) if isinstance(entry, dict) and entry.get("name") == name]
+    channels = {i: found if isinstance(found := entries[i].get("channels"), list) else [] for i in named}
+    there = [i for i in named if not rig or not channels[i] or rig in channels[i]]
+    if len(there) == 1:
+        return ("effects", there[0], *rest), ()
+    if named:
+        known = ", ".join(f"effects.{name}@{few[0]}" for few in channels.values() if few)
+        what = f"several effects are called {name}" if there else f"no {name} has the channel {rig}"
+        raise CaseError(Problem(f"--set {text}", what, expected=known))
+    added: Keys = ("effects", len(entries)) if "effects" in data else ("effects",)
+    data["effects"] = [*entries, {"name": name, **({"channels": [rig]} if rig else {})}]
+    return ("effects", len(entries), *rest), added
+
+
+def _keys(name: str) -> Keys:
+    keys: list[str | int] = []
+    for segment in name.split("."):
+        match = _SEGMENT.match(segment.strip())
+        if match is None:
+            return ()
+        keys.append(match[1])
+        keys.extend(int(index) for index in re.findall(r"\d+", match[2]))
+    return tuple(keys)
+
+
+def _value(text: str) -> Any:
+    try:
+        table = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    # A line break in the text could smuggle in further keys.
+    return table["value"] if len(table) == 1 else text
+
+
+def _put(data: dict[str, Any], keys: Keys, value: Any, where: str) -> Keys:
+    """Set the value in place and return the shallowest key that did not exist before, or all keys."""
+    table: Any = data
+    created: Keys | None = None
+    path: Keys = ()
+    for position, key in enumerate(keys):
+        last = position == len(keys) - 1
+        if isinstance(table, list):
+            index = _index(table, key, path, keys, where)
+            path += (index,)
+            if last:
+                table[index] = value
+            table = table[index]
+            continue
+        if not isinstance(table, dict):
+            what = f"{dotted(path)} = {shown(table)} has no keys"
+            raise CaseError(Problem(where, what, expected=f"{dotted(path)}=VALUE"))
+        key = str(key)
+        path += (key,)
+        if last:
+            table[key] = value
+        elif key not in table:
+            following = keys[position + 1]
+            if isinstance(following, int) or following.isdigit():
+                raise CaseError(Problem(where, f"the case has no {dotted(path)}"))
+            table[key] = {}
+            created = created or path
+        table = table[key]
+    return created or path
+
+
+def _index(table: list[Any], key: str | int, path: Keys, keys: Keys, where: str) -> int:
+    name = dotted(path)
+    example = f"{name}.0" + ("." + dotted(keys[len(path) :]) if isinstance(key, str) else "")
+    if not (isinstance(key, int) or (key.isascii() and key.isdigit())):
+        raise CaseError(
+            Problem(where, f"{name} is a list", expected=f"give the number of the entry: {example}")
+        )
+    if int(key) >= len(table):
+        entries = (
+            f"entries 0 to {len(table) - 1}" if len(table) > 1 else "one entry, 0" if table else "no entries"
+        )
+        raise CaseError(
+            Problem(where, f"{name}[{int(key)}] does not exist", expected=f"{name} has {entries}")
+        )
+    return int(key)

@@ -1,0 +1,53 @@
+"""Fits and derivatives of a diagnosis as plain arrays, for the store of finished work (`bushcli.runtime.store`)."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from bushcli.diagnosis.model import Fitted
+
+
+class FitCodec:
+    """Fits, derivatives and failures as arrays (`bushcli.runtime.store.Codec`)."""
+
+    def encoded(self, answer: Any) -> dict[str, Any]:
+        """Return an answer as arrays: a fit, a tuple of arrays, or nothing."""
+        if answer is None:
+            return {"kind": np.array("nothing")}
+        if isinstance(answer, Fitted):
+            about = {
+                "names": list(answer.names),
+                "values": answer.values,
+                "converged": answer.converged,
+                "solves": answer.solves,
+                "failed": answer.failed,
+                "channels": len(answer.simulated),
+            }
+            arrays = {f"simulated{i}": one for i, one in enumerate(answer.simulated)}
+            arrays |= {f"jacobian{i}": one for i, one in enumerate(answer.jacobians)}
+            return {"kind": np.array("fit"), "about": np.array(json.dumps(about)), "x": answer.x, **arrays}
+        arrays = {f"array{i}": np.asarray(one) for i, one in enumerate(answer)}
+        return {"kind": np.array("arrays"), "count": np.array(len(arrays)), **arrays}
+
+    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
+        """Return what `encoded` wrote; the model of a fit is the question's, with other values."""
+        kind = str(found["kind"])
+        if kind == "nothing":
+            return None
+        if kind == "arrays":
+            return tuple(found[f"array{i}"] for i in range(int(found["count"])))
+        about = json.loads(str(found["about"]))
+        each = range(int(about["channels"]))
+        return Fitted(
+            question[1].at(about["values"]),
+            tuple(about["names"]),
+            found["x"],
+            tuple(found[f"simulated{i}"] for i in each),
+            tuple(found[f"jacobian{i}"] for i in each),
+            bool(about["converged"]),
+            int(about["solves"]),
+            int(about["failed"]),
+        )

@@ -1,0 +1,96 @@
+"""What the maps of a mismatch hold: the unknown effect by cycle, branch, rate and time, and places in the bushing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MissingProfile:
+    """What no effect of the model explains, along one quantity.
+
+    Attributes
+    ----------
+    channel : str
+    along : {"displacement", "time", "cycle", "rate"}
+    branch : str
+        "loading", "unloading", "hold", or empty for all.
+    x : shape (n,)
+        mm or rad, s, number of the cycle, mm/s or rad/s.
+    mean, std : shape (n,)
+        Posterior of recorded less simulated force, percent of the recorded force range.
+    """
+
+    channel: str
+    along: Literal["displacement", "time", "cycle", "rate"]
+    branch: str
+    x: Array
+    mean: Array
+    std: Array
+
+
+@dataclass(frozen=True)
+class Missing:
+    """What the unknown effect looks like.
+
+    Attributes
+    ----------
+    probability : float
+        That something is missing that is not in the catalogue.
+    share : float
+        Of the plain law's squared misfit above the noise, what the most probable model leaves.
+    force : mapping of str to array
+        By channel, the posterior mean (n,) of recorded less simulated force at the samples, in the recording's unit.
+    profiles : tuple of MissingProfile
+    text : tuple of str
+        Sentences, the most telling first: "the force falls with time, whatever the displacement".
+    """
+
+    probability: float
+    share: float
+    force: Mapping[str, Array]
+    profiles: tuple[MissingProfile, ...]
+    text: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class LocalMap:
+    """Where in the rubber a change of stiffness would help some channels together.
+
+    Attributes
+    ----------
+    channels : tuple of str
+    points : shape (n, 2) or (n, 3)
+        Corners of the cells, mm: (R, Z) of the half-plane, or x, y, z.
+    cells : shape (m, 4) or (m, 8)
+        Corners by cell.
+    factor : shape (m,)
+        Regularised change of stiffness that the misfit asks for: 0.1 is 10 % stiffer.
+    local_gain, uniform_gain : float
+        Share of the misfit's sum of squares that the map, and the best uniform factor, would take away (beside what the
+        law's parameters can do).
+    helps_locally : bool
+        Whether a local change helps significantly more than a uniform one.
+    text : str
+    """
+
+    channels: tuple[str, ...]
+    points: Array
+    cells: NDArray[np.int64]
+    factor: Array
+    local_gain: float
+    uniform_gain: float
+    helps_locally: bool
+    text: str
+
+    @property
+    def name(self) -> str:
+        """Names of the channels: "axial + radial"."""
+        return " + ".join(self.channels)

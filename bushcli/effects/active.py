@@ -1,0 +1,132 @@
+"""Effects with values, on some of a case's channels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from bushcli.effects.effect import Effect, EffectParameter, in_rig
+from bushcli.errors import InputError, Problem
+
+
+@dataclass(frozen=True)
+class ActiveEffect:
+    """An effect with values, on some channels.
+
+    Attributes
+    ----------
+    effect : Effect
+    values : mapping of str to float
+        By parameter name, in N, mm, MPa, s, rad; what is not given is to be identified.
+    channels : tuple of str, optional
+        Names of the channels that have it; None = all that it acts on.
+    rig : str
+        A channel that tells it from the same effect on other channels, with other values; empty for the first one.
+    """
+
+    effect: Effect
+    values: Mapping[str, float] = field(default_factory=dict)
+    channels: tuple[str, ...] | None = None
+    rig: str = ""
+
+    @property
+    def name(self) -> str:
+        """The effect's name; with the rig, "offset@radial", where the effect is there once more."""
+        return in_rig(self.effect, self.rig)
+
+    @property
+    def identity(self) -> str:
+        """The effect's name with its rig, "offset@radial", whatever else is there: to compare models by."""
+        return identity(self.effect, self.channels)
+
+    def full_name(self, parameter: EffectParameter) -> str:
+        """Return a parameter's name among those of the law and of all effects: "viscoelasticity.g1"."""
+        return f"{self.name}.{parameter.name}"
+
+    @property
+    def parameters(self) -> tuple[EffectParameter, ...]:
+        """The parameters in play: those that are not optional, and all of a branch of which one is given."""
+        begun = {_branch(name) for name in self.values}
+        return tuple(p for p in self.effect.parameters if not p.optional or _branch(p.name) in begun)
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Full names of the parameters in play that have no value."""
+        return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
+
+    def acts_on(self, channel: str, mode: str) -> bool:
+        """Whether the effect changes a channel, given its name and its mode."""
+        return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode)
+
+    def started(self) -> ActiveEffect:
+        """Return the same with the start values of what is not given."""
+        return replace(self, values={p.name: self.values.get(p.name, p.start) for p in self.parameters})
+
+    def off(self) -> ActiveEffect:
+        """Return the same with its amplitudes off; shape parameters stay, or get their start values."""
+        off = {p.name: p.off for p in self.parameters if p.off is not None}
+        return replace(self, values=dict(self.started().values) | off)
+
+
+def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
+    """Return the name of an effect on some channels: with the first of them where it belongs to their rig."""
+    return in_rig(effect, channels[0]) if effect.of_channel and channels else effect.name
+
+
+def told_apart(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
+    """Return the same, each effect that is there several times named by its rig, but for the first by its channels."""
+    seen: set[str] = set()
+    rigs: dict[int, str] = {}
+    for one in sorted(active, key=lambda one: one.channels or ()):
+        rigs[id(one)] = (one.channels or ("",))[0] if one.effect.name in seen else ""
+        seen.add(one.effect.name)
+    return tuple(one if one.rig == rigs[id(one)] else replace(one, rig=rigs[id(one)]) for one in active)
+
+
+def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[ActiveEffect, ...]:
+    """Return those of the effects that change a channel, given its name and its mode."""
+    return tuple(one for one in active if one.acts_on(channel, mode))
+
+
+def require_values(active: Sequence[ActiveEffect], where: str) -> None:
+    """Refuse effects with parameters that have no value, as for a prediction.
+
+    Raises
+    ------
+    InputError
+    """
+    problems = [
+        Problem(
+            where, f"effects.{name} is not given", "", "all parameters of an effect, for anything but a fit"
+        )
+        for one in active
+        for name in one.lacking
+    ]
+    if problems:
+        raise InputError(*problems)
+
+
+def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where: str) -> None:
+    """Refuse a channel without time to the effects that need one.
+
+    Raises
+    ------
+    InputError
+    """
+    problems = [
+        Problem(
+            where,
+            f"has no time, which the effect {one.name} needs",
+            "",
+            "a column with the time in s; or channels = [...] of the effect without this one",
+        )
+        for one in acting(active, channel, mode)
+        if one.effect.needs_time
+    ]
+    if problems:
+        raise InputError(*problems)
+
+
+def _branch(name: str) -> str:
+    """Return the number at the end of a parameter's name, which those of one branch share: "2" of "tau2"."""
+    return name[len(name.rstrip("0123456789")) :]

@@ -1,0 +1,26 @@
+"""From the effects of a channel to the features of its finite-element model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bushcli.effects.active import ActiveEffect
+from cases.feature import Installed
+
+
+def installed(active: Sequence[ActiveEffect]) -> list[Installed]:
+    """Return the features of the effects that act on the finite-element model, with their values.
+
+    Parameters
+    ----------
+    active
+        Effects of one channel; parameters without a value get their start value.
+    """
+    found = []
+    for one in active:
+        if one.effect.feature is not None:
+            values = one.started().values
+            words = {p.name: p.choice(values[p.name]) for p in one.effect.parameters if p.choices}
+            numbers = {name: value for name, value in values.items() if name not in words}
+            found.append(Installed(one.name, one.effect.feature(**words), numbers))
+    return found

@@ -1,0 +1,404 @@
+"""What an effect is, and which effects there are.
+
+An effect is physics that the plain model leaves out, as a small change to it that vanishes with its amplitude. It
+stands in one file, ``bushcli/effects/library/<name>.py``, which offers it there as ``EFFECT``, and serves to
+simulate, to identify and to diagnose. It acts on the finite-element model (``feature``) or on the curve (``rig``).
+
+This module imports nothing of the finite-element stack, so that a case file can be checked against the registry
+before that is loaded. Effects are found at run time; nothing here depends on any of them.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import pkgutil
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.effects.prior import Prior
+from cases.mode import modes
+from forms.law import UnknownName
+from geometry.ring import Ring
+from geometry.shape import Mirrors, Shape
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+Array = NDArray[np.float64]
+
+
+# Between the name of an effect and the rig, where the effect is there once more.
+_AT = "@"
+
+
+@dataclass(frozen=True)
+class EffectParameter:
+    """One parameter of an effect.
+
+    Attributes
+    ----------
+    name : str
+        As in the case file.
+    unit : str
+        "1" where there is none.
+    meaning : str
+        One line for ``bushcli list effects``.
+    start : float
+        Where a fit may begin when nothing is known; of an amplitude a small, typical value that is not ``off``.
+    lower, upper : float
+        Closed interval of admissible values.
+    off : float or None
+        The value at which the effect is absent, of an amplitude; None of a shape parameter (a time, a gap), which
+        has no meaning while the amplitudes are off.
+    optional : bool
+        Whether the parameter may be absent, as are those of a second and third branch.
+    scan : tuple of float
+        Values of a shape parameter that a diagnosis tries, in units of ``scale``.
+    scale : {"", "duration", "amplitude"}
+        What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
+    sizes : tuple of float
+        Finite values of an amplitude that a diagnosis tries in place of the derivative at ``off``, over the rubber's
+        thickness: of an effect whose curve takes another form as it grows.
+    reciprocal : (str, str) or None
+        Name and unit under which 1/value may be given in the case file, and by which the field knows it.
+    adds_to : str
+        Attribute of the material to whose reciprocal the value is added: a bulk modulus, to a compliance.
+    of_channel : bool
+        Whether the parameter belongs to one channel. Where it is a displacement (mm), a force (N, N/s) or a stiffness
+        (N/mm) it is in a rotational mode an angle, a moment or N mm per angle; degrees in the case file, rad inside.
+    of_mesh : bool
+        Whether a model is built for its value, as for a dimension of the mesh or a choice: there is no derivative by
+        it, and a fit holds it.
+    choices : tuple of str
+        Words that the case file has in place of a number, for a parameter that is a choice; its value is the index of
+        one of them. Such a parameter is ``of_mesh`` and has no unit.
+    twins : tuple of (str, str)
+        Choices that are each other's mirror image about z = 0.
+    within : (str, float) or None
+        "thickness" or "length" of the rubber, and the share of it that the value's size must not exceed: beyond it
+        there is no such bushing.
+    prior : Prior
+        What is known of it before any recording.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    start: float
+    lower: float
+    upper: float
+    off: float | None = None
+    optional: bool = False
+    scan: tuple[float, ...] = ()
+    scale: Literal["", "duration", "amplitude"] = ""
+    sizes: tuple[float, ...] = ()
+    reciprocal: tuple[str, str] | None = None
+    adds_to: str = ""
+    of_channel: bool = False
+    of_mesh: bool = False
+    choices: tuple[str, ...] = ()
+    twins: tuple[tuple[str, str], ...] = ()
+    within: tuple[Literal["thickness", "length"], float] | None = None
+    prior: Prior | None = None
+
+    def admits(self, value: float) -> bool:
+        """Whether ``value`` is a finite number within the bounds, and the index of a choice where there are choices."""
+        if self.choices and value not in range(len(self.choices)):
+            return False
+        return math.isfinite(value) and self.lower <= value <= self.upper
+
+    def bounds(self, shape: Shape | None) -> tuple[float, float]:
+        """Return the lowest and the highest value that a specimen can have; of any where it is None."""
+        if self.within is None or not isinstance(shape, Ring):
+            return self.lower, self.upper
+        name, share = self.within
+        size = shape.thickness
+        if name == "length":
+            size = 2.0 * float(shape.half_length(np.array([0.0, 1.0])).min())
+        return max(self.lower, -share * size), min(self.upper, share * size)
+
+    def choice(self, value: float) -> str:
+        """Return the word for a value of a parameter that is a choice."""
+        return self.choices[round(value)]
+
+    def distinct(
+        self, shape: Shape, acting: Collection[str], broken: Mirrors = frozenset()
+    ) -> tuple[str, ...]:
+        """Return the choices that differ in some of the modes ``acting``: of mirror images that do not, the first.
+
+        Parameters
+        ----------
+        shape
+        acting
+            Names of modes.
+        broken
+            Planes of symmetry that other effects take from the shape.
+        """
+        planes = shape.mirror_planes - broken
+        alike = all(modes()[name].looks_the_same(planes) for name in acting)
+        images = {image for _, image in self.twins} if alike else set()
+        return tuple(choice for choice in self.choices if choice not in images)
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Samples (or one number) with their derivatives by all parameters of interest: forward differentiation.
+
+    Attributes
+    ----------
+    value : (n,) array, or a number
+    slope : (n, P) array, or (P,) of a number
+        Derivative by each parameter, in an order that all signals of a computation share.
+    """
+
+    value: Array
+    slope: Array
+
+    def __add__(self, other: Signal) -> Signal:
+        return Signal(self.value + other.value, self.slope + other.slope)
+
+    def __sub__(self, other: Signal) -> Signal:
+        return Signal(self.value - other.value, self.slope - other.slope)
+
+    def __mul__(self, other: Signal) -> Signal:
+        a, b = np.asarray(self.value)[..., None], np.asarray(other.value)[..., None]
+        return Signal(self.value * other.value, self.slope * b + a * other.slope)
+
+    def where(self, condition: NDArray[np.bool_]) -> Signal:
+        """Return the samples at which the condition (n,) holds, zeros elsewhere."""
+        return Signal(np.where(condition, self.value, 0.0), np.where(condition[:, None], self.slope, 0.0))
+
+    def sampled(self, index: NDArray[np.intp]) -> Signal:
+        """Return the samples ``index``, any number of them in any order."""
+        return Signal(self.value[index], self.slope[index])
+
+
+Given = Mapping[str, Signal]
+"""Values of an effect's parameters by name, each one number with its derivatives."""
+
+
+@dataclass(frozen=True)
+class RigChange:
+    """What an effect does to the curve; `bushcli.effects.rig` puts the changes of all effects together.
+
+    The displacement of the rig goes through every ``drive``, then is shared between the bushing and the springs in
+    series; the bushing's force goes through every ``parallel``, is logged late by every ``clock`` and goes through
+    every ``read``. Effects of lower ``order`` come first.
+
+    Attributes
+    ----------
+    drive : callable, optional
+        ``drive(q, given) -> Signal``: displacement (n,) behind the effect from the one before it, along the path.
+    parallel : callable, optional
+        ``parallel(q, force, time, given) -> Signal``: force that moves the bushing by q, from the force without the
+        effect. It acts on each sample by itself.
+    spring : str, optional
+        Name of the parameter that is the compliance of a spring in series.
+    clock : str, optional
+        Name of the parameter that is the time by which the force is logged late.
+    read : callable, optional
+        ``read(force, time, given) -> Signal``: force as it is logged.
+    order : int
+
+    Notes
+    -----
+    ``time`` is of the samples (n,), s since the recording began; None where it has none, which an effect that
+    ``needs_time`` never sees.
+    """
+
+    drive: Callable[[Signal, Given], Signal] | None = None
+    parallel: Callable[[Signal, Signal, Array | None, Given], Signal] | None = None
+    spring: str | None = None
+    clock: str | None = None
+    read: Callable[[Signal, Array | None, Given], Signal] | None = None
+    order: int = 0
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Physics that the plain model leaves out.
+
+    Attributes
+    ----------
+    name : str
+    title : str
+        What people call it, to begin a sentence with.
+    summary : str
+        What it means, in one sentence.
+    acts : {"rubber", "assembly", "rig"}
+    parameters : tuple of EffectParameter
+        At least one amplitude. With all amplitudes off the response is the plain model's.
+    needs : str
+        What a recording must contain for it to be identified.
+    rivals : tuple of str
+        Names of effects that look like it in a recording that lacks what it needs.
+    source : str
+        Reference with DOI.
+    modes : frozenset of str, optional
+        Modes on which it acts; None = every mode of its specimens.
+    specimens : frozenset of str
+        "bushing", "coupon".
+    needs_sleeves : bool
+        Whether it acts on two coaxial sleeves, which not every bushing has.
+    rigid : tuple of (str, tuple of str)
+        Sleeves that must not be elastic, by their key in the case file, each with the choices for which that holds;
+        without choices for all of them.
+    needs_time : bool
+        Whether it has no meaning without the time of the recording or of the program.
+    needs_fixed_law : bool
+        Whether a law that is identified from the same recordings can do all that it does.
+    needs_free_channel : bool
+        Whether a law that is identified from the same recordings can do all that it does where every channel has it.
+    feature : callable, optional
+        Gives its change of the finite-element model; it imports what that is written in only when called. Parameters
+        that are choices are its arguments, by name and in words.
+    rig : RigChange, optional
+        Its change of the curve.
+    """
+
+    name: str
+    title: str
+    summary: str
+    acts: Literal["rubber", "assembly", "rig"]
+    parameters: tuple[EffectParameter, ...]
+    needs: str
+    rivals: tuple[str, ...]
+    source: str
+    modes: frozenset[str] | None = None
+    specimens: frozenset[str] = frozenset({"bushing"})
+    needs_sleeves: bool = False
+    rigid: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    needs_time: bool = False
+    needs_fixed_law: bool = False
+    needs_free_channel: bool = False
+    feature: Callable[..., Feature] | None = None
+    rig: RigChange | None = None
+
+    def parameter(self, name: str) -> EffectParameter:
+        """Return the parameter called ``name``.
+
+        Raises
+        ------
+        UnknownName
+            When the effect has no such parameter.
+        """
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        raise UnknownName(name, f"parameter of {self.name}", tuple(p.name for p in self.parameters))
+
+    @property
+    def of_channel(self) -> bool:
+        """Whether it belongs to the rig of one channel: another channel may have it too, with other values."""
+        return any(p.of_channel for p in self.parameters)
+
+    @property
+    def amplitudes(self) -> tuple[EffectParameter, ...]:
+        """The parameters that switch the effect off."""
+        return tuple(p for p in self.parameters if p.off is not None)
+
+    def is_told_from_law(self, having: Collection[str], channels: Collection[str], law_held: bool) -> bool:
+        """Whether the effect does anything that a law identified from the same recordings cannot do.
+
+        Parameters
+        ----------
+        having
+            Names of the channels that have it.
+        channels
+            Names of all channels.
+        law_held
+            Whether the law is held to something else, such as coupons.
+        """
+        everywhere = set(channels) <= set(having)
+        return law_held or not (self.needs_fixed_law or (self.needs_free_channel and everywhere))
+
+    def acts_on(self, mode: str) -> bool:
+        """Whether the effect acts on a mode."""
+        known = modes()[mode]
+        return known.specimen in self.specimens and (self.modes is None or mode in self.modes)
+
+
+def in_rig(effect: Effect, rig: str) -> str:
+    """Return the name of an effect that is there once more, in the rig of a channel; without one its own."""
+    return f"{effect.name}{_AT}{rig}" if rig else effect.name
+
+
+def effect_name(name: str) -> str:
+    """Return the catalogue's name of an effect that may be in several rigs: "offset" of "offset@radial"."""
+    return name.partition(_AT)[0]
+
+
+def rig_of(name: str) -> str:
+    """Return the rig of an effect that is there once more: "radial" of "offset@radial"."""
+    return name.partition(_AT)[2]
+
+
+def spoken(name: str) -> str:
+    """Return the name of an effect as people say it: "offset (radial)" of "offset@radial"."""
+    rig = rig_of(name)
+    return f"{effect_name(name)} ({rig})" if rig else name
+
+
+def unsuited(
+    effect: Effect, shape: Shape, others: Collection[str] = (), values: Mapping[str, float] | None = None
+) -> tuple[tuple[str, str], ...]:
+    """Why a specimen cannot have an effect beside others, each reason with what would do; none where it can.
+
+    Parameters
+    ----------
+    effect
+    shape
+    others
+        Names of the other effects.
+    values
+        Of the effect's parameters, as far as they are given.
+    """
+    if shape.specimen != "bushing":
+        return ()
+    if effect.needs_sleeves and not isinstance(shape, Ring):
+        what = f"a {type(shape).name} has no coaxial sleeves"
+        return ((what, "another shape, or without this effect"),)
+    given = values or {}
+    chosen = {p.choice(given.get(p.name, p.start)) for p in effect.parameters if p.choices}
+    found = [
+        (f"there is no model of it with an elastic {name}", "a rigid one")
+        for name, choices in effect.rigid
+        if (not choices or chosen & set(choices))
+        and (name in shape.elastic_sleeves or "sleeve_compliance" in others)
+    ]
+    if effect.name == "sleeve_compliance" and len(shape.elastic_sleeves) == 2:
+        expected = "[geometry] without them; or change their youngs_modulus"
+        found.append(("both sleeves are elastic already", expected))
+    return tuple(found)
+
+
+@cache
+def effects() -> Mapping[str, Effect]:
+    """Return all effects found in ``bushcli/effects/library``, by name, in alphabetical order."""
+    package = importlib.import_module("bushcli.effects.library")
+    found = (
+        importlib.import_module(f"{package.__name__}.{m.name}").EFFECT
+        for m in pkgutil.iter_modules(package.__path__)
+    )
+    return MappingProxyType({effect.name: effect for effect in sorted(found, key=lambda effect: effect.name)})
+
+
+def effect(name: str) -> Effect:
+    """Return the effect called ``name``, in whatever rig.
+
+    Raises
+    ------
+    UnknownName
+        When there is no such effect; the message names the nearest.
+    """
+    try:
+        return effects()[effect_name(name)]
+    except KeyError:
+        raise UnknownName(name, "effect", tuple(effects())) from None

@@ -1,0 +1,1 @@
+"""The effects, one file each; `bushcli.effects.effect` says what they are and finds them."""

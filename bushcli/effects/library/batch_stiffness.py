@@ -1,0 +1,53 @@
+"""Batch: the bushing's rubber is stiffer or softer than that of the coupons which the law was fitted to.
+
+Every force of the bushing is multiplied by exp(log_factor). With a law that is identified from the bushing itself the
+factor is one with the law's moduli; it has a meaning where the law is held to its coupons. Amplitude the logarithm,
+for which twice as stiff and half as stiff are as far from 0.
+
+References
+----------
+Robertson and Hardman (2021), Nature of carbon black reinforcement of rubber, Polymers 13:538,
+doi:10.3390/polym13040538: the modulus of one recipe depends on mixing and dispersion.
+"""
+
+import numpy as np
+
+from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.prior import Prior
+
+
+def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
+    """Return exp(log_factor) times the force."""
+    factor = np.exp(given["log_factor"].value)
+    return force * Signal(factor, factor * given["log_factor"].slope)
+
+
+EFFECT = Effect(
+    name="batch_stiffness",
+    title="Another batch of rubber",
+    summary="The bushing is of another batch than the coupons: one factor on all its curves.",
+    acts="rubber",
+    parameters=(
+        EffectParameter(
+            "log_factor",
+            "1",
+            "natural logarithm of the factor on the force",
+            0.1,
+            -3.0,
+            3.0,
+            off=0.0,
+            prior=Prior(
+                "normal",
+                0.25,
+                source="the usual tolerance of 5 IRHD changes the shear modulus by a quarter (0.64, 0.81, "
+                "1.06 MPa at 50, 55, 60 IRHD: Lindley, Engineering design with natural rubber, "
+                "MRPRA)",
+            ),
+        ),
+    ),
+    needs="coupon tests that the law is held to",
+    rivals=("debonding", "dimension"),
+    needs_fixed_law=True,
+    source="Robertson and Hardman (2021), Nature of carbon black reinforcement, doi:10.3390/polym13040538",
+    rig=RigChange(parallel=parallel, order=0),
+)

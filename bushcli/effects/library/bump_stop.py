@@ -1,0 +1,76 @@
+"""Bump stop: a one-sided stop beside the rubber, which engages after a gap.
+
+With q the bushing's displacement the force stiffness max(0, q - gap) is added where gap >= 0, and the force
+stiffness min(0, q - gap) where gap < 0, a stop on the negative side. The curve has a knee at the gap. Amplitude the
+stiffness; the force has no derivative by the gap at the knee itself, where the one of free travel is taken.
+
+References
+----------
+Shaw and Holmes (1983), A periodically forced piecewise linear oscillator, J. Sound Vib. 90:129-155,
+doi:10.1016/0022-460X(83)90407-8.
+"""
+
+from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.prior import Prior
+
+
+def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
+    """Return the force with that of the stop."""
+    over = q - given["gap"]
+    engaged = over.value > 0.0 if given["gap"].value >= 0.0 else over.value < 0.0
+    return force + given["stiffness"] * over.where(engaged)
+
+
+_GAPS = tuple(round(0.05 * i, 2) for i in range(8, 20))
+
+EFFECT = Effect(
+    name="bump_stop",
+    title="Bump stop",
+    summary="A one-sided stop engages after a gap: a knee in the curve.",
+    acts="rig",
+    parameters=(
+        EffectParameter(
+            "stiffness",
+            "N/mm",
+            "of the stop",
+            100.0,
+            0.0,
+            1e10,
+            off=0.0,
+            of_channel=True,
+            prior=Prior(
+                "log_normal",
+                1.0,
+                1.0,
+                of="stiffness",
+                source="engineering judgement: a rubber stop is about as stiff as the bushing that it "
+                "protects, one of metal many times as stiff",
+            ),
+        ),
+        EffectParameter(
+            "gap",
+            "mm",
+            "travel to the stop; negative = on the negative side",
+            1.0,
+            -1000.0,
+            1000.0,
+            # The law takes up all of a faint stop but what is near the knee: between points further apart it hides.
+            scan=(*(-g for g in reversed(_GAPS)), *_GAPS),
+            scale="amplitude",
+            of_channel=True,
+            prior=Prior(
+                "log_uniform",
+                0.2,
+                1.0,
+                of="travel",
+                signed=True,
+                source="engineering judgement: a stop beyond the travel is not met, one near rest is part "
+                "of the bushing",
+            ),
+        ),
+    ),
+    needs="travel to both sides of the knee",
+    rivals=("misalignment",),
+    source="Shaw and Holmes (1983), Periodically forced piecewise linear oscillator, doi:10.1016/0022-460X(83)90407-8",
+    rig=RigChange(parallel=parallel, order=1),
+)

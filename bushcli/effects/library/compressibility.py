@@ -1,0 +1,63 @@
+"""Compressibility: rubber gives in volume, which shows where it is confined.
+
+The volumetric energy is kappa/2 (J - 1)^2 with 1/kappa = 1/kappa_case + compliance. Filled rubber has a bulk modulus of
+50 to 200 times its shear modulus, unfilled rubber of 1000 to 10000 times. A long bushing loaded radially is confined
+and loses stiffness; axial shear and torsion hardly change. Amplitude 1/kappa.
+
+References
+----------
+Gent and Lindley (1959), The compression of bonded rubber blocks, Proc. Inst. Mech. Eng. 173:111-122,
+doi:10.1243/PIME_PROC_1959_173_022_02.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.prior import Prior
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+
+def feature() -> Feature:
+    """Return the compliance that is added."""
+    from cases.feature import Feature
+
+    return Feature(compliance=lambda values: values["compliance"])
+
+
+EFFECT = Effect(
+    name="compressibility",
+    title="Compressibility of the rubber",
+    summary="The rubber's volume gives: confined directions are softer than those of pure shear.",
+    acts="rubber",
+    parameters=(
+        EffectParameter(
+            "compliance",
+            "1/MPa",
+            "1 / bulk modulus, added to the case's",
+            5e-4,
+            0.0,
+            0.1,
+            off=0.0,
+            reciprocal=("bulk_modulus", "MPa"),
+            adds_to="bulk_modulus",
+            prior=Prior(
+                "log_uniform",
+                1e-4,
+                0.02,
+                of="1/shear",
+                source="bulk over shear modulus of 1,000 to 10,000 for unfilled and 50 to 200 for filled "
+                "rubber: Abaqus Analysis User's Guide, Hyperelastic behavior of rubberlike "
+                "materials",
+            ),
+        ),
+    ),
+    needs="a radial channel beside an axial or a torsional one",
+    rivals=("debonding", "gain", "rig_compliance", "sleeve_compliance"),
+    source="Gent and Lindley (1959), Compression of bonded rubber blocks, doi:10.1243/PIME_PROC_1959_173_022_02",
+    specimens=frozenset({"bushing", "coupon"}),
+    feature=feature,
+)

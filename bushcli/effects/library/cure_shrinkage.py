@@ -1,0 +1,57 @@
+"""Cure shrinkage: the rubber cooled between sleeves that hold it, and is left in tension.
+
+The deformation gradient is F = (1 - shrinkage) F_e, and the energy that of F_e: what has no stress is a rubber smaller
+by ``shrinkage`` in all directions. For natural rubber cured at 150 degrees C some 0.02 is typical. Amplitude the
+linear shrinkage.
+
+References
+----------
+Vujosevic and Lubarda (2002), Finite-strain thermoelasticity based on multiplicative decomposition of deformation
+gradient, Theor. Appl. Mech. 28-29:379-399, doi:10.2298/TAM0229379V.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.prior import Prior
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+
+def feature() -> Feature:
+    """Return the volume of the stress-free rubber."""
+    from cases.feature import Feature
+
+    return Feature(swelling=lambda values: (1 - values["shrinkage"]) ** 3, assembled=True)
+
+
+EFFECT = Effect(
+    name="cure_shrinkage",
+    title="Cure shrinkage",
+    summary="The rubber shrank between bonded sleeves when it cooled and is left in tension.",
+    acts="assembly",
+    parameters=(
+        EffectParameter(
+            "shrinkage",
+            "1",
+            "linear strain by which free rubber would have shrunk",
+            0.01,
+            0.0,
+            0.1,
+            off=0.0,
+            prior=Prior(
+                "half_normal",
+                0.015,
+                source="engineering judgement: mould shrinkage of 1.5 to 3 %, of which metal takes a part, "
+                "and swaging more",
+            ),
+        ),
+    ),
+    needs="a radial channel beside an axial or a torsional one",
+    rivals=("gain", "swaging"),
+    source="Vujosevic and Lubarda (2002), Finite-strain thermoelasticity, doi:10.2298/TAM0229379V",
+    feature=feature,
+)

@@ -1,0 +1,129 @@
+"""Debonding: part of the bond to one of the sleeves is free, from one end on.
+
+Over ``length`` from one end the rubber no longer follows the inner or the outer sleeve; ``bond`` says which bond, and
+from which end: the top is that at the largest z. The bond is softer, and local strain rises at its new end. Amplitude
+the free length, along which the model is smooth. Free rubber may pass through the sleeve: nothing but the bond holds
+it.
+
+References
+----------
+Energy release rates of cracks near bonds of rubber to metal: Rubber Chem. Technol. (2023), doi:10.5254/rct-23.611182.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.prior import Prior
+from geometry.ring import Ring
+
+if TYPE_CHECKING:
+    from cases.feature import Feature, Place, Values
+    from forms.law import Scalar
+
+
+BONDS = ("inner_top", "inner_bottom", "outer_top", "outer_bottom")
+# Springs of this times the shear modulus over the rubber's thickness hold the bond: some 1e-7 of the stiffness is lost,
+# 5e-7 of a radial one.
+BOND = 2e7
+# Length over which the bond's compliance grows by a factor e, over the rubber's thickness. 0.03 brings the curve closer
+# to that of a free boundary, but on the usual mesh the slope by the length then jumps from element to element.
+EDGE = 0.05
+# Of the quadrature along the bond: the edge is narrower than an element.
+DEGREE = 20
+# Exponents beyond this add nothing to a bond that is free.
+FREE = 60.0
+
+
+def _bond(values: Values, place: Place, bond: str) -> list[Scalar]:
+    """Springs between rubber and sleeve, whose compliance beyond the bond's edge grows out of all bounds.
+
+    With s the distance from the end and d = EDGE times the thickness the compliance (mm/MPa) that is added is
+    d/mu (exp((length - s)/d) - exp(-s/d)): zero everywhere without a free length, and smooth in it. It is that of the
+    rubber around the edge, d/mu, at s = length.
+    """
+    import ufl
+
+    shape = place.shape
+    if not isinstance(shape, Ring):
+        raise TypeError(f"a {type(shape).__name__} has no bond on a sleeve")
+    sleeve, _, end = bond.partition("_")
+    mu, width = place.shear_modulus, EDGE * shape.thickness
+    height = place.x[2 if place.kinematics == "cartesian" else 1]
+    half = float(shape.half_length(np.array([0.0 if sleeve == "inner" else 1.0]))[0])
+    s = half - height if end == "top" else half + height
+    growth = ufl.exp(ufl.min_value((values["length"] - s) / width, FREE)) - ufl.exp(-s / width)
+    stiffness = 1 / (shape.thickness / (BOND * mu) + width / mu * growth)
+    slip = [u - m for u, m in zip(place.u, place.motion[sleeve], strict=True)]
+    if place.kinematics == "axisymmetric_twist":
+        slip[1] *= place.x[0]
+    return [stiffness / 2 * sum(c * c for c in slip) * place.weight * place.ds(sleeve, DEGREE)]
+
+
+def feature(bond: str) -> Feature:
+    """Return the bond as springs."""
+    from cases.feature import Feature
+
+    sleeve = bond.partition("_")[0]
+    return Feature(
+        surface=lambda values, place: _bond(values, place, bond),
+        released=(sleeve,),
+        follows=sleeve,
+        springs=BOND,
+        breaks=frozenset({"z"}),
+    )
+
+
+EFFECT = Effect(
+    name="debonding",
+    title="Debonding",
+    summary="Part of the bond between rubber and sleeve is free, from one end on.",
+    acts="assembly",
+    parameters=(
+        # The derivative at zero is that of the bond's corner, which says little of a length that reaches the bulk.
+        EffectParameter(
+            "length",
+            "mm",
+            "of the free bond",
+            1.0,
+            0.0,
+            1000.0,
+            off=0.0,
+            sizes=(0.1, 0.4, 1.0),
+            within=("length", 0.9),
+            prior=Prior(
+                "half_normal",
+                0.7,
+                of="thickness",
+                source="engineering judgement: a crack of up to the thickness is found by its curve, a "
+                "longer one by eye",
+            ),
+        ),
+        EffectParameter(
+            "bond",
+            "1",
+            "which bond, and from which end",
+            0.0,
+            0.0,
+            3.0,
+            of_mesh=True,
+            choices=BONDS,
+            twins=(("inner_top", "inner_bottom"), ("outer_top", "outer_bottom")),
+            prior=Prior(
+                "choice",
+                4.0,
+                source="engineering judgement: the stress on the inner bond is higher, the outer one sees the heat of "
+                "swaging and corrosion",
+            ),
+        ),
+    ),
+    needs="two channels: it softens torsion as its share of the length, radial more",
+    rivals=("batch_stiffness", "compressibility", "dimension"),
+    source="Stress concentrations at bonds of rubber to metal (2023), doi:10.5254/rct-23.611182",
+    needs_sleeves=True,
+    rigid=(("inner_sleeve", BONDS[:2]), ("outer_sleeve", BONDS[2:])),
+    feature=feature,
+)

@@ -1,0 +1,53 @@
+"""Drift: the zero of the force moves with time, whatever the displacement.
+
+The force is logged as Q + rate t, with t the time since the recording began. Amplitude the rate. A bridge that warms
+up after it was switched on, or a cell beside a warm specimen, drifts about so.
+
+References
+----------
+Stefanescu (2011), Handbook of Force Transducers, Springer, doi:10.1007/978-3-642-18296-9.
+"""
+
+import numpy as np
+
+from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.prior import Prior
+
+
+def read(force: Signal, time: Array | None, given: Given) -> Signal:
+    """Return the force with rate times the time."""
+    if time is None:
+        raise ValueError("a drift needs time")
+    return force + given["rate"] * Signal(time, np.zeros((len(time), given["rate"].slope.shape[-1])))
+
+
+EFFECT = Effect(
+    name="drift",
+    title="Drift of the force's zero",
+    summary="The zero of the force moves evenly with time, whatever the displacement.",
+    acts="rig",
+    parameters=(
+        EffectParameter(
+            "rate",
+            "N/s",
+            "by which the zero moves",
+            0.1,
+            -1e7,
+            1e7,
+            off=0.0,
+            of_channel=True,
+            prior=Prior(
+                "normal",
+                0.01,
+                of="force/duration",
+                source="engineering judgement: as much in a recording as a zero is off at its beginning",
+            ),
+        ),
+    ),
+    needs="time, and equal cycles or returns to zero far apart in it",
+    rivals=("offset", "viscoelasticity", "warming"),
+    source="Stefanescu (2011), Handbook of Force Transducers, doi:10.1007/978-3-642-18296-9",
+    specimens=frozenset({"bushing", "coupon"}),
+    needs_time=True,
+    rig=RigChange(read=read, order=1),
+)

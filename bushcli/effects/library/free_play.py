@@ -1,0 +1,55 @@
+"""Free play: the rig moves through a dead band about zero before the bushing does.
+
+The bushing's displacement is q - clip(q, -half_width, half_width), q the rig's. Amplitude the half width. At its off
+value 0 the derivative by it is minus the sign of q; it has none at q = 0 and at the edges of the band, where that of
+the inside, no motion, is taken.
+
+References
+----------
+Nordin and Gutman (2002), Controlling mechanical systems with backlash - a survey, Automatica 38:1633-1649,
+doi:10.1016/S0005-1098(02)00047-X.
+"""
+
+import numpy as np
+
+from bushcli.effects.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.prior import Prior
+
+
+def drive(q: Signal, given: Given) -> Signal:
+    """Return what is left of the rig's displacement behind the dead band."""
+    width = given["half_width"]
+    sign = np.sign(q.value)
+    edge = Signal(sign * width.value, sign[:, None] * width.slope)
+    return (q - edge).where(np.abs(q.value) > width.value)
+
+
+EFFECT = Effect(
+    name="free_play",
+    title="Free play in the rig",
+    summary="A dead band about zero: the rig moves before the bushing does.",
+    acts="rig",
+    parameters=(
+        EffectParameter(
+            "half_width",
+            "mm",
+            "of the dead band",
+            0.05,
+            0.0,
+            100.0,
+            off=0.0,
+            of_channel=True,
+            prior=Prior(
+                "half_normal",
+                0.02,
+                of="travel",
+                source="engineering judgement: clearance of pins and threads, some hundredths of a "
+                "millimetre",
+            ),
+        ),
+    ),
+    needs="dense samples about zero, on both sides of it",
+    rivals=("offset",),
+    source="Nordin and Gutman (2002), Mechanical systems with backlash, doi:10.1016/S0005-1098(02)00047-X",
+    rig=RigChange(drive=drive, order=1),
+)

@@ -1,0 +1,81 @@
+"""Friction inside filled rubber: a rate-independent branch beside the law.
+
+A neo-Hookean spring of modulus g times the law's initial shear modulus follows the deformation behind a slider, which
+gives way at the shear strain ``slip`` of the spring; after a reversal the branch is stiff again until it slips the
+other way. In simple shear e at small strain its stress obeys s' = g mu e' while |s| < g mu slip, else it stays at that
+bound (the knee is rounded a little). The loop is the same at every rate; cycles to +-e lose 4 g mu slip (e - slip) per
+volume. Amplitude g.
+
+References
+----------
+Austrell, Olsson and Jonsson (2001), A method to analyse the non-linear dynamic behaviour of carbon-black-filled rubber
+components using standard FE codes, in Constitutive Models for Rubber II, Balkema: the overlay of such branches.
+Garcia Tarrago, Kari, Vinolas and Gil-Negrete (2007), Torsion stiffness of a rubber bushing: a simple engineering
+design formula including the amplitude dependence, J. Strain Anal. Eng. Des. 42, doi:10.1243/03093247JSA246.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.prior import Prior
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+
+def feature() -> Feature:
+    """Return one branch of a spring behind a slider."""
+    from cases.feature import Feature
+    from forms.branches.elastoplastic import BRANCH
+    from forms.potential import Attached
+
+    return Feature(branches=lambda values: [Attached(BRANCH, values)])
+
+
+EFFECT = Effect(
+    name="friction",
+    title="Internal friction",
+    summary="Filled rubber slips inside: the same loop at every rate, stiff just after each reversal.",
+    acts="rubber",
+    parameters=(
+        EffectParameter(
+            "g",
+            "1",
+            "modulus of the branch over the law's",
+            0.2,
+            0.0,
+            10.0,
+            off=0.0,
+            prior=Prior(
+                "half_normal",
+                0.3,
+                source="engineering judgement: the modulus of bushing rubber falls by a tenth to a half "
+                "from small to large amplitudes, as in Garcia Tarrago et al. (2007), "
+                "doi:10.1243/03093247JSA246",
+            ),
+        ),
+        EffectParameter(
+            "slip",
+            "1",
+            "shear strain at which it slips",
+            0.05,
+            1e-4,
+            1.0,
+            scan=(0.01, 0.03, 0.1, 0.3),
+            prior=Prior(
+                "log_uniform",
+                0.005,
+                0.5,
+                source="engineering judgement: the modulus of filled rubber falls between strains of 0.1 "
+                "and 10 % (Payne effect); larger slips serve the overlay of several branches by one",
+            ),
+        ),
+    ),
+    needs="reversals at two amplitudes; a second rate or a hold tells it from viscoelasticity",
+    rivals=("mullins", "viscoelasticity"),
+    source="Garcia Tarrago et al. (2007), Torsion stiffness of a rubber bushing, doi:10.1243/03093247JSA246",
+    specimens=frozenset({"bushing", "coupon"}),
+    feature=feature,
+)

@@ -1,0 +1,54 @@
+"""Gain: the force of one channel reads high or low by a factor.
+
+The force is logged as (1 + error) times what the load cell carries. Amplitude the error. Another factor for each
+channel: one factor for all of them would be one with the law's moduli, unless the law is held to coupons.
+
+References
+----------
+ASTM E4-21, Standard practices for force calibration and verification of testing machines, doi:10.1520/E0004-21.
+ISO 7500-1:2018, Metallic materials - Calibration and verification of static uniaxial testing machines - Part 1.
+"""
+
+import numpy as np
+
+from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.prior import Prior
+
+
+def read(force: Signal, time: Array | None, given: Given) -> Signal:
+    """Return (1 + error) times the force."""
+    error = given["error"]
+    return force * Signal(np.asarray(1.0 + error.value), error.slope)
+
+
+EFFECT = Effect(
+    name="gain",
+    title="Wrong scale of one channel's force",
+    summary="The force of one channel reads high or low by a factor.",
+    acts="rig",
+    parameters=(
+        EffectParameter(
+            "error",
+            "1",
+            "relative error of the force",
+            0.03,
+            -0.9,
+            9.0,
+            off=0.0,
+            of_channel=True,
+            prior=Prior(
+                "normal",
+                0.03,
+                source="limits of 0.5 to 3 % of the classes of ISO 7500-1, and engineering judgement: cells that were "
+                "not calibrated, wrong lever arms",
+            ),
+        ),
+    ),
+    needs="two channels, one of them without it, or coupon tests that the law is held to",
+    rivals=("compressibility", "cure_shrinkage", "dimension", "swaging"),
+    source="ASTM E4-21, Force calibration and verification of testing machines, doi:10.1520/E0004-21",
+    specimens=frozenset({"bushing", "coupon"}),
+    needs_free_channel=True,
+    # The load cell comes before what is added to its reading.
+    rig=RigChange(read=read, order=-1),
+)

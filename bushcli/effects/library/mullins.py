@@ -1,0 +1,94 @@
+"""Mullins effect: rubber that was stretched before is softer up to where it was stretched to.
+
+The stress of the law is multiplied by eta = 1 - (1/r) erf((W_max - W) / (m + beta W_max)), W the isochoric energy
+and W_max the largest it has been at that point. On the virgin path W = W_max and eta = 1; the unloaded rubber is left
+with the factor 1 - (1/r) erf(W_max / (m + beta W_max)). Amplitude 1/r; no Mullins effect is r = inf.
+
+References
+----------
+Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect in filled rubber, Proc. R. Soc. Lond. A
+455:2861-2877, doi:10.1098/rspa.1999.0431. The scale m + beta W_max: Mars (2004), Evaluation of a pseudo-elastic model
+for the Mullins effect, Tire Sci. Technol. 32:120-145, doi:10.2346/1.2186778.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.prior import Prior
+
+if TYPE_CHECKING:
+    from cases.feature import Feature
+
+
+def feature() -> Feature:
+    """Return one branch of softening."""
+    from cases.feature import Feature
+    from forms.branches.ogden_roxburgh import BRANCH
+    from forms.potential import Attached
+
+    return Feature(branches=lambda values: [Attached(BRANCH, values)])
+
+
+EFFECT = Effect(
+    name="mullins",
+    title="Mullins softening",
+    summary="Reloading below the largest earlier deformation is softer than the first loading.",
+    acts="rubber",
+    parameters=(
+        EffectParameter(
+            "inverse_r",
+            "1",
+            "largest share of the stress that is lost",
+            0.3,
+            0.0,
+            0.95,
+            off=0.0,
+            reciprocal=("r", "1"),
+            prior=Prior(
+                "half_normal",
+                0.4,
+                source="engineering judgement from published fits with r of 1.5 to 5 of the model of Ogden and "
+                "Roxburgh (1999), doi:10.1098/rspa.1999.0431",
+            ),
+        ),
+        EffectParameter(
+            "m",
+            "MPa",
+            "energy below W_max at which softening sets in",
+            0.1,
+            1e-4,
+            100.0,
+            scan=(0.01, 0.03, 0.1, 0.3),
+            prior=Prior(
+                "log_normal",
+                0.08,
+                1.3,
+                of="shear",
+                source="engineering judgement: softening sets in at shear strains of 10 to 100 %, energies "
+                "of 0.005 to 0.5 shear moduli",
+            ),
+        ),
+        EffectParameter(
+            "beta",
+            "1",
+            "growth of that energy with W_max",
+            0.1,
+            0.0,
+            1.0,
+            scan=(0.05,),
+            prior=Prior(
+                "half_normal",
+                0.1,
+                source="engineering judgement from published fits with beta of 0 to 0.1; the parameter is that of "
+                "Mars (2004), doi:10.2346/1.2186778",
+            ),
+        ),
+    ),
+    needs="a reload below an earlier peak; first loadings to growing amplitudes tell m and beta",
+    rivals=("friction", "viscoelasticity", "warming"),
+    source="Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect, doi:10.1098/rspa.1999.0431",
+    specimens=frozenset({"bushing", "coupon"}),
+    feature=feature,
+)

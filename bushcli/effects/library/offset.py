@@ -1,0 +1,61 @@
+"""Offset: transducers that do not read zero at rest.
+
+The bushing's displacement is q - displacement and the logged force Q + force, with q the recorded displacement and Q
+the force. Both are amplitudes. They do not grow with the excursion as permanent set does.
+
+References
+----------
+ASTM D638-14, Standard test method for tensile properties of plastics, annex A1 (toe compensation),
+doi:10.1520/D0638-14.
+"""
+
+from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.prior import Prior
+
+ZERO = "engineering judgement: sensors are zeroed by hand, to some hundredths of what is then recorded"
+
+
+def drive(q: Signal, given: Given) -> Signal:
+    """Return the displacement from the true rest position."""
+    return q - given["displacement"]
+
+
+def read(force: Signal, time: Array | None, given: Given) -> Signal:
+    """Return the force as it is logged."""
+    return force + given["force"]
+
+
+EFFECT = Effect(
+    name="offset",
+    title="Zero offset",
+    summary="Force and displacement do not read zero at rest.",
+    acts="rig",
+    parameters=(
+        EffectParameter(
+            "force",
+            "N",
+            "logged without load",
+            1.0,
+            -1e7,
+            1e7,
+            off=0.0,
+            of_channel=True,
+            prior=Prior("normal", 0.03, of="force", source=ZERO),
+        ),
+        EffectParameter(
+            "displacement",
+            "mm",
+            "logged at rest",
+            0.01,
+            -100.0,
+            100.0,
+            off=0.0,
+            of_channel=True,
+            prior=Prior("normal", 0.03, of="travel", source=ZERO),
+        ),
+    ),
+    needs="curvature that differs between + and - tells the two apart; two amplitudes tell them from permanent set",
+    rivals=("drift", "free_play", "misalignment", "permanent_set"),
+    source="ASTM D638-14, annex A1 (toe compensation), doi:10.1520/D0638-14",
+    rig=RigChange(drive=drive, read=read, order=0),
+)

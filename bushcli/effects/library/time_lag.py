@@ -1,0 +1,46 @@
+"""Time lag: the force is logged late against the displacement.
+
+The force logged at time t is that of t - lag. Loading and unloading then part by lag times the rate of the force, a
+false loop whose width goes with the rate; in a hold it vanishes after the lag. Amplitude the lag. A force that comes
+late (lag > 0) seems to give energy in each cycle, which no rubber does, and hides a part of its loss; a displacement
+that comes late (lag < 0) seems to lose energy as a viscoelastic rubber does.
+
+References
+----------
+Lakes (2004), Viscoelastic measurement techniques, Rev. Sci. Instrum. 75:797-810, doi:10.1063/1.1651639.
+"""
+
+from bushcli.effects.effect import Effect, EffectParameter, RigChange
+from bushcli.effects.prior import Prior
+
+EFFECT = Effect(
+    name="time_lag",
+    title="Time lag between the signals",
+    summary="Force is logged late against displacement: a false loop whose width goes with the rate.",
+    acts="rig",
+    parameters=(
+        # A logger that reads its channels in turn is late by as much as a sample.
+        EffectParameter(
+            "lag",
+            "s",
+            "of the force behind the displacement",
+            0.05,
+            -100.0,
+            100.0,
+            off=0.0,
+            prior=Prior(
+                "normal",
+                2.0,
+                of="interval",
+                source="engineering judgement: a logger that reads its channels in turn is late by as much "
+                "as a sample, a filter on one of them by some",
+            ),
+        ),
+    ),
+    needs="time, and two rates or a hold",
+    rivals=("viscoelasticity",),
+    source="Lakes (2004), Viscoelastic measurement techniques, doi:10.1063/1.1651639",
+    specimens=frozenset({"bushing", "coupon"}),
+    needs_time=True,
+    rig=RigChange(clock="lag"),
+)

@@ -1,0 +1,98 @@
+"""Viscoelasticity: one to three Maxwell branches beside the law.
+
+Each branch is a neo-Hookean spring of modulus g_i times the law's initial shear modulus behind a dashpot of relaxation
+time tau_i, at finite strain with a multiplicative split of the deformation. At small strain its stress obeys
+s_i' + s_i / tau_i = g_i mu e', with e the shear. The law is what remains after a long rest; a sudden step is met by
+1 + sum g_i times its initial stiffness. Amplitudes g_i.
+
+References
+----------
+Simo (1987), On a fully three-dimensional finite-strain viscoelastic damage model, Comput. Methods Appl. Mech. Eng.
+60:153-173, doi:10.1016/0045-7825(87)90107-1.
+Lion (1997), A physically based method to represent the thermo-mechanical behaviour of elastomers, Acta Mech. 123:1-25,
+doi:10.1007/BF01178397: the multiplicative branch.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.prior import Prior
+
+if TYPE_CHECKING:
+    from cases.feature import Feature, Values
+    from forms.potential import Attached
+
+# Fractions of the recording: a branch much slower than it is elastic, one much faster is spent within a sample.
+_TIMES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
+
+
+def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, EffectParameter]:
+    return (
+        EffectParameter(
+            f"g{i}",
+            "1",
+            f"modulus of branch {i} over the law's",
+            modulus,
+            0.0,
+            10.0,
+            off=0.0,
+            optional=i > 1,
+            prior=Prior(
+                "half_normal",
+                0.3,
+                source="engineering judgement: dynamic over static stiffness of rubber springs is 1.1 to 1.6",
+            ),
+        ),
+        EffectParameter(
+            f"tau{i}",
+            "s",
+            f"relaxation time of branch {i}",
+            time,
+            1e-3,
+            1e6,
+            optional=i > 1,
+            scan=_TIMES,
+            scale="duration",
+            prior=Prior(
+                "log_uniform",
+                0.001,
+                3.0,
+                of="duration",
+                source="a branch much slower than the recording is elastic, one much faster is spent "
+                "within a sample",
+            ),
+        ),
+    )
+
+
+def _branches(values: Values) -> list[Attached]:
+    """Those branches whose parameters are there."""
+    from forms.branches.maxwell import BRANCH
+    from forms.potential import Attached
+
+    numbers = [name.removeprefix("g") for name in values if name.startswith("g")]
+    return [Attached(BRANCH, {"g": values[f"g{i}"], "tau": values[f"tau{i}"]}) for i in numbers]
+
+
+def feature() -> Feature:
+    """Return the branches."""
+    from cases.feature import Feature
+
+    return Feature(branches=_branches)
+
+
+EFFECT = Effect(
+    name="viscoelasticity",
+    title="Viscoelasticity",
+    summary="Fast motion meets more force, which relaxes in a hold; the loop grows with the rate.",
+    acts="rubber",
+    parameters=(*_branch(1, 0.2, 10.0), *_branch(2, 0.1, 1.0), *_branch(3, 0.1, 100.0)),
+    needs="time, and two rates or a hold; a time per branch needs rates or holds that far apart",
+    rivals=("drift", "friction", "mullins", "time_lag", "warming"),
+    source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
+    specimens=frozenset({"bushing", "coupon"}),
+    needs_time=True,
+    feature=feature,
+)

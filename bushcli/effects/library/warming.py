@@ -1,0 +1,77 @@
+"""Warming: the rubber heats itself in the test and becomes softer, whatever the displacement.
+
+Every force of the rubber is multiplied by 1 - amount (1 - exp(-t / tau)), with t the time since the recording began:
+the temperature rises until as much heat is lost as the cycles make, and the modulus falls with it. Amplitude the share
+of the force that is lost in the end. Not of a rubber that warms from elsewhere, nor of entropy elasticity, by which a
+gum becomes stiffer.
+
+References
+----------
+Lion (1997), A physically based method to represent the thermo-mechanical behaviour of elastomers, Acta Mech. 123:1-25,
+doi:10.1007/BF01178397.
+"""
+
+import numpy as np
+
+from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.prior import Prior
+
+
+def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
+    """Return the force times 1 - amount (1 - exp(-t / tau))."""
+    if time is None:
+        raise ValueError("warming needs time")
+    amount, tau = given["amount"], given["tau"]
+    left = np.exp(-time / tau.value)
+    rise = Signal(1.0 - left, (-left * time / tau.value**2)[:, None] * tau.slope)
+    lost = rise * amount
+    return force * Signal(1.0 - lost.value, -lost.slope)
+
+
+EFFECT = Effect(
+    name="warming",
+    title="Warming of the rubber",
+    summary="The rubber heats itself and becomes softer with time, whatever the displacement.",
+    acts="rubber",
+    parameters=(
+        EffectParameter(
+            "amount",
+            "1",
+            "share of the force that is lost in the end",
+            0.05,
+            0.0,
+            0.9,
+            off=0.0,
+            prior=Prior(
+                "half_normal",
+                0.07,
+                source="engineering judgement: filled rubber loses about 1 % of its modulus per kelvin near room "
+                "temperature, and tests in the laboratory heat it by some kelvin",
+            ),
+        ),
+        EffectParameter(
+            "tau",
+            "s",
+            "time in which it warms",
+            50.0,
+            1e-3,
+            1e6,
+            scan=(0.1, 0.3, 1.0),
+            scale="duration",
+            prior=Prior(
+                "log_uniform",
+                0.05,
+                5.0,
+                of="duration",
+                source="a rubber that warms much faster than the recording is warm from its beginning, one much slower "
+                "drifts evenly",
+            ),
+        ),
+    ),
+    needs="time, and equal cycles or holds far apart in it",
+    rivals=("drift", "mullins", "viscoelasticity"),
+    source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
+    specimens=frozenset({"bushing", "coupon"}),
+    needs_time=True,
+    rig=RigChange(parallel=parallel, order=0),
+)

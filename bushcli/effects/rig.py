@@ -1,0 +1,312 @@
+"""What the rig makes of a curve: the changes of all effects of a channel, put together, with exact derivatives.
+
+The displacement that the rig records is driven through offset, free play and permanent set, then shared between the
+bushing and the springs in series with it. The bushing's force is scaled, joined by that of stops beside it, carried by
+the springs, logged late and read with an offset. Whatever goes in may depend on parameters: derivatives by all
+``columns`` (names such as "C10" and "rig_compliance.compliance") are carried along, those of the law included.
+
+`elastic_response` does everything for a force that is a function of the displacement. A force with a history is
+marched elsewhere: `bushing_path` says what drives it, `spring` and `parallel` what stands in series and beside it, and
+`reading` makes of its force what is logged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import Given, RigChange, Signal
+
+Array = NDArray[np.float64]
+Response = Callable[[Array], tuple[Array, Array, Array]]
+"""Displacement (n,) -> force (n,), stiffness dF/dq (n,), derivative by each column at fixed displacement (n, P)."""
+
+# A Newton step from here squares the error, to below the rounding of the force.
+_CLOSE = 1e-12
+# Bisection alone, should no Newton step be of use, needs 60 to get from the whole travel to its rounding.
+_MOST_STEPS = 200
+# Times between which the rate of a marched force is taken for the derivative by a lag, as a share of the recording.
+_LAG_DIFFERENCE = 1e-6
+
+
+class NoEquilibrium(ArithmeticError):
+    """No displacement of the bushing was found at which it and the spring in series carry the same force."""
+
+
+@dataclass(frozen=True)
+class Travel:
+    """The path of a channel in the order in which it was recorded.
+
+    Attributes
+    ----------
+    displacement : (n,) array
+        Of the rig, mm or rad.
+    time : (n,) array, optional
+        s, strictly increasing.
+    """
+
+    displacement: Array
+    time: Array | None = None
+
+
+def bushing_path(active: Sequence[ActiveEffect], travel: Travel, columns: Sequence[str]) -> Signal:
+    """Return the displacement (n,) of the bushing together with the springs in series, with derivatives (n, P).
+
+    Parameters
+    ----------
+    active
+        Effects of this channel, all parameters given.
+    travel
+    columns
+        Full names of the parameters by which derivatives are wanted.
+    """
+    q = Signal(travel.displacement, np.zeros((len(travel.displacement), len(columns))))
+    for change, given in _changes(active, columns):
+        if change.drive is not None:
+            q = change.drive(q, given)
+    return q
+
+
+def spring(active: Sequence[ActiveEffect], columns: Sequence[str]) -> Signal:
+    """Return the compliance of all springs in series, mm/N, with its derivatives (P,)."""
+    total = Signal(np.zeros(()), np.zeros(len(columns)))
+    for change, given in _changes(active, columns):
+        if change.spring is not None:
+            total = total + given[change.spring]
+    return total
+
+
+def parallel(
+    active: Sequence[ActiveEffect],
+    q: Signal,
+    force: Signal,
+    columns: Sequence[str],
+    time: Array | None = None,
+) -> Signal:
+    """Return the force that moves the bushing and all that stands beside it, sample by sample.
+
+    Parameters
+    ----------
+    active
+    q, force
+        Displacement (n,) and force (n,) of the bushing alone, each with derivatives (n, P). For the stiffness add a
+        column of any other name, in which the slope of q is 1 and that of the force dF/dq.
+    columns
+    time
+        Of the samples (n,), s since the recording began.
+    """
+    for change, given in _changes(active, columns):
+        if change.parallel is not None:
+            force = change.parallel(q, force, time, given)
+    return force
+
+
+def reading(
+    active: Sequence[ActiveEffect],
+    time: Array | None,
+    force: Signal,
+    columns: Sequence[str],
+    at: Array | None = None,
+    corners: Sequence[int] = (),
+) -> Signal:
+    """Return the force as it is logged, with derivatives.
+
+    Between the times the force is a cubic with parabolic slopes: continuous with its rate, and linear in the forces.
+    Before the first time and after the last it stands still. Where the rate is broken (at the ends, at ``corners``)
+    the derivative by a lag is the mean of both sides.
+
+    Parameters
+    ----------
+    active
+    time
+        Of the forces (n,), s; needed for a lag or for other times.
+    force
+        Carried by the rig, (n,).
+    columns
+    at
+        Times (m,) of the samples that are logged; those of the forces when None.
+    corners
+        Indices of times at which the program turns sharply.
+
+    Raises
+    ------
+    ValueError
+        A lag, or other times, where there is no time.
+    """
+    lag = Signal(np.zeros(()), np.zeros(len(columns)))
+    for change, given in _changes(active, columns):
+        if change.clock is not None:
+            lag = lag + given[change.clock]
+    lagging = lag.value != 0.0 or np.any(lag.slope)
+    if lagging or at is not None:
+        if time is None:
+            raise ValueError("a force without time cannot be logged late or at other times")
+        force = _late(time, force, lag, time if at is None else at, corners)
+    logged_at = time if at is None else at
+    elapsed = None if time is None or logged_at is None else logged_at - time[0]
+    for change, given in _changes(active, columns):
+        if change.read is not None:
+            force = change.read(force, elapsed, given)
+    return force
+
+
+def sampled(
+    active: Sequence[ActiveEffect],
+    interpolation: Callable[[Array], Array],
+    times: Array,
+    force: Signal,
+    columns: Sequence[str],
+) -> Signal:
+    """Return the force as it is logged at sample times, from forces at the nodes of a march.
+
+    Parameters
+    ----------
+    active
+    interpolation
+        Times (m,) -> matrix (m, nodes) that takes values at the nodes to these times.
+    times
+        Of the samples (m,); the recording begins with the first.
+    force
+        Carried by the rig, at the nodes.
+    columns
+    """
+    lag = Signal(np.zeros(()), np.zeros(len(columns)))
+    for change, given in _changes(active, columns):
+        if change.clock is not None:
+            lag = lag + given[change.clock]
+    matrix = interpolation(times - float(lag.value))
+    slope = matrix @ force.slope
+    if np.any(lag.slope):
+        # Of both sides where the rate is broken: a node of the march at a corner is such a place.
+        apart = _LAG_DIFFERENCE * float(np.ptp(times))
+        ahead, behind = (interpolation(times - float(lag.value) + sign * apart) for sign in (1.0, -1.0))
+        rate = (ahead - behind) @ force.value / (2.0 * apart)
+        slope = slope - rate[:, None] * lag.slope
+    logged = Signal(matrix @ force.value, slope)
+    for change, given in _changes(active, columns):
+        if change.read is not None:
+            logged = change.read(logged, times - times[0], given)
+    return logged
+
+
+def elastic_response(
+    active: Sequence[ActiveEffect], travel: Travel, response: Response, columns: Sequence[str]
+) -> Signal:
+    """Return the logged force (n,) of a bushing without history, with its total derivatives (n, P).
+
+    Parameters
+    ----------
+    active
+        Effects of this channel, all parameters given.
+    travel
+    response
+        Force, stiffness and derivatives of the plain bushing at given displacements; smooth, and asked for no
+        displacement beyond the rig's (apart from offsets) while the force has the sign of the displacement.
+    columns
+
+    Raises
+    ------
+    NoEquilibrium
+        The displacement cannot be shared with the spring, as where the response is not finite.
+    ValueError
+        A lag without time.
+    """
+    driven, compliance = bushing_path(active, travel, columns), spring(active, columns)
+    # The stiffness is carried as the derivative by one more column, whose name is no parameter's.
+    local = ("", *columns)
+    elapsed = None if travel.time is None else travel.time - travel.time[0]
+
+    def carried(q: Array) -> tuple[Array, Array, Array]:
+        force, stiffness, slope = response(q)
+        itself = np.zeros((len(q), len(local)))
+        itself[:, 0] = 1.0
+        total = parallel(
+            active, Signal(q, itself), Signal(force, np.column_stack([stiffness, slope])), local, elapsed
+        )
+        return total.value, total.slope[:, 0], total.slope[:, 1:]
+
+    q = _shared(driven.value, float(compliance.value), carried)
+    force, stiffness, slope = carried(q)
+    # From q + c F(q, p) = d(p): (1 + c K) dq = dd - c dF - F dc.
+    moved = driven.slope - compliance.value * slope - force[:, None] * compliance.slope
+    moved = moved / (1.0 + compliance.value * stiffness)[:, None]
+    carried_force = Signal(force, slope + stiffness[:, None] * moved)
+    return reading(active, travel.time, carried_force, columns)
+
+
+def _changes(active: Sequence[ActiveEffect], columns: Sequence[str]) -> list[tuple[RigChange, Given]]:
+    """Return the changes of the rig in their order, each with its parameters."""
+    ordered = sorted(
+        active, key=lambda one: (0 if one.effect.rig is None else one.effect.rig.order, one.name)
+    )
+    return [(one.effect.rig, _given(one, columns)) for one in ordered if one.effect.rig is not None]
+
+
+def _given(one: ActiveEffect, columns: Sequence[str]) -> Given:
+    if one.lacking:
+        raise ValueError(f"no value for {', '.join(one.lacking)}")
+    return {
+        p.name: Signal(
+            np.array(float(one.values[p.name])),
+            np.array([float(column == one.full_name(p)) for column in columns]),
+        )
+        for p in one.effect.parameters
+        if p.name in one.values
+    }
+
+
+def _shared(target: Array, compliance: float, carried: Response) -> Array:
+    """Return q with q + compliance F(q) = target, by Newton's method kept within a shrinking bracket.
+
+    Where the force has the sign of q the solution is between 0 and the target. A bracket that is not one yet, as
+    with a force at rest, is widened by what is missing, which is enough where the force does not fall.
+    """
+    if compliance == 0.0:
+        return target
+
+    def excess(q: Array) -> tuple[Array, Array]:
+        force, stiffness, _ = carried(q)
+        return q + compliance * force - target, 1.0 + compliance * stiffness
+
+    low, high = np.minimum(target, 0.0), np.maximum(target, 0.0)
+    low = low - np.maximum(excess(low)[0], 0.0)
+    high = high - np.minimum(excess(high)[0], 0.0)
+    q = target
+    scale = float(np.max(np.abs(target) + np.abs(excess(target)[0])))
+    for _ in range(_MOST_STEPS):
+        over, rate = excess(q)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            newton = q - over / rate
+        if np.all(np.abs(over) <= _CLOSE * scale):
+            return np.where(np.isfinite(newton), newton, q)
+        low, high = np.where(over < 0.0, q, low), np.where(over > 0.0, q, high)
+        q = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
+    raise NoEquilibrium(f"bushing and spring in series share no force at {_MOST_STEPS} steps")
+
+
+def _late(time: Array, force: Signal, lag: Signal, at: Array, corners: Sequence[int]) -> Signal:
+    """Return the force at ``at - lag``."""
+    when = at - lag.value
+    data = np.column_stack([force.value, force.slope])
+    result = np.where((when < time[0])[:, None], data[0], data[-1])
+    rate = np.zeros((len(when), 2))  # towards earlier and towards later times: they differ at corners
+    edges = sorted({0, len(time) - 1, *corners})
+    for first, last in pairwise(edges):
+        x, y = time[first : last + 1], data[first : last + 1]
+        slopes = np.gradient(y, x, axis=0, edge_order=2 if len(x) > 2 else 1)
+        piece = CubicHermiteSpline(x, y, slopes)
+        rates = piece.derivative()
+        inside = (when >= x[0]) & (when <= x[-1])
+        result[inside] = piece(when[inside])
+        for side, of in enumerate([inside & (when > x[0]), inside & (when < x[-1])]):
+            rate[of, side] = rates(when[of])[:, 0]
+    if at is time and lag.value == 0.0:
+        result = data  # to the last digit
+    slope = result[:, 1:] - rate.mean(axis=1)[:, None] * lag.slope
+    return Signal(result[:, 0], slope)

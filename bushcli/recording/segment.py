@@ -1,0 +1,213 @@
+"""Cut a recorded displacement into loading, unloading and hold branches, and these into cycles.
+
+The rules, all relative to the noise of the displacement, which is estimated from the signal:
+
+- A *turning point* is an extreme from which the displacement then retreats by more than 8 standard
+  deviations, and by more than 0.2 % of the whole range. A noise excursion of that size between two samples
+  has a probability below 1e-7.
+- A *hold* is a stretch of at least 5 samples that stays within a band of 8 standard deviations without a
+  trend, reached and left abruptly: the displacement moves by one more such band in 0.3 of its duration.
+- *Loading* leads away from zero displacement, *unloading* towards it; a stretch that crosses zero is cut
+  there.
+- A *cycle* is one excursion: it begins with a loading branch that follows an unloading one. 0, 4, 0, -4, 0
+  are two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.recording.noise import noise
+
+Array = NDArray[np.float64]
+Kind = Literal["loading", "unloading", "hold"]
+
+_TURN = 8.0
+_HALF_BAND = 4.0
+# Small against any program worth recording, large against the steps of a coarse analogue-digital converter.
+_SMALLEST_TURN = 2e-3
+_SMALLEST_NOISE = 1.25e-4
+_SHORTEST_HOLD = 5
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A stretch of a recording.
+
+    Attributes
+    ----------
+    kind : {"loading", "unloading", "hold"}
+    start, stop : int
+        Samples ``start:stop``. Branches follow each other without gap or overlap: a turning point is the
+        last sample of the branch that leads to it.
+    cycle : int
+        From 1.
+    direction : {1, -1, 0}
+        Sign of the displacement rate, 0 in a hold.
+    """
+
+    kind: Kind
+    start: int
+    stop: int
+    cycle: int
+    direction: int
+
+
+def displacement_noise(displacement: Array, time: Array | None = None) -> float:
+    """Return the standard deviation of the noise of a displacement, in its unit."""
+    return noise(displacement, _abscissa(displacement, time), order=3)
+
+
+def segment(displacement: Array, time: Array | None = None) -> tuple[Branch, ...]:
+    """Cut a displacement (n,) at its turning points, holds and zero crossings; see the module for the rules.
+
+    Parameters
+    ----------
+    displacement : (n,) array
+    time : (n,) array, optional
+        Strictly increasing; without it, holds are judged by the number of samples.
+
+    Returns
+    -------
+    tuple of Branch
+        At least one, covering all samples.
+    """
+    span = float(np.ptp(displacement))
+    if len(displacement) < 2 or span == 0.0:
+        return (Branch("hold", 0, len(displacement), 1, 0),)
+    sigma = displacement_noise(displacement, time)
+    threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
+    # Noise of more than a twentieth of the range leaves nothing to cut.
+    threshold = min(threshold, 0.4 * span)
+    turns = _turning_points([float(q) for q in displacement], threshold)
+    holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
+    pieces = _merge(_pieces(len(displacement), turns, holds), displacement, threshold)
+    return tuple(_named(pieces, displacement, threshold))
+
+
+def _abscissa(displacement: Array, time: Array | None) -> Array:
+    return np.arange(len(displacement), dtype=float) if time is None else time
+
+
+def _turning_points(q: list[float], threshold: float) -> list[int]:
+    """Return the samples at which the direction changes, by the zigzag rule."""
+    turns: list[int] = []
+    low = high = 0
+    direction = 0
+    for i in range(1, len(q)):
+        if q[i] > q[high]:
+            high = i
+        if q[i] < q[low]:
+            low = i
+        if direction >= 0 and q[high] - q[i] > threshold:
+            if direction > 0 or high > 0:
+                turns.append(high)
+            direction, low = -1, i
+            high = i
+        elif direction <= 0 and q[i] - q[low] > threshold:
+            if direction < 0 or low > 0:
+                turns.append(low)
+            direction, high = 1, i
+            low = i
+    return turns
+
+
+def _holds(q: Array, x: Array, sigma: float) -> list[tuple[int, int]]:
+    """Return the holds as (start, stop)."""
+    band = 2.0 * _HALF_BAND * sigma
+    holds, start, n, values = [], 0, len(q), [float(value) for value in q]
+    while start <= n - _SHORTEST_HOLD:
+        stop = start
+        low = high = values[start]
+        while stop < n and max(high, values[stop]) - min(low, values[stop]) <= band:
+            low, high = min(low, values[stop]), max(high, values[stop])
+            stop += 1
+        long = stop - start >= _SHORTEST_HOLD and _is_abrupt(q, x, start, stop, band)
+        if long and _still(q[start:stop], x[start:stop], sigma):
+            holds.append((start, stop))
+            start = stop
+        else:
+            start += max(1, (stop - start) // 8)
+    return holds
+
+
+def _is_abrupt(q: Array, x: Array, start: int, stop: int, band: float) -> bool:
+    """Whether the motion into and out of a stretch is fast: one more band in 0.3 of its duration.
+
+    At the crest of a sine, where the band takes a time t to leave, the next takes more than 0.37 t.
+    """
+    centre, patience = float(np.median(q[start:stop])), 0.3 * float(x[stop - 1] - x[start])
+    before = int(np.searchsorted(x, x[start] - patience))
+    after = int(np.searchsorted(x, x[stop - 1] + patience, side="right"))
+    came = start == 0 or bool(np.any(np.abs(q[before:start] - centre) > 1.5 * band))
+    went = stop == len(q) or bool(np.any(np.abs(q[stop:after] - centre) > 1.5 * band))
+    return came and went
+
+
+def _still(q: Array, x: Array, sigma: float) -> bool:
+    """Whether a stretch shows noise but neither a trend nor the arch of a slow reversal."""
+    n = len(q)
+    third = max(1, n // 3)
+    first, middle, last = q[:third].mean(), q[third : n - third].mean(), q[n - third :].mean()
+    trend = np.polynomial.polynomial.polyfit((x - x[0]) / (x[-1] - x[0]), q, 1)[1]
+    arch = middle - 0.5 * (first + last)
+    # Four standard errors of each under white noise, but no less than what a rig may drift while it holds.
+    straight = abs(trend) <= sigma * max(1.0, 4.0 * np.sqrt(12.0 / n))
+    flat = abs(arch) <= sigma * max(0.5, 4.0 * np.sqrt(1.5 / third))
+    return bool(straight and flat and q.std() <= 1.6 * sigma)
+
+
+def _pieces(n: int, turns: list[int], holds: list[tuple[int, int]]) -> list[tuple[int, int, bool]]:
+    """Return (start, stop, is a hold) covering all n samples; turning points within a hold do not cut it."""
+    held = np.zeros(n, dtype=bool)
+    for start, stop in holds:
+        held[start:stop] = True
+    cuts = {0, n} | {edge for hold in holds for edge in hold} | {t + 1 for t in turns if not held[t]}
+    edges = sorted(cuts)
+    return [(a, b, bool(held[a])) for a, b in pairwise(edges)]
+
+
+def _merge(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> list[tuple[int, int, bool]]:
+    """Join moving pieces that go nowhere (a hold's ragged ends) to their neighbour."""
+    merged: list[tuple[int, int, bool]] = []
+    for start, stop, held in pieces:
+        idle = not held and abs(q[stop - 1] - q[max(start - 1, 0)]) < threshold
+        if merged and (idle or (held and merged[-1][2])):
+            merged[-1] = (merged[-1][0], stop, merged[-1][2])
+        else:
+            merged.append((start, stop, held))
+    if len(merged) > 1 and not merged[0][2] and abs(q[merged[0][1] - 1] - q[0]) < threshold:
+        merged[:2] = [(0, merged[1][1], merged[1][2])]
+    return merged
+
+
+def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Branch]:
+    cycle, unloaded = 1, False
+    for start, stop, held in pieces:
+        if held:
+            yield Branch("hold", start, stop, cycle, 0)
+            continue
+        before = max(start - 1, 0)
+        direction = 1 if q[stop - 1] > q[before] else -1
+        for first, last in _cut_at_zero(q, before, start, stop, threshold):
+            kind: Kind = "loading" if abs(q[last - 1]) > abs(q[max(first - 1, 0)]) else "unloading"
+            if kind == "loading" and unloaded:
+                cycle, unloaded = cycle + 1, False
+            unloaded = unloaded or kind == "unloading"
+            yield Branch(kind, first, last, cycle, direction)
+
+
+def _cut_at_zero(q: Array, before: int, start: int, stop: int, threshold: float) -> list[tuple[int, int]]:
+    """Return the stretch as one or, where it crosses zero, two: the sample nearest to zero ends the first."""
+    begin, end = q[before], q[stop - 1]
+    if begin * end < 0 and min(abs(begin), abs(end)) > threshold:
+        middle = start + int(np.argmin(np.abs(q[start:stop]))) + 1
+        if start < middle < stop:
+            return [(start, middle), (middle, stop)]
+    return [(start, stop)]

@@ -1,0 +1,91 @@
+"""Where a measured curve is, and how its file is to be read.
+
+Written by the case file, read by `bushcli.recording`; it stands below both, so that neither needs the other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+#: What a column may hold, as in the ``columns`` and ``units`` keys of a case file.
+Quantity = Literal["time", "displacement", "force"]
+
+
+@dataclass(frozen=True)
+class Source:
+    r"""A recorded curve in a text file.
+
+    Attributes
+    ----------
+    mode : str
+        Name of the deformation mode; it decides what the columns mean.
+    file : Path
+    name : str
+        Of the channel; the mode's name when empty.
+    columns : mapping of Quantity to str or int
+        Column by name or by 1-based number; what is not given is found by its name.
+    units : mapping of Quantity to str
+        Unit by quantity; it overrides what the file says. See `UNITS`.
+    delimiter : str, optional
+        "," ";" "\t" or " " (any white space); found out when None.
+    decimal : {".", ","}, optional
+        Found out when None.
+    reverse : tuple of Quantity
+        Columns whose sign is turned round after they were read.
+    cycles : tuple of int, optional
+        1-based numbers of the cycles to use; all when None.
+    largest_stretch : float, optional
+        Points of a coupon beyond it are left out.
+    """
+
+    mode: str
+    file: Path
+    name: str = ""
+    columns: Mapping[Quantity, str | int] = field(default_factory=dict)
+    units: Mapping[Quantity, str] = field(default_factory=dict)
+    delimiter: str | None = None
+    decimal: Literal[".", ","] | None = None
+    cycles: tuple[int, ...] | None = None
+    largest_stretch: float | None = None
+    reverse: tuple[Quantity, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "file", Path(self.file))
+
+    def contents(self) -> bytes:
+        """Return what the file holds now (`bushcli.runtime.canonical`)."""
+        return self.file.read_bytes()
+
+    @property
+    def label(self) -> str:
+        """The channel's name."""
+        return self.name or self.mode
+
+
+#: Factor from a unit to the internal one (N, mm, MPa, s, rad), by what is measured. Of the three ways to
+#: write the deformation of a coupon, "stretch" is the ratio of lengths, "strain" and "percent" are the
+#: nominal strain.
+UNITS: Mapping[str, Mapping[str, float]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+    "length": {"mm": 1.0, "m": 1e3, "cm": 10.0, "um": 1e-3, "in": 25.4},
+    "angle": {"deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3},
+    "force": {"N": 1.0, "kN": 1e3, "lbf": 4.4482216152605},
+    "moment": {"Nmm": 1.0, "Nm": 1e3, "kNm": 1e6, "Ncm": 10.0, "lbfin": 112.9848290276167},
+    "strain": {"stretch": 1.0, "strain": 1.0, "percent": 0.01},
+    "stress": {"MPa": 1.0, "kPa": 1e-3, "Pa": 1e-6, "GPa": 1e3, "psi": 6.894757293168e-3},
+}
+
+
+def dimension(quantity: Quantity, specimen: str, rotational: bool) -> str:
+    """Return the key of `UNITS` that applies to a column of a bushing ("bushing") or coupon recording."""
+    if quantity == "time":
+        return "time"
+    if specimen == "coupon":
+        return "strain" if quantity == "displacement" else "stress"
+    if quantity == "displacement":
+        return "angle" if rotational else "length"
+    return "moment" if rotational else "force"

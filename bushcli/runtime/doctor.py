@@ -1,0 +1,191 @@
+"""What the program runs on, and what is wrong with it: versions, BLAS, MPI, compiler and compiled forms."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import os
+import platform
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from bushcli.runtime.condition import Condition
+from bushcli.runtime.tried import untried_dolfinx
+from cases.jit import cache_directory
+
+#: What has to be importable: module -> what it is for.
+MODULES = {
+    "dolfinx": "finite elements",
+    "petsc4py": "nonlinear and linear solvers",
+    "gmsh": "meshes",
+    "mpi4py": "parallel runs",
+    "numpy": "arrays",
+    "scipy": "identification and statistics",
+    "matplotlib": "plots",
+}
+_SET_UP = "run `make setup` in the checkout, or create the conda environment of environment.yml"
+
+
+@dataclass(frozen=True)
+class Examination:
+    """What was found.
+
+    Attributes
+    ----------
+    facts : mapping of str to str
+        Name -> finding, in the order in which to show them.
+    problems : tuple of Condition
+        What keeps the program from working, or from working fast, each with its remedy.
+    """
+
+    facts: Mapping[str, str]
+    problems: tuple[Condition, ...]
+
+
+def examine() -> Examination:
+    """Look at the environment of this process."""
+    facts = {"python": f"{platform.python_version()} ({sys.executable})", "system": platform.platform()}
+    problems: list[Condition] = []
+    modules: dict[str, ModuleType] = {}
+    for name, purpose in MODULES.items():
+        try:
+            modules[name] = importlib.import_module(name)
+            facts[name] = _version(modules[name])
+        except (ImportError, OSError) as error:  # OSError: a shared library of it is missing
+            facts[name] = "missing"
+            problems.append(
+                Condition(f"no_{name}", f"{name} ({purpose}) cannot be imported: {error}", _SET_UP)
+            )
+    for found in (_dolfinx(modules), _blas(modules), _mpi(modules), _compiler(), _cache(), _threads()):
+        facts |= found.facts
+        problems += found.problems
+    return Examination(facts, tuple(problems))
+
+
+def _version(module: ModuleType) -> str:
+    version = getattr(module, "__version__", None)
+    return str(version) if version else importlib.metadata.version(module.__name__)
+
+
+def _dolfinx(modules: Mapping[str, ModuleType]) -> Examination:
+    if "dolfinx" not in modules:
+        return Examination({}, ())
+    return Examination({}, untried_dolfinx(_version(modules["dolfinx"])))
+
+
+def blas_among(libraries: Iterable[str]) -> str:
+    """Name the BLAS that PETSc works with, given the paths of the loaded shared libraries.
+
+    NumPy and SciPy from PyPI carry a BLAS of their own, which the factorisations do not use.
+
+    Returns
+    -------
+    str
+        ``OpenBLAS``, ``MKL``, ``BLIS``, ``ATLAS``, ``reference``, or empty when none is recognised.
+    """
+    shared = [p for p in libraries if "numpy" not in p and "scipy" not in p]
+    kinds = {
+        "OpenBLAS": ("openblas",),
+        "MKL": ("mkl_",),
+        "BLIS": ("blis",),
+        "ATLAS": ("atlas",),
+        # Debian keeps the reference in a folder of the first name, conda-forge in files of the second.
+        "reference": ("/blas/libblas.so", "librefblas", "/libcblas.so", "/libblas.so"),
+    }
+    return next((kind for kind, marks in kinds.items() if any(m in p for m in marks for p in shared)), "")
+
+
+def _blas(modules: Mapping[str, ModuleType]) -> Examination:
+    if "petsc4py" not in modules:
+        return Examination({}, ())
+    importlib.import_module("petsc4py.PETSc")
+    try:
+        lines = Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return Examination({"BLAS": "unknown (no /proc)"}, ())
+    kind = blas_among({line.split(maxsplit=5)[-1] for line in lines if ".so" in line})
+    if kind != "reference":
+        return Examination({"BLAS": kind or "not recognised"}, ())
+    problem = Condition(
+        "reference_blas",
+        "the reference BLAS is loaded, with which a factorisation takes about four times as long",
+        "install OpenBLAS: apt-get install libopenblas0-pthread, or conda install 'libblas=*=*openblas'",
+    )
+    return Examination({"BLAS": "reference"}, (problem,))
+
+
+def _mpi(modules: Mapping[str, ModuleType]) -> Examination:
+    if "mpi4py" not in modules:
+        return Examination({}, ())
+    mpi = importlib.import_module("mpi4py.MPI")
+    library = mpi.Get_library_version().strip("\0").splitlines()[0].split(",")[0]
+    size = mpi.COMM_WORLD.size
+    facts = {"MPI": f"{library}, {size} rank{'s' if size > 1 else ''}"}
+    started = max(int(os.environ.get(name, "1")) for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
+    if started == size:
+        return Examination(facts, ())
+    problem = Condition(
+        "foreign_mpirun",
+        f"mpirun started {started} ranks, and each of them runs alone: it belongs to another MPI",
+        "use the mpirun of the environment: bushcli-env mpirun -n 2 bushcli ...",
+    )
+    return Examination(facts, (problem,))
+
+
+def _compiler() -> Examination:
+    """Compile what the form compiler would: a C file that includes Python.h."""
+    command = (os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc").split()
+    include = sysconfig.get_path("include")
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "probe.c"
+        source.write_text('#include "Python.h"\ndouble probe(double x) { return 2.0 * x; }\n')
+        arguments = [*command, "-fPIC", "-shared", f"-I{include}", str(source), "-o", f"{source}.so"]
+        try:
+            run = subprocess.run(arguments, capture_output=True, text=True, errors="replace", check=False)
+            message = "" if run.returncode == 0 else (run.stderr.strip().splitlines() or ["no message"])[0]
+        except OSError as error:
+            message = str(error)
+    if not message:
+        return Examination({"C compiler": f"{command[0]}, works"}, ())
+    problem = Condition(
+        "no_compiler",
+        f"the C compiler, with which every form is compiled, does not work: {message}",
+        "apt-get install gcc libc6-dev python3-dev, or conda install c-compiler",
+    )
+    return Examination({"C compiler": "does not work"}, (problem,))
+
+
+def _cache() -> Examination:
+    cache = cache_directory()
+    files = [p for p in cache.rglob("*") if p.is_file()] if cache.is_dir() else []
+    size = sum(p.stat().st_size for p in files)
+    forms = sum(1 for p in files if p.suffix == ".so")
+    facts = {"form cache": f"{cache}: {forms} compiled forms, {size / 1e6:.1f} MB"}
+    existing = next(p for p in (cache, *cache.parents) if p.exists())
+    if os.access(existing, os.W_OK):
+        return Examination(facts, ())
+    problem = Condition(
+        "cache_not_writable",
+        f"compiled forms cannot be kept: {existing} is not writable",
+        "make it writable, or choose another folder with BUSHCLI_CACHE=/path",
+    )
+    return Examination(facts, (problem,))
+
+
+def _threads() -> Examination:
+    threads = os.environ.get("OMP_NUM_THREADS", "")
+    facts = {"OMP_NUM_THREADS": threads or "not set", "processors": str(os.cpu_count())}
+    if threads:
+        return Examination(facts, ())
+    problem = Condition(
+        "threads_not_set",
+        "OMP_NUM_THREADS is not set: every factorisation of small matrices starts a thread per processor",
+        "set OMP_NUM_THREADS=1 (the launchers that `make install` writes do it)",
+    )
+    return Examination(facts, (problem,))

@@ -1,0 +1,129 @@
+"""Results of fits kept on disk, so that a diagnosis that was stopped goes on where it was.
+
+Each result is one NumPy archive of plain arrays, which nothing executes when it is read. Its name is made of the
+question and of the code's own text: another question, or another revision of the code, is another file. A file that is
+damaged counts as absent.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import struct
+import zipfile
+import zlib
+from functools import cache
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from bushcli.errors import InputError, Problem
+from bushcli.runtime.canonical import canonical
+
+SUFFIX = ".npz"
+PACKAGES = ("bushcli", "cases", "forms", "geometry")
+# What NumPy, its archives and our own reading make of bytes that were overwritten.
+_DAMAGED = (
+    OSError,
+    ValueError,
+    TypeError,
+    LookupError,
+    RuntimeError,
+    AttributeError,
+    EOFError,
+    SyntaxError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+
+
+@cache
+def code_revision() -> str:
+    """Digest of the text of all modules of the program."""
+    root = Path(__file__).resolve().parents[2]
+    digest = hashlib.sha256()
+    for package in PACKAGES:
+        for file in sorted((root / package).rglob("*.py")):
+            digest.update(file.relative_to(root).as_posix().encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+class Codec(Protocol):
+    """How the answers of one kind of work are written as arrays; an object that can be pickled, for other processes."""
+
+    def encoded(self, answer: Any) -> dict[str, Any]:
+        """Return the answer as plain arrays by name."""
+
+    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
+        """Return the answer to a question from its arrays.
+
+        Raises
+        ------
+        Exception
+            The arrays are not those of an answer: it counts as absent.
+        """
+
+
+class Store:
+    """A folder of results.
+
+    Parameters
+    ----------
+    folder
+    codec
+        How answers become arrays.
+    resume
+        Use what the folder holds; it is emptied otherwise.
+
+    Attributes
+    ----------
+    there : int
+        Results that the folder held: those to go on with, or those thrown away.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or emptied.
+    """
+
+    def __init__(self, folder: Path, codec: Codec, resume: bool = False) -> None:
+        self.folder, self.codec = folder, codec
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            results = list(folder.glob(f"*{SUFFIX}"))
+            for file in [*folder.glob("*.part"), *([] if resume else results)]:
+                file.unlink()
+        except OSError as error:
+            place = str(error.filename or folder)
+            raise InputError(Problem(place, f"cannot be written: {error.strerror or error}")) from None
+        self.there = len(results)
+
+    def file(self, work: str, question: tuple[Any, ...]) -> Path:
+        """Where the answer to a question is kept."""
+        digest = hashlib.sha256(f"{code_revision()} {work}".encode())
+        digest.update(canonical(question))
+        return self.folder / f"{digest.hexdigest()[:24]}{SUFFIX}"
+
+    def read(self, file: Path, question: tuple[Any, ...]) -> tuple[bool, Any]:
+        """Whether there is an answer, and the answer."""
+        try:
+            # Read at once: a damaged archive would stay open.
+            with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as found:
+                return True, self.codec.decoded({name: found[name] for name in found.files}, question)
+        except _DAMAGED:
+            return False, None
+
+    def write(self, file: Path, answer: Any) -> None:
+        """Keep an answer; the file appears whole or not at all."""
+        content = io.BytesIO()
+        np.savez(content, **self.codec.encoded(answer))
+        fresh = file.with_suffix(f".{os.getpid()}.part")
+        with fresh.open("wb") as out:
+            out.write(content.getvalue())
+            out.flush()
+            os.fsync(out.fileno())
+        fresh.replace(file)

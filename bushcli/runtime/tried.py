@@ -1,0 +1,33 @@
+"""Whether bushcli was tried with the DOLFINx that is installed; asked without loading it."""
+
+from __future__ import annotations
+
+import importlib.metadata
+
+from bushcli.runtime.condition import Condition
+from geometry.dolfinx_api import TRIED, is_tried, release
+
+
+def installed_dolfinx() -> str | None:
+    """Version of the DOLFINx that is installed; None where there is none, or none that says so."""
+    try:
+        return importlib.metadata.version("fenics-dolfinx")
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def untried_dolfinx(version: str | None) -> tuple[Condition, ...]:
+    """What to say of a version of DOLFINx: nothing, if bushcli was tried with it."""
+    if version is None or is_tried(version):
+        return ()
+    first, last = (".".join(map(str, bound)) for bound in TRIED)
+    where = "older" if release(version) < TRIED[0] else "newer"
+    return (
+        Condition(
+            "untried_dolfinx",
+            f"DOLFINx {version} is {where} than those that bushcli was tried with, {first} to {last}: "
+            "commands may end with an internal error",
+            "run `make setup` in the checkout, or create the conda environment of environment.yml: "
+            f"both take a DOLFINx from {first} to {last}",
+        ),
+    )

@@ -1,0 +1,187 @@
+"""Independent runs side by side: as many processes as asked for, on this machine or over MPI, results in order.
+
+Fits are kept on disk as soon as they are there (`store`), so that a diagnosis that was stopped goes on where it was,
+with any number of workers, to the same end.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import active_children, get_context
+from pathlib import Path
+from types import FrameType
+from typing import Any, cast
+
+from bushcli.runtime.interrupt import abandon_compilation, end_with_parent
+from bushcli.runtime.store import Store
+
+Work = Callable[..., Any]
+
+# Work whose answers are kept (`store`): fits and derivatives; all else takes no time.
+KEPT = frozenset({"begin", "fit_plain", "fit", "columns"})
+# Seconds that a process is given to put its things in order.
+GRACE = 2.0
+
+
+class Workers:
+    """Runs functions of module level on lists of arguments.
+
+    Parameters
+    ----------
+    count
+        Processes; with 1 everything runs in this one.
+    store
+        Where results are kept; None keeps none.
+    executor
+        Processes that somebody else has started and ends (`ranks`), in place of `count` of our own. They may be on
+        machines that do not see the store.
+    """
+
+    def __init__(self, count: int = 1, store: Store | None = None, executor: Executor | None = None) -> None:
+        self.count, self.store = max(1, count), store
+        self._executor: Executor | None = executor
+        self._others = frozenset(active_children())
+
+    @contextmanager
+    def open(self) -> Iterator[Workers]:
+        """Start the processes, and end them: at once where an exception ends the run."""
+        if self.count == 1 or self._executor is not None:
+            yield self
+            return
+        self._executor = ProcessPoolExecutor(self.count, get_context("spawn"), initializer=_begin)
+        try:
+            yield self
+        except BaseException:
+            self.stop()
+            raise
+        self._executor.shutdown()
+
+    def stop(self) -> None:
+        """End all processes, whatever they do; nothing can be run after it."""
+        if self._executor is None:
+            return
+        self._executor.shutdown(wait=False, cancel_futures=True)
+        ours = [process for process in active_children() if process not in self._others]
+        for process in ours:
+            process.terminate()
+        for process in ours:
+            process.join(GRACE)
+            # The compiler that a process has started is of its group.
+            with suppress(ProcessLookupError, PermissionError):
+                os.killpg(process.pid or 0, signal.SIGKILL)
+            process.kill()
+        for process in ours:
+            # A process that was killed is there until it has been asked for.
+            process.join(GRACE)
+
+    def run(
+        self, work: Work, questions: Sequence[tuple[Any, ...]], told: Callable[[int, Any], None] | None = None
+    ) -> list[Any]:
+        """Answers to all questions, in their order; `told` hears of each as it is there."""
+        answers: list[Any] = [None] * len(questions)
+        waiting = []
+        for i, question in enumerate(questions):
+            file = self._file(work, question)
+            there, answer = (
+                (False, None) if file is None or self.store is None else self.store.read(file, question)
+            )
+            if there or self._executor is None:
+                answers[i] = answer if there else _answer(self.store, file, work, question)
+                if told is not None:
+                    told(i, answers[i])
+            else:
+                waiting.append((i, self._submitted(self._executor, file, work, question)))
+        for i, future in waiting:
+            answers[i] = future.result()
+            if told is not None:
+                told(i, answers[i])
+        return answers
+
+    def _submitted(
+        self, executor: Executor, file: Path | None, work: Work, question: tuple[Any, ...]
+    ) -> Future[Any]:
+        if isinstance(executor, ProcessPoolExecutor):
+            with _deaf():
+                return executor.submit(_answer, self.store, file, work, question)
+        future = executor.submit(_answer, None, None, work, question)
+        store = self.store
+        if file is not None and store is not None:
+            future.add_done_callback(
+                lambda done: store.write(file, done.result()) if _has_answer(done) else None
+            )
+        return future
+
+    def _file(self, work: Work, question: tuple[Any, ...]) -> Path | None:
+        if self.store is None or work.__qualname__ not in KEPT:
+            return None
+        return self.store.file(f"{work.__module__}.{work.__qualname__}", question)
+
+
+def _answer(store: Store | None, file: Path | None, work: Work, question: tuple[Any, ...]) -> Any:
+    """Do the work, and keep what came of it."""
+    answer = work(*question)
+    if file is not None and store is not None:
+        store.write(file, answer)
+    return answer
+
+
+def _has_answer(future: Future[Any]) -> bool:
+    return not future.cancelled() and future.exception() is None
+
+
+@contextmanager
+def ranks() -> Iterator[Executor | None]:
+    """The other ranks of `mpirun` as processes that answer questions; None for those ranks themselves.
+
+    They answer until the first rank leaves the context, and only then leave it too.
+    """
+    from mpi4py import MPI
+    from mpi4py.futures import MPICommExecutor
+
+    with MPICommExecutor(MPI.COMM_WORLD, root=0) as executor:
+        yield cast("Executor | None", executor)
+
+
+# -- a process that works --------------------------------------------------------------------------------------------
+
+_STOPPING = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes are started whole, and do not hear of Ctrl-C or SIGTERM before they are ready to."""
+    heard: list[int] = []
+    # Blocked here, a signal goes to another thread, and the interpreter would raise it here all the same.
+    main = threading.current_thread() is threading.main_thread()
+    handlers = {one: signal.signal(one, lambda number, _: heard.append(number)) for one in _STOPPING if main}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _STOPPING)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for one, handler in handlers.items():
+            signal.signal(one, handler or signal.SIG_DFL)
+    if heard:
+        signal.raise_signal(heard[0])
+
+
+def _begin() -> None:
+    """Make this process one that ends when the first one says so, and with it in any case."""
+
+    def end(number: int, frame: FrameType | None) -> None:
+        abandon_compilation(frame)
+        # Not by an exception: the next question may already wait.
+        os._exit(1)
+
+    # Ctrl-C goes to all processes of the terminal's group: only the first one is to answer it.
+    os.setpgrp()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # A process that has been told to end before it was ready ends here.
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOPPING)
+    signal.signal(signal.SIGTERM, end)
+    end_with_parent(lambda: os.killpg(0, signal.SIGKILL))

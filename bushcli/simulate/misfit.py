@@ -1,0 +1,162 @@
+"""How far a simulated curve is from its recording.
+
+Both are compared at the recorded displacements that the simulation reached, and the difference is referred
+to the recorded force range there, so that curves of different bushings can be compared. The literature
+accepts a simulated stiffness within 10 %.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.recording import Recording, force_noise
+from bushcli.recording.curve import Curve
+from bushcli.simulate.predict import Response, Simulated
+
+Array = NDArray[np.float64]
+
+BAND = 0.10
+# A misfit of fewer samples says nothing.
+FEWEST = 5
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """Initial and secant (peak to peak) stiffness, N/mm or N mm/rad; `bushcli.recording.curve` has the definitions."""
+
+    initial: float
+    secant: float
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """A simulated channel against its recording.
+
+    Attributes
+    ----------
+    channel : str
+    displacement, difference : shape (n,)
+        Compared displacements (mm or rad) and simulated minus recorded force (N or N mm).
+    simulated : shape (n,)
+        Simulated force at the recorded displacements.
+    force_range : float
+        Recorded force range over the compared displacements, N or N mm.
+    rms_percent, peak_percent : float
+        Root mean square and largest difference, percent of the force range.
+    noise_percent : float
+        Noise of the recording itself (1 sigma), percent of the force range.
+    measured, predicted : Stiffness
+        Of the recorded and the simulated curve, over the same displacements.
+    compared : float
+        Share of the recorded samples that the simulation reached.
+    """
+
+    channel: str
+    displacement: Array
+    difference: Array
+    simulated: Array
+    force_range: float
+    rms_percent: float
+    peak_percent: float
+    noise_percent: float
+    measured: Stiffness
+    predicted: Stiffness
+    compared: float
+
+    @property
+    def stiffness_ratio(self) -> float:
+        """Simulated over measured secant stiffness."""
+        return self.predicted.secant / self.measured.secant
+
+    @property
+    def within_10_percent(self) -> bool:
+        """Secant stiffness within 10 %, the curve within 10 % of the force range, and all of the recording reached."""
+        return bool(
+            abs(self.stiffness_ratio - 1.0) <= BAND
+            and self.peak_percent <= 100 * BAND
+            and self.compared == 1.0
+        )
+
+
+def misfit(channel: Simulated) -> Misfit:
+    """Correlate a simulated channel with its recording.
+
+    Raises
+    ------
+    ValueError
+        The channel has no recording, or the simulation reached too few of its samples.
+    """
+    recording = channel.recording
+    if recording is None:
+        raise ValueError(f"channel {channel.name} has no recording")
+    if channel.along:
+        return _compared(
+            channel,
+            Curve(recording.mode, recording.displacement, recording.force, recording.time),
+            channel.curve.force,
+            1.0,
+        )
+    backbone = channel.curve.backbone()
+    slack = 0.01 * float(np.ptp(recording.displacement))
+    low, high = backbone.displacement[0] - slack, backbone.displacement[-1] + slack
+    reached = (recording.displacement >= low) & (recording.displacement <= high)
+    if np.count_nonzero(reached) < 3:
+        raise ValueError(f"channel {channel.name}: the simulation ended before the recording's third sample")
+    kept = _samples(recording, reached)
+    # The tolerance of `at` is a share of the simulated range, which may be much shorter than the recorded
+    # one.
+    simulated = backbone.at(kept.displacement, tolerance=slack / float(np.ptp(backbone.displacement)) * 1.001)
+    return _compared(channel, kept, simulated, float(np.mean(reached)))
+
+
+def _compared(channel: Simulated, kept: Curve, simulated: Array, compared: float) -> Misfit:
+    assert channel.recording is not None
+    difference = simulated - kept.force
+    force_range = float(np.ptp(kept.force))
+    return Misfit(
+        channel=channel.name,
+        displacement=kept.displacement,
+        difference=difference,
+        simulated=simulated,
+        force_range=force_range,
+        rms_percent=100 * float(np.sqrt(np.mean(difference**2))) / force_range,
+        peak_percent=100 * float(np.max(np.abs(difference))) / force_range,
+        noise_percent=100 * force_noise(channel.recording) / force_range,
+        measured=stiffness(kept),
+        predicted=stiffness(Curve(kept.mode, kept.displacement, simulated, kept.time)),
+        compared=compared,
+    )
+
+
+def misfits(response: Response) -> dict[str, Misfit]:
+    """Misfit of every channel that has a recording and got far enough to be compared, by channel name."""
+    return {
+        channel.name: misfit(channel)
+        for channel in response.channels
+        if channel.recording is not None and np.count_nonzero(_reached(channel)) >= FEWEST
+    }
+
+
+def stiffness(curve: Curve) -> Stiffness:
+    """Initial and secant stiffness of a curve."""
+    return Stiffness(curve.initial_stiffness(), curve.secant_stiffness())
+
+
+def _slack(recording: Recording) -> float:
+    """How far beyond the simulated ends a recorded displacement may lie: noise, and a side left out."""
+    return 0.01 * float(np.ptp(recording.displacement))
+
+
+def _reached(channel: Simulated) -> NDArray[np.bool_]:
+    assert channel.recording is not None
+    q, slack = channel.recording.displacement, _slack(channel.recording)
+    simulated = channel.curve.displacement
+    return np.asarray((q >= simulated.min() - slack) & (q <= simulated.max() + slack))
+
+
+def _samples(recording: Recording, which: NDArray[np.bool_]) -> Curve:
+    time = None if recording.time is None else recording.time[which]
+    return Curve(recording.mode, recording.displacement[which], recording.force[which], time)
