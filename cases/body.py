@@ -6,24 +6,22 @@ material -> forces and stiffness by the gradients -> unknowns. Only the material
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.kernels import kernel, loops, pointer
+from cases.kernels import Call, kernel, loops, pointer
 from cases.material import Metal, Rubber
 from cases.moved import MovedPoints
 from cases.parameters import Numbers
-from cases.points import Points
+from cases.points import Moving, Points
 from forms import answers
-from forms.kinematics import SETTINGS, Setting
+from forms.kinematics import SETTINGS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
-
-#: Answer (points, length) of a part at strains, with or without moduli.
-Answer = Callable[[Array, bool], Array]
 
 
 class Part:
@@ -35,24 +33,31 @@ class Part:
         Name of the setting.
     points
         Their quadrature points.
+    material
+        What is there.
     moved
         The stress-free body there, where it is not the mesh.
 
     Attributes
     ----------
+    g : shape (points, rows)
+        Gradients and pressure at the state of the last `look`.
+    P : shape (points, rows)
+        Energy's derivatives by them, as `answer` left them.
     A : shape (points, upper triangle)
-        Energy's second derivatives by gradients, as `stiffen` left them.
+        Second derivatives by them, as `stiffen` left them.
     """
 
-    def __init__(self, kinematics: str, points: Points, moved: MovedPoints | None) -> None:
-        setting = SETTINGS[kinematics]
-        self.points, self._moved = points, moved
-        self._strains = kernel(answers.strains(kinematics, setting))
-        self._forces = kernel(answers.forces(kinematics, setting))
-        self._functions = (answers.moduli(kinematics, setting), answers.strain_rates(kinematics, setting))
-        self._strain = np.empty((points.number, len(setting.names) + 1))
-        self._P = np.empty((points.number, points.rows))
-        self.A = np.zeros((0, 0))
+    def __init__(
+        self, kinematics: str, points: Points, material: Rubber | Metal, moved: MovedPoints | None
+    ) -> None:
+        self.points, self.material, self._moved = points, material, moved
+        self._name, self._setting = kinematics, SETTINGS[kinematics]
+        self.g, self.P = np.zeros((points.number, points.rows)), np.zeros((points.number, points.rows))
+        self._strains = kernel(answers.strains(kinematics, self._setting)).bound(
+            material.strain, {"gradients": self.g}, clear=True
+        )
+        self._forces: tuple[Array, Call] | None = None
 
     def place(self, swelling: float, anew: bool) -> None:
         """Bring the stress-free body to its place; ``anew`` where parameters may have moved it."""
@@ -61,33 +66,51 @@ class Part:
         else:
             self.points.rescale(swelling)
 
-    def moving(self, name: str) -> object:
-        """Change of the points with a parameter (`Points.moving`); None where there is none."""
+    def moving(self, name: str) -> Moving | None:
+        """Change of the points with a parameter; None where there is none."""
         rate = None if self._moved is None else self._moved.rate(name)
         return None if rate is None else self.points.moving(rate)
 
-    def strains(self, g: Array) -> Array:
-        """Strain variables and pressure; the next call writes into the same array."""
-        self._strain[:] = 0.0
-        self._strains.add(self._strain, {"gradients": g})
-        return self._strain
+    def look(self, x: Array) -> None:
+        """Go to a state, this rank's unknowns: gradients, and the material's strains."""
+        self.points.gradients(x, self.g)
+        self._strains()
 
-    def strain_rates(self, g: Array, change: Array) -> Array:
+    def answer(self) -> Array:
+        """Energy's derivatives by the gradients at the state of `look`; `P`."""
+        row = self.material.answer(moduli=False)
+        if self._forces is None or self._forces[0] is not row:
+            inputs = {"gradients": self.g, "answer": row}
+            function = kernel(answers.forces(self._name, self._setting))
+            self._forces = (row, function.bound(self.P, inputs, clear=True))
+        self._forces[1]()
+        return self.P
+
+    def by_gradients(self, stress: Array) -> Array:
+        """Derivatives by the gradients made of those by the strains, (points, variables), in a new array."""
+        answer = np.concatenate([np.zeros((len(stress), 1)), stress], axis=1)
+        function = kernel(answers.forces(self._name, self._setting))
+        return function(self.points.number, {"gradients": self.g, "answer": answer})
+
+    def strain_rates(self, change: Array) -> Array:
         """Change of the strain variables along a change of the gradients."""
-        return kernel(self._functions[1])(self.points.number, {"gradients": g, "change": change})
+        function = kernel(answers.strain_rates(self._name, self._setting))
+        return function(self.points.number, {"gradients": self.g, "change": change})
 
-    def by_gradients(self, g: Array, answer: Array) -> Array:
-        """Energy's derivatives by the gradients, from those by the strains; the same array each time."""
-        self._P[:] = 0.0
-        self._forces.add(self._P, {"gradients": g, "answer": answer})
-        return self._P
+    @cached_property
+    def A(self) -> Array:
+        """Second derivatives by the gradients; see above."""
+        return np.zeros((self.points.number, self.points.rows * (self.points.rows + 1) // 2))
 
-    def stiffen(self, g: Array, answer: Array) -> None:
-        """Second derivatives by the gradients, kept in `A`."""
-        if not self.A.size:
-            self.A = np.empty((self.points.number, self.points.rows * (self.points.rows + 1) // 2))
-        self.A[:] = 0.0
-        kernel(self._functions[0]).add(self.A, {"gradients": g, "answer": answer})
+    @cached_property
+    def _moduli(self) -> Call:
+        inputs = {"gradients": self.g, "answer": self.material.answer(moduli=True)}
+        return kernel(answers.moduli(self._name, self._setting)).bound(self.A, inputs, clear=True)
+
+    def stiffen(self) -> None:
+        """Compute `A` at the state of `look`."""
+        self.material.answer(moduli=True)
+        self._moduli()
 
     def contracted(self, change: Array) -> Array:
         """A applied to a change of the gradients."""
@@ -102,56 +125,52 @@ class Body:
     Parameters
     ----------
     rubber, metals
-        Parts with their materials; the sleeves in the order of `Numbers.metals`.
+        Parts; the sleeves in the order of `cases.parameters.Numbers.metals`.
+
+    Attributes
+    ----------
+    parts : list of Part
+        Rubber first.
+    material : Rubber
     """
 
-    def __init__(self, rubber: tuple[Part, Rubber], metals: Mapping[str, tuple[Part, Metal]]) -> None:
-        self.rubber, self.material = rubber
-        self.metals = dict(metals)
+    def __init__(self, rubber: Part, metals: Mapping[str, Part]) -> None:
+        assert isinstance(rubber.material, Rubber)
+        self.rubber, self.material = rubber, rubber.material
+        self._metals = list(metals.values())
+        self.parts = [rubber, *self._metals]
         self.numbers: Numbers | None = None
-
-    @property
-    def parts(self) -> list[Part]:
-        """Rubber first."""
-        return [self.rubber, *(part for part, _ in self.metals.values())]
 
     def take(self, numbers: Numbers, anew: bool) -> None:
         """Be made of this from now on; ``anew`` where parameters may have moved the stress-free body."""
-        if numbers is self.numbers:
-            return
         self.numbers = numbers
-        for part in self.parts:
-            part.place(float(numbers.volumetric[1]) if part is self.rubber else 1.0, anew)
+        self.material.take(numbers)
+        self.rubber.place(float(numbers.volumetric[1]), anew)
+        for part, moduli in zip(self._metals, numbers.metals, strict=True):
+            assert isinstance(part.material, Metal)
+            part.material.take(moduli)
+            part.place(1.0, anew)
 
     @property
-    def given(self) -> Numbers:
-        """What it is made of."""
+    def swelling(self) -> float:
+        """Volume ratio of the stress-free rubber to its shape."""
         assert self.numbers is not None
-        return self.numbers
-
-    def answers(self) -> list[tuple[Part, Answer]]:
-        """Each part with the answer of its material."""
-        found: list[tuple[Part, Answer]] = [
-            (self.rubber, lambda strain, moduli: self.material.answer(strain, self.given, moduli))
-        ]
-        for (part, metal), moduli in zip(self.metals.values(), self.given.metals, strict=True):
-            found.append((part, lambda strain, _, metal=metal, own=moduli: metal.answer(strain, own)))
-        return found
+        return float(self.numbers.volumetric[1])
 
     def add_forces(self, x: Array, forces: Array) -> None:
         """Add the derivative of the energy with respect to the unknowns x, on this rank."""
-        for part, answer in self.answers():
-            g = part.points.gradients(x)
-            part.points.add_forces(part.by_gradients(g, answer(part.strains(g), False)), forces)
+        for part in self.parts:
+            part.look(x)
+            part.points.add_forces(part.answer(), forces)
 
     def stiffen(self, x: Array) -> None:
         """Compute the second derivatives at the points, for the two functions below."""
-        for part, answer in self.answers():
-            g = part.points.gradients(x)
-            part.stiffen(g, answer(part.strains(g), True))
+        for part in self.parts:
+            part.look(x)
+            part.stiffen()
 
-    def add_stiffness(self, places: list[Index], values: Array) -> None:
-        """Add the stiffness at the state of `stiffen` (`cases.matrix.Places`)."""
+    def add_stiffness(self, places: Sequence[Index], values: Array) -> None:
+        """Add the stiffness at the state of `stiffen` (`cases.matrix.Pattern`)."""
         for part, place in zip(self.parts, places, strict=True):
             part.points.add_stiffness(part.A, place, values)
 
@@ -162,22 +181,17 @@ class Body:
 
     def energy(self, x: Array) -> float:
         """Stored energy on this rank, N mm."""
-        strain = self.rubber.strains(self.rubber.points.gradients(x))
-        total = self.rubber.points.integral(self.material.energy(strain, self.given))
-        for part, answer in self.answers()[1:]:
-            density = answer(part.strains(part.points.gradients(x)), False)[:, 0]
-            total += part.points.integral(density)
+        total = 0.0
+        for part in self.parts:
+            part.look(x)
+            if isinstance(part.material, Rubber):
+                total += part.points.integral(part.material.energy())
+            else:
+                total += part.points.integral(part.material.answer(moduli=False)[:, 0])
         return total
 
     @property
     def volume(self) -> float:
         """Of the stress-free body on this rank without swelling, mm^3, metal included."""
-        swelling = float(self.given.volumetric[1])
-        return float(self.rubber.points.weight.sum()) / swelling + sum(
-            float(part.points.weight.sum()) for part, _ in self.metals.values()
-        )
-
-
-def setting_of(kinematics: str) -> Setting:
-    """The gradients and strains of a kinematics."""
-    return SETTINGS[kinematics]
+        whole = sum(float(part.points.weight.sum()) for part in self._metals)
+        return whole + float(self.rubber.points.weight.sum()) / self.swelling

@@ -33,6 +33,5 @@ class Internal:
 
     def commit(self, state: Array) -> None:
         """Accept a state, this rank's unknowns, as the end of the step."""
-        part = self._body.rubber
-        strain = part.strains(part.points.gradients(state))
-        self._body.material.commit(strain, self._body.given)
+        self._body.rubber.look(state)
+        self._body.material.commit()

@@ -6,7 +6,7 @@ rule is in it. The loops are C (`points.c`), compiled once for all.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -36,7 +36,7 @@ typedef struct
     const double *weight;
 } group;
 void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, const long *width, const long *stride,
-              double *out, long out_stride);
+              double *out, long out_stride, long clear);
 void gradients(const group *s, const double *x, double *g);
 void forces(const group *s, const double *P, double *r);
 void stiffness(const group *s, const double *A, const int32_t *place, double *values);
@@ -53,9 +53,8 @@ def loops() -> Any:
 
 
 def pointer(array: Any, kind: str = "double") -> Any:
-    """Address of a contiguous array's data, for the loops."""
-    assert array.flags.c_contiguous
-    return loops().ffi.cast(f"{kind} *", array.ctypes.data)
+    """A contiguous array's data, for the loops."""
+    return loops().ffi.from_buffer(f"{kind}[]", array)
 
 
 class Kernel:
@@ -86,45 +85,60 @@ class Kernel:
         names = {inputs[name]: name for name in inputs}
         self._names = tuple(names[left[i]] for i in order)
         self._widths = [function.blocks[name] for name in self._names]
-        ffi = loops().ffi
-        self._block = ffi.new("uintptr_t[]", max(len(self._names), 1))
-        self._width = ffi.new("long[]", [*self._widths, 0])
-        self._stride = ffi.new("long[]", max(len(self._names), 1))
 
-    def add(self, out: Array, inputs: Mapping[str, Array]) -> None:
-        """Add the results at all points to the first columns of ``out``, shape (n, >= size).
+    def bound(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
+        """Return what adds the results at all points to the first columns of ``out``, shape (n, >= size).
+
+        It reads from and writes to these very arrays whenever it is called.
 
         Parameters
         ----------
         inputs
             By name: shape (n, >= width), of which the first columns are taken, or (width,) for all points alike.
+        clear
+            Whether ``out`` is zeroed before.
         """
-        for i, name in enumerate(self._names):
-            array = inputs[name]
-            assert array.shape[-1] >= self._widths[i] and (array.strides[-1] == 8 or self._widths[i] == 1), (
-                name
-            )
-            self._block[i] = array.ctypes.data
-            self._stride[i] = array.strides[0] // 8 if array.ndim == 2 else 0
-        loops().lib.evaluate(
-            self._function,
-            len(out),
-            len(self._names),
-            self._block,
-            self._width,
-            self._stride,
-            pointer(out),
-            out.strides[0] // 8,
-        )
+        arrays = [inputs[name] for name in self._names]
+        for name, array, width in zip(self._names, arrays, self._widths, strict=True):
+            assert array.shape[-1] >= width and (array.strides[-1] == 8 or width == 1), name
+        return Call(self._function, arrays, self._widths, out, out.shape[1] if clear else 0)
 
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
         """Results at n points, shape (n, size)."""
         out = np.zeros((n, self.size))
-        self.add(out, inputs)
+        self.bound(out, inputs)()
         return out
 
 
-_KERNELS: dict[tuple[str, ...], Kernel] = {}
+class Call:
+    """A kernel with its arrays: input blocks and output."""
+
+    def __init__(
+        self, function: int, arrays: Sequence[Array], widths: Sequence[int], out: Array, clear: int
+    ) -> None:
+        ffi = loops().ffi
+        strides = [array.strides[0] // 8 if array.ndim == 2 else 0 for array in arrays]
+        # They have to live as long as this call.
+        self._kept = (*arrays, out)
+        self._given = (
+            function,
+            len(out),
+            len(arrays),
+            ffi.new("uintptr_t[]", [array.ctypes.data for array in arrays] or [0]),
+            ffi.new("long[]", list(widths) or [0]),
+            ffi.new("long[]", strides or [0]),
+            ffi.cast("double *", out.ctypes.data),
+            out.strides[0] // 8,
+            clear,
+        )
+        self._evaluate = loops().lib.evaluate
+
+    def __call__(self) -> None:
+        """Evaluate it."""
+        self._evaluate(*self._given)
+
+
+_KERNELS: dict[tuple[Hashable, ...], Kernel] = {}
 
 
 def kernel(function: PointFunction) -> Kernel:

@@ -93,11 +93,10 @@ class LocalStiffness:
 
         Where the model has a memory, it is that of the step's beginning.
         """
-        rate, body = solver.tangent_rate(), self.model.body
-        part = body.rubber
-        g = part.points.gradients(self.model.state.x.array)
-        change = part.strain_rates(g, part.points.gradients(rate))
-        stress = body.material.isochoric(part.strains(g), body.given, moduli=False)[:, 1:]
+        rate, part = solver.tangent_rate(), self.model.body.rubber
+        part.look(self.model.state.x.array)
+        change = part.strain_rates(part.points.gradients(rate))
+        stress = self.model.body.material.isochoric(moduli=False)[:, 1:]
         return self._by_cell(np.einsum("pa,pa->p", stress, change))
 
     def _by_cell(self, density: Array) -> Array:
@@ -118,8 +117,7 @@ class LocalStiffness:
         _, first, corners = np.unique(names, return_index=True, return_inverse=True)
         # Of the stress-free shape, before the rubber swells or shrinks.
         model.take_parameters()
-        swelling = float(model.body.given.volumetric[1])
-        volume = self._by_cell(np.full(model.body.rubber.points.number, 1.0 / swelling))
+        volume = self._by_cell(np.full(model.body.rubber.points.number, 1.0 / model.body.swelling))
         return Cells(places.reshape(-1, dimension)[first], corners.reshape(names.shape), volume)
 
 

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cases.kernels import Kernel, kernel
+from cases.kernels import Call, Kernel, kernel
 from cases.parameters import Numbers
 from forms import answers
 from forms.branch import Branch
@@ -31,13 +32,16 @@ class Remembered:
     Attributes
     ----------
     values : shape (n, k)
-        Memory at the beginning of the step.
+        Memory at the beginning of the step; always the same array.
+    parameters : shape (m,)
+        As in `cases.parameters.Numbers.branches`; always the same array.
     """
 
     def __init__(self, setting: Setting, branch: Branch, points: int) -> None:
         self._functions = answers.branch_functions(setting, branch)
         self.needs_energy = self._functions.needs_energy
         self.values = np.empty((points, self._functions.memory))
+        self.parameters = np.zeros(len(branch.parameters) + len(answers.GIVEN))
         self.reset()
 
     def reset(self) -> None:
@@ -58,6 +62,10 @@ class Remembered:
         """Derivative of [slopes, memory at the end of the step] along a change of all inputs."""
         return kernel(self._functions.rate)
 
+    def inputs(self, strain: Array, law: Array) -> dict[str, Array]:
+        """Of its kernels, at strains and with the law's [W, ...]."""
+        return {"strain": strain, "law energy": law, "memory": self.values, "parameters": self.parameters}
+
 
 @dataclass(frozen=True)
 class Held:
@@ -68,8 +76,30 @@ class Held:
     total: Array
 
 
+@dataclass(frozen=True)
+class _Answered:
+    """Calls that make an answer, with or without moduli, in arrays of their own.
+
+    Attributes
+    ----------
+    law, total : shape (points, length)
+        The law's, where a branch asks for its energy, and that of all together.
+    begin : Call
+        The law's answer, into ``law``.
+    adding : list of (Remembered, Call, Array)
+        Branches; what depends on the law's energy has an array of its own.
+    volumetric : Call
+    """
+
+    law: Array
+    total: Array
+    begin: Call
+    adding: list[tuple[Remembered, Call, Array]]
+    volumetric: Call
+
+
 class Rubber:
-    """Law, volumetric part and branches.
+    """Law, volumetric part and branches at some points.
 
     Parameters
     ----------
@@ -78,12 +108,14 @@ class Rubber:
     law, names
         The law, and those of its parameters that are given.
     branches
-        In the order of `Numbers.branches`.
+        In the order of `cases.parameters.Numbers.branches`.
     points
         How many.
 
     Attributes
     ----------
+    strain : shape (points, variables)
+        Where the answers are asked for: strain variables and pressure, written by others.
     branches : list of Remembered
     """
 
@@ -92,38 +124,70 @@ class Rubber:
     ) -> None:
         self._setting, self._law, self._names, self._points = setting, law, names, points
         self.variables = len(setting.names) + 1
+        self.strain = np.zeros((points, self.variables))
         self.branches = [Remembered(setting, branch, points) for branch in branches]
-        self._stress = kernel(answers.law_answer(setting, law, names, moduli=False))
-        self._volumetric = [kernel(answers.volumetric_answer(setting, moduli)) for moduli in (False, True)]
-        self._rows = [np.zeros((points, answers.length(self.variables, moduli))) for moduli in (False, True)]
+        self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(2)}
         # Row and column of each curvature in an answer.
         self._upper = np.triu_indices(self.variables)
 
-    def answer(self, strain: Array, given: Numbers, moduli: bool) -> Array:
-        """Answer of all together, shape (points, length); its energy is that of law and volumetric part.
+    def take(self, numbers: Numbers) -> None:
+        """Be made of this from now on."""
+        self._parameters["law"][:] = numbers.law
+        self._parameters["volumetric"][:] = numbers.volumetric
+        for branch, parameters in zip(self.branches, numbers.branches, strict=True):
+            branch.parameters[:] = parameters
+
+    def answer(self, moduli: bool) -> Array:
+        """Answer of all together at `strain`, shape (points, length); its energy is that of law and volumetric part.
 
         The next call writes into the same array.
         """
-        total = self.isochoric(strain, given, moduli)
-        self._volumetric[moduli].add(total, {"strain": strain, "parameters": given.volumetric})
+        total = self.isochoric(moduli)
+        self._answered(moduli).volumetric()
         return total
 
-    def isochoric(self, strain: Array, given: Numbers, moduli: bool) -> Array:
+    def isochoric(self, moduli: bool) -> Array:
         """Answer of law and branches; the next call writes into the same array."""
-        total = self._rows[moduli]
-        total[:] = 0.0
-        function = self._stress
-        if moduli:
-            function = kernel(answers.law_answer(self._setting, self._law, self._names, moduli=True))
-        function.add(total, {"strain": strain, "parameters": given.law})
-        law = total.copy() if any(one.needs_energy for one in self.branches) else total
-        for one, parameters in zip(self.branches, given.branches, strict=True):
-            inputs = {"strain": strain, "law energy": law, "memory": one.values, "parameters": parameters}
-            if one.needs_energy:
-                self._add_through_energy(total, law, one.answer(moduli)(self._points, inputs), moduli)
-            else:
-                one.answer(moduli).add(total, inputs)
-        return total
+        calls = self._answered(moduli)
+        calls.begin()
+        if calls.law is not calls.total:
+            calls.total[:] = calls.law
+        for branch, add, row in calls.adding:
+            add()
+            if branch.needs_energy:
+                self._add_through_energy(calls.total, calls.law, row, moduli)
+        return calls.total
+
+    def _answered(self, moduli: bool) -> _Answered:
+        return self._with_moduli if moduli else self._without_moduli
+
+    @cached_property
+    def _with_moduli(self) -> _Answered:
+        return self._bound(moduli=True)
+
+    @cached_property
+    def _without_moduli(self) -> _Answered:
+        return self._bound(moduli=False)
+
+    def _bound(self, moduli: bool) -> _Answered:
+        length = answers.length(self.variables, moduli)
+        law = total = np.zeros((self._points, length))
+        if any(branch.needs_energy for branch in self.branches):
+            total = np.zeros_like(law)
+        own = answers.law_answer(self._setting, self._law, self._names, moduli)
+        begin = kernel(own).bound(
+            law, {"strain": self.strain, "parameters": self._parameters["law"]}, clear=True
+        )
+        adding = []
+        for branch in self.branches:
+            function = branch.answer(moduli)
+            row = np.zeros((self._points, function.size)) if branch.needs_energy else total
+            inputs = branch.inputs(self.strain, law)
+            adding.append((branch, function.bound(row, inputs, clear=branch.needs_energy), row))
+        volumetric = kernel(answers.volumetric_answer(self._setting, moduli)).bound(
+            total, {"strain": self.strain, "parameters": self._parameters["volumetric"]}
+        )
+        return _Answered(law, total, begin, adding, volumetric)
 
     def _add_through_energy(self, total: Array, law: Array, row: Array, moduli: bool) -> None:
         n = self.variables
@@ -142,51 +206,48 @@ class Rubber:
                 + mixed[:, b] * slopes[:, a]
             )
 
-    def energy(self, strain: Array, given: Numbers) -> Array:
-        """Stored energy per volume, MPa, shape (points,)."""
-        law = self._law_row(strain, given)
-        total = law.copy()
-        self._volumetric[False].add(total, {"strain": strain, "parameters": given.volumetric})
-        stored = total[:, 0]
-        for one, parameters in zip(self.branches, given.branches, strict=True):
-            inputs = {"strain": strain, "law energy": law, "memory": one.values, "parameters": parameters}
-            stored = stored + one.end(self._points, inputs)[:, 0]
+    def energy(self) -> Array:
+        """Stored energy per volume at `strain`, MPa, shape (points,)."""
+        self.answer(moduli=False)
+        calls = self._without_moduli
+        # The branches of an answer bring no energy with them.
+        stored: Array = calls.total[:, 0].copy()
+        for branch in self.branches:
+            stored += branch.end(self._points, branch.inputs(self.strain, calls.law))[:, 0]
         return stored
 
-    def commit(self, strain: Array, given: Numbers) -> None:
-        """Accept these strains as those at the end of the step."""
-        law = self._law_row(strain, given)
-        for one, parameters in zip(self.branches, given.branches, strict=True):
-            inputs = {"strain": strain, "law energy": law, "memory": one.values, "parameters": parameters}
-            one.values = np.ascontiguousarray(one.end(self._points, inputs)[:, 1:])
-
-    def _law_row(self, strain: Array, given: Numbers) -> Array:
-        row = np.zeros((self._points, answers.length(self.variables, moduli=False)))
-        self._stress.add(row, {"strain": strain, "parameters": given.law})
-        return row
+    def commit(self) -> None:
+        """Accept `strain` as that at the end of the step."""
+        self.isochoric(moduli=False)
+        law = self._without_moduli.law
+        for branch in self.branches:
+            branch.values[:] = branch.end(self._points, branch.inputs(self.strain, law))[:, 1:]
 
     # -- derivatives by parameters -------------------------------------------------------------------------------
 
-    def held(self, strain: Array, given: Numbers) -> Held:
-        """The present state, for the functions below."""
-        return Held(strain, self._law_row(strain, given), self.answer(strain, given, moduli=False).copy())
+    def held(self) -> Held:
+        """The state at `strain`, for the functions below."""
+        total = self.answer(moduli=False).copy()
+        function = answers.law_answer(self._setting, self._law, self._names, moduli=False)
+        strain = self.strain.copy()
+        law = kernel(function)(self._points, {"strain": strain, "parameters": self._parameters["law"]})
+        return Held(strain, law, total)
 
-    def slopes(self, at: Held, given: Numbers) -> Array:
+    def slopes(self, at: Held) -> Array:
         """Derivatives of the law's [W, W_a] by each of its parameters, shape (parameters, points, 1 + variables)."""
         function = kernel(answers.law_slopes(self._setting, self._law, self._names))
-        rows = function(self._points, {"strain": at.strain, "parameters": given.law})
+        rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["law"]})
         return np.ascontiguousarray(rows.reshape(self._points, len(self._names), -1).transpose(1, 0, 2))
 
-    def volumetric_slopes(self, at: Held, given: Numbers) -> Array:
+    def volumetric_slopes(self, at: Held) -> Array:
         """Of the volumetric part's by compliance and swelling."""
         function = kernel(answers.volumetric_slopes(self._setting))
-        rows = function(self._points, {"strain": at.strain, "parameters": given.volumetric})
+        rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["volumetric"]})
         return np.ascontiguousarray(rows.reshape(self._points, 2, -1).transpose(1, 0, 2))
 
     def branch_rate(
         self,
         at: Held,
-        given: Numbers,
         i: int,
         change: Array,
         memory: Array | None,
@@ -198,45 +259,56 @@ class Rubber:
         Parameters
         ----------
         change : shape (parameters,)
-            Of its `Numbers`.
+            Of its `cases.parameters.Numbers`.
         memory, energy, strain : shape (points, ...)
             Of the memory at the beginning, of the law's energy and of the strains; None for no change.
         """
-        one = self.branches[i]
-        nothing = np.zeros(max(self.variables, one.values.shape[1], 1))
-        return one.rate(
-            self._points,
-            {
-                "strain": at.strain,
-                "law energy": at.law,
-                "memory": one.values,
-                "parameters": given.branches[i],
-                "d strain": nothing if strain is None else strain,
-                "d law energy": nothing if energy is None else energy[:, None],
-                "d memory": nothing if memory is None else memory,
-                "d parameters": change,
-            },
-        )
-
-    def by_energy(self, at: Held, given: Numbers, i: int) -> Array:
-        """V_e of a branch that depends on the law's energy, shape (points,)."""
-        one = self.branches[i]
-        inputs = {
-            "strain": at.strain,
-            "law energy": at.law,
-            "memory": one.values,
-            "parameters": given.branches[i],
+        branch = self.branches[i]
+        nothing = np.zeros(max(self.variables, branch.values.shape[1], 1))
+        changes = {
+            "d strain": nothing if strain is None else strain,
+            "d law energy": nothing if energy is None else energy[:, None],
+            "d memory": nothing if memory is None else memory,
+            "d parameters": change,
         }
-        return one.answer(moduli=False)(self._points, inputs)[:, 1 + self.variables]
+        return branch.rate(self._points, branch.inputs(at.strain, at.law) | changes)
+
+    def by_energy(self, at: Held, i: int) -> Array:
+        """V_e of a branch that depends on the law's energy, shape (points,)."""
+        branch = self.branches[i]
+        row = branch.answer(moduli=False)(self._points, branch.inputs(at.strain, at.law))
+        return row[:, 1 + self.variables]
 
 
 class Metal:
-    """An elastic sleeve: small strain, any rotation."""
+    """An elastic sleeve: small strain, any rotation.
+
+    Attributes
+    ----------
+    strain : shape (points, variables)
+        Where answers are asked for.
+    """
 
     def __init__(self, setting: Setting, points: int) -> None:
         self._answer, self._points = kernel(answers.metal_answer(setting)), points
         self.variables = len(setting.names) + 1
+        self.strain = np.zeros((points, self.variables))
+        self._moduli = np.zeros(2)
+        self._row = np.zeros((points, self._answer.size))
+        self._call = self._answer.bound(
+            self._row, {"strain": self.strain, "parameters": self._moduli}, clear=True
+        )
 
-    def answer(self, strain: Array, moduli: Array) -> Array:
-        """Answer with these moduli (shear and bulk, MPa), or their change: it is linear in them."""
-        return self._answer(self._points, {"strain": strain, "parameters": moduli})
+    def take(self, moduli: Array) -> None:
+        """Have these shear and bulk moduli (MPa) from now on."""
+        self._moduli[:] = moduli
+
+    def answer(self, moduli: bool) -> Array:
+        """Answer at `strain`, with moduli in any case; the next call writes into the same array."""
+        self._call()
+        return self._row
+
+    def changed(self, moduli: Array) -> Array:
+        """Change of the stresses at `strain` with a change of the moduli: the answer is linear in them."""
+        row = self._answer(self._points, {"strain": self.strain, "parameters": moduli})
+        return row[:, 1 : 1 + self.variables]

@@ -11,7 +11,7 @@ Taylor and Hood (1973), Comput. Fluids 1:73-100, doi:10.1016/0045-7930(73)90027-
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -119,19 +119,18 @@ class Model:
         mesh = self.mesh
         branches = [one.branch for one in self.parameters.attached()]
 
-        def part(region: str) -> Part:
+        def part(region: str, material: Callable[[int], Rubber | Metal]) -> Part:
             points = Points(mesh, self.space, self._gradients, self.cells(region), self.rule)
-            return Part(self.setting.kinematics, points, self.moved_points(region, self.rule))
+            moved = self.moved_points(region, self.rule)
+            return Part(self.setting.kinematics, points, material(points.number), moved)
 
-        rubber = part("rubber")
-        material = Rubber(
-            self._gradients, self.law, self.parameters.law_names, branches, rubber.points.number
-        )
-        metals = {name: part(name) for name in mesh.sleeves}
-        return Body(
-            (rubber, material),
-            {name: (one, Metal(self._gradients, one.points.number)) for name, one in metals.items()},
-        )
+        def rubber(points: int) -> Rubber:
+            return Rubber(self._gradients, self.law, self.parameters.law_names, branches, points)
+
+        def metal(points: int) -> Metal:
+            return Metal(self._gradients, points)
+
+        return Body(part("rubber", rubber), {name: part(name, metal) for name in mesh.sleeves})
 
     @property
     def _gradients(self) -> kinematics.Setting:
@@ -153,7 +152,7 @@ class Model:
 
     def moved_points(self, region: str, rule: Rule) -> MovedPoints | None:
         """The stress-free body at points of a region's cells; None where it is the mesh."""
-        moved = {name: one for name, one in self._moved(self.features)}
+        moved = dict(self._moved(self.features))
         if not moved:
             return None
         return MovedPoints(self.mesh.mesh, moved, self.marked, self.cells(region), rule.points)

@@ -35,23 +35,28 @@ typedef struct
 /* Four numbers that the processor multiplies at once. */
 typedef double four __attribute__((vector_size(32), aligned(8)));
 
-/* out[i] += f(inputs of point i), inputs from blocks of `width` numbers, `stride` apart (0: the same for all points). */
+/* out[i] += f(inputs of point i), inputs from blocks of `width` numbers, `stride` apart (0: the same for all points); before
+ * that the first `clear` numbers of out[i] are zeroed. */
 void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, const long *width, const long *stride,
-              double *out, long out_stride)
+              double *out, long out_stride, long clear)
 {
     kernel f = (kernel)function;
     double w[MOST_INPUTS];
     const double nowhere[6] = {0};
-    for (long i = 0; i < n; ++i)
+    long at = 0;
+    for (int b = 0; b < blocks; at += width[b++])
+        if (n > 0)
+            memcpy(w + at, (const double *)block[b], sizeof(double) * width[b]);
+    for (long i = 0; i < n; ++i, out += out_stride)
     {
-        long at = 0;
-        for (int b = 0; b < blocks; ++b)
-        {
-            if (i == 0 || stride[b] != 0)
-                memcpy(w + at, (const double *)block[b] + i * stride[b], sizeof(double) * width[b]);
-            at += width[b];
-        }
-        f(out + i * out_stride, w, NULL, nowhere, NULL, NULL, NULL);
+        at = 0;
+        for (int b = 0; b < blocks; at += width[b++])
+            if (stride[b] != 0)
+                for (long j = 0; j < width[b]; ++j)
+                    w[at + j] = ((const double *)block[b])[i * stride[b] + j];
+        for (long j = 0; j < clear; ++j)
+            out[j] = 0.0;
+        f(out, w, NULL, nowhere, NULL, NULL, NULL);
     }
 }
 

@@ -140,9 +140,9 @@ class Points:
         """Of points, all cells together."""
         return self.shape[0] * self.shape[1]
 
-    def gradients(self, x: Array) -> Array:
+    def gradients(self, x: Array, out: Array | None = None) -> Array:
         """Gradients and pressure of a vector of unknowns, shape (number, rows)."""
-        g = np.empty((self.number, self.rows))
+        g = np.empty((self.number, self.rows)) if out is None else out
         loops().lib.gradients(self._group.struct, pointer(x), pointer(g))
         return g
 

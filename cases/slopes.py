@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.body import Body, Part
+from cases.material import Metal
 from cases.parameters import Numbers
 from cases.points import Moving
 
@@ -36,17 +37,17 @@ class Slopes:
 
     def __init__(self, body: Body, state: Array) -> None:
         self._body, self._state = body, state
-        self._g = {id(part): part.points.gradients(state) for part in body.parts}
-        strain = body.rubber.strains(self._g[id(body.rubber)]).copy()
-        self._held = body.material.held(strain, body.given)
+        for part in body.parts:
+            part.look(state)
+        self._held = body.material.held()
 
     def stresses(self, rates: Numbers, memory: Memory) -> list[Array | None]:
         """Change of the stresses by the strain variables, part by part: (points, variables), or None for none."""
         own = self._rubber_stress(rates, memory)
         found: list[Array | None] = [own]
-        for (part, metal), change in zip(self._body.metals.values(), rates.metals, strict=True):
-            strain = part.strains(self._g[id(part)])
-            found.append(metal.answer(strain, change)[:, 1 : 1 + metal.variables] if change.any() else None)
+        for part, change in zip(self._body.parts[1:], rates.metals, strict=True):
+            assert isinstance(part.material, Metal)
+            found.append(part.material.changed(change) if change.any() else None)
         return found
 
     def work(self, name: str, rates: Numbers, stresses: Sequence[Array | None], along: Along) -> float:
@@ -79,8 +80,7 @@ class Slopes:
         """Add the forces' derivative to a vector over this rank's unknowns."""
         for part, stress in zip(self._body.parts, stresses, strict=True):
             if stress is not None:
-                answer = np.concatenate([np.zeros((len(stress), 1)), stress], axis=1)
-                part.points.add_forces(part.by_gradients(self._g[id(part)], answer), forces)
+                part.points.add_forces(part.by_gradients(stress), forces)
             swollen, moving = self._moves(part, name, rates)
             if swollen != 0.0:
                 part.points.add_forces(swollen * self._P(part), forces)
@@ -101,21 +101,19 @@ class Slopes:
         moving = part.moving(name)
         if moving is not None:
             change += moving.gradients(self._state)
-        strain = part.strain_rates(self._g[id(part)], change)
+        strain = part.strain_rates(change)
         n = body.material.variables
         energy = np.einsum("pa,pa->p", self._held.law[:, 1 : 1 + n], strain) + self._law_change(rates)[:, 0]
         after = []
         for i, branch in enumerate(body.material.branches):
-            row = body.material.branch_rate(
-                self._held, body.given, i, rates.branches[i], memory[i], energy, strain
-            )
+            row = body.material.branch_rate(self._held, i, rates.branches[i], memory[i], energy, strain)
             after.append(np.ascontiguousarray(row[:, n + int(branch.needs_energy) :]))
         return after
 
     # -- pieces --------------------------------------------------------------------------------------------------
 
     def _rubber_stress(self, rates: Numbers, memory: Memory) -> Array | None:
-        material, given, held = self._body.material, self._body.given, self._held
+        material, held = self._body.material, self._held
         n = material.variables
         law, stress = None, None
         if rates.law.any():
@@ -129,12 +127,12 @@ class Slopes:
             if not rates.branches[i].any() and memory[i] is None and through is None:
                 continue
             energy = None if through is None else through[:, 0]
-            row = material.branch_rate(held, given, i, rates.branches[i], memory[i], energy)
+            row = material.branch_rate(held, i, rates.branches[i], memory[i], energy)
             own = row[:, :n]
             if branch.needs_energy:
                 own = own + row[:, n, None] * held.law[:, 1 : 1 + n]
             if through is not None:
-                own = own + material.by_energy(held, given, i)[:, None] * through[:, 1:]
+                own = own + material.by_energy(held, i)[:, None] * through[:, 1:]
             stress = own if stress is None else stress + own
         return stress
 
@@ -146,17 +144,17 @@ class Slopes:
 
     @cached_property
     def _law_slopes(self) -> Array:
-        return self._body.material.slopes(self._held, self._body.given)
+        return self._body.material.slopes(self._held)
 
     @cached_property
     def _volumetric_slopes(self) -> Array:
-        return self._body.material.volumetric_slopes(self._held, self._body.given)
+        return self._body.material.volumetric_slopes(self._held)
 
     def _moves(self, part: Part, name: str, rates: Numbers) -> tuple[float, Moving | None]:
         """Relative change of all volumes of a part by swelling, and how its stress-free body moves."""
         swollen = 0.0
         if part is self._body.rubber:
-            swollen = float(rates.volumetric[1] / self._body.given.volumetric[1])
+            swollen = float(rates.volumetric[1] / self._body.swelling)
         return swollen, part.moving(name)
 
     def _changed(self, part: Part, moving: Moving) -> Array:
@@ -165,12 +163,9 @@ class Slopes:
 
     def _P(self, part: Part) -> Array:
         """Energy's derivatives by the gradients."""
-        key = id(part)
-        if key not in self._kept:
-            for one, answer in self._body.answers():
-                g = self._g[id(one)]
-                self._kept[id(one)] = one.by_gradients(g, answer(one.strains(g), False)).copy()
-        return self._kept[key]
+        if id(part) not in self._kept:
+            self._kept[id(part)] = part.answer().copy()
+        return self._kept[id(part)]
 
     @cached_property
     def _kept(self) -> dict[int, Array]:
@@ -178,14 +173,14 @@ class Slopes:
 
     def along(self, direction: Array) -> Along:
         """A direction, and what it means for the gradients and strains of each part."""
-        return Along(self, direction)
+        return Along(direction)
 
 
 class Along:
     """A direction of the unknowns at the points, computed where it is asked for."""
 
-    def __init__(self, slopes: Slopes, direction: Array) -> None:
-        self._slopes, self.direction = slopes, direction
+    def __init__(self, direction: Array) -> None:
+        self.direction = direction
         self._gradients: dict[int, Array] = {}
         self._strains: dict[int, Array] = {}
 
@@ -198,5 +193,5 @@ class Along:
     def strain(self, part: Part) -> Array:
         """Change of a part's strain variables, shape (points, variables)."""
         if id(part) not in self._strains:
-            self._strains[id(part)] = part.strain_rates(self._slopes._g[id(part)], self.gradients(part))
+            self._strains[id(part)] = part.strain_rates(self.gradients(part))
         return self._strains[id(part)]

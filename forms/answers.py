@@ -11,7 +11,7 @@ An *answer* is the row [W, W_a, W_ab], b >= a. A branch that depends on the law'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
@@ -35,7 +35,7 @@ class PointFunction:
 
     Attributes
     ----------
-    key : tuple of str
+    key : tuple
         What it is: one that has been made need not be made again.
     blocks : mapping
         Name of an input -> how many numbers it has.
@@ -43,7 +43,7 @@ class PointFunction:
         The inputs by name, each a UFL vector -> list of UFL scalars.
     """
 
-    key: tuple[str, ...]
+    key: tuple[Hashable, ...]
     blocks: Mapping[str, int]
     make: Callable[[Mapping[str, Scalar]], Sequence[Scalar]]
 
@@ -63,7 +63,7 @@ def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool)
         return _answer(W, strain.measures, y, given, moduli)
 
     return PointFunction(
-        ("law", law.name, *names, "moduli" if moduli else "stress", str(len(setting.names))),
+        ("law", law.energy, *names, "moduli" if moduli else "stress", str(len(setting.names))),
         {"strain": len(setting.names) + 1, "parameters": len(names)},
         make,
     )
@@ -81,7 +81,7 @@ def law_slopes(setting: Setting, law: Law, names: tuple[str, ...]) -> PointFunct
         return [part for slope in slopes for part in _answer(slope, strain.measures, y, given, moduli=False)]
 
     return PointFunction(
-        ("law", law.name, *names, "slopes", str(len(setting.names))),
+        ("law", law.energy, *names, "slopes", str(len(setting.names))),
         {"strain": len(setting.names) + 1, "parameters": len(names)},
         make,
     )
@@ -177,8 +177,8 @@ def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
     def made(given: Mapping[str, Scalar]) -> _Made:
         return _Made.of(branch, places, given)
 
-    def key(what: str) -> tuple[str, ...]:
-        return ("branch", branch.name, what, str(len(setting.names)))
+    def key(what: str) -> tuple[Hashable, ...]:
+        return ("branch", branch.contribution, branch.update, what, str(len(setting.names)))
 
     def end(given: Mapping[str, Scalar]) -> list[Scalar]:
         one = made(given)
