@@ -245,6 +245,21 @@ class Rubber:
         rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["volumetric"]})
         return np.ascontiguousarray(rows.reshape(self._points, 2, -1).transpose(1, 0, 2))
 
+    def work_slopes(self, strain: Array, change: Array) -> tuple[Array, Array]:
+        """Derivatives by the law's parameters, and by compliance and swelling, of the work on a change of the strains.
+
+        Shapes (points, parameters) and (points, 2).
+        """
+        law = answers.law_slopes(self._setting, self._law, self._names)
+        volumetric = answers.volumetric_slopes(self._setting)
+        inputs = {"strain": strain, "change": change}
+        own = kernel(answers.work_slopes(law, len(self._names)))
+        other = kernel(answers.work_slopes(volumetric, 2))
+        return (
+            own(self._points, inputs | {"parameters": self._parameters["law"]}),
+            other(self._points, inputs | {"parameters": self._parameters["volumetric"]}),
+        )
+
     def branch_rate(
         self,
         at: Held,

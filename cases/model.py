@@ -303,10 +303,10 @@ class Model:
     def owned_pressures(self) -> NDArray[np.int32]:
         """Pressure unknowns that this rank owns."""
         _, dofs = collapsed(self.space.sub(1))
-        return dofs[dofs < self._owned]
+        return dofs[dofs < self.owned]
 
     @property
-    def _owned(self) -> int:
+    def owned(self) -> int:
         """Number of unknowns that this rank owns."""
         return int(self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs)
 
@@ -320,7 +320,7 @@ class Model:
     def owned_constrained(self) -> NDArray[np.int32]:
         """Constrained unknowns that this rank owns."""
         dofs = self.motion.constrained.dofs
-        return dofs[dofs < self._owned]
+        return dofs[dofs < self.owned]
 
     def assemble_tangent(self, matrix: PETSc.Mat) -> None:
         """Tangent at the present state; constrained rows and columns are those of the identity."""

@@ -81,16 +81,20 @@ class Sensitivity:
             s, as in the program; for the spring.
         """
         model, prescribed = self.model, path_rates or {}
-        rate = solver.tangent_rate()
+        rate = solver.tangent_rate(factorised=model.path_dependent)
         slopes = Slopes(model.body, model.state.x.array)
         along = slopes.along(rate)
         stiffness = self._stiffness(solver.q, rate) if series is not None or any(prescribed.values()) else 0.0
         forces, rates = np.zeros(len(self.names)), np.zeros(len(self.names))
         for i, name in enumerate(self.names):
             change = self._change(name)
-            stresses = slopes.stresses(change, self.memory[i])
+            stresses = slopes.stresses(change, self.memory[i]) if model.path_dependent else []
             boundary = model.motion.boundary_rate(name, solver.q)
-            work = slopes.work(name, change, stresses, along) + self._outside(name, change, boundary, along)
+            if model.path_dependent:
+                work = slopes.work_of(name, change, stresses, along)
+            else:
+                work = slopes.work(name, change, along)
+            work += self._outside(name, change, boundary, along)
             work = self._total(work) * model.multiplicity + self._bent(name, solver.q)
             rates[i] = prescribed.get(name, 0.0)
             if series is not None:

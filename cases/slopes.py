@@ -7,14 +7,14 @@ parameter, and once by the gradients, along a direction (`work`) or by every unk
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cases.body import Body, Part
-from cases.material import Metal
+from cases.material import Held, Metal
 from cases.parameters import Numbers
 from cases.points import Moving
 
@@ -39,39 +39,44 @@ class Slopes:
         self._body, self._state = body, state
         for part in body.parts:
             part.look(state)
-        self._held = body.material.held()
+
+    @cached_property
+    def _held(self) -> Held:
+        return self._body.material.held()
 
     def stresses(self, rates: Numbers, memory: Memory) -> list[Array | None]:
         """Change of the stresses by the strain variables, part by part: (points, variables), or None for none."""
-        own = self._rubber_stress(rates, memory)
-        found: list[Array | None] = [own]
+        return [self._rubber_stress(rates, memory), *self._metal_stresses(rates)]
+
+    def _metal_stresses(self, rates: Numbers) -> Iterator[Array | None]:
         for part, change in zip(self._body.parts[1:], rates.metals, strict=True):
             assert isinstance(part.material, Metal)
-            found.append(part.material.changed(change) if change.any() else None)
-        return found
+            yield part.material.changed(change) if change.any() else None
 
-    def work(self, name: str, rates: Numbers, stresses: Sequence[Array | None], along: Along) -> float:
-        """Work of the forces' derivative along a direction, on this rank.
+    def work(self, name: str, rates: Numbers, along: Along) -> float:
+        """Work of the forces' derivative along a direction, on this rank; of a body without memory.
 
         Parameters
         ----------
         rates
-            Derivative of `Body.given` by the parameter.
-        stresses
-            Of `stresses`.
+            Derivative of `Body.numbers` by the parameter.
         """
+        law, volumetric = along.work_slopes(self._body)
+        total = float(rates.law @ law + rates.volumetric @ volumetric)
+        return total + self.work_of(name, rates, [None, *self._metal_stresses(rates)], along)
+
+    def work_of(self, name: str, rates: Numbers, stresses: Sequence[Array | None], along: Along) -> float:
+        """The same of any body, with what `stresses` found."""
         total = 0.0
         for part, stress in zip(self._body.parts, stresses, strict=True):
             if stress is not None:
                 total += part.points.integral(np.einsum("pa,pa->p", stress, along.strain(part)))
             swollen, moving = self._moves(part, name, rates)
             if swollen != 0.0:
-                total += swollen * part.points.integral(
-                    np.einsum("pk,pk->p", self._P(part), along.gradients(part))
-                )
+                density = np.einsum("pk,pk->p", self._P(part), along.gradients(part))
+                total += swollen * part.points.integral(density)
             if moving is not None:
-                change, both = self._changed(part, moving), along.gradients(part)
-                density = np.einsum("pk,pk->p", change, both)
+                density = np.einsum("pk,pk->p", self._changed(part, moving), along.gradients(part))
                 density += np.einsum("pk,pk->p", self._P(part), moving.gradients(along.direction))
                 total += part.points.integral(density)
         return total
@@ -183,6 +188,7 @@ class Along:
         self.direction = direction
         self._gradients: dict[int, Array] = {}
         self._strains: dict[int, Array] = {}
+        self._works: tuple[Array, Array] | None = None
 
     def gradients(self, part: Part) -> Array:
         """Of a part, shape (points, rows)."""
@@ -195,3 +201,12 @@ class Along:
         if id(part) not in self._strains:
             self._strains[id(part)] = part.strain_rates(self.gradients(part))
         return self._strains[id(part)]
+
+    def work_slopes(self, body: Body) -> tuple[Array, Array]:
+        """Derivatives of the rubber's work on this direction by law parameters, and by compliance and swelling."""
+        if self._works is None:
+            part = body.rubber
+            densities = body.material.work_slopes(part.material.strain, self.strain(part))
+            weight = part.points.weight.reshape(-1)
+            self._works = (weight @ densities[0], weight @ densities[1])
+        return self._works

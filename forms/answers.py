@@ -121,6 +121,29 @@ def volumetric_slopes(setting: Setting) -> PointFunction:
     )
 
 
+def work_slopes(function: PointFunction, rows: int) -> PointFunction:
+    """Derivatives by parameters as `law_slopes` has them, of the work W_a dy_a on a change dy of the strain variables.
+
+    Parameters
+    ----------
+    function
+        Of rows [W, W_a].
+    rows
+        How many.
+    """
+
+    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+        parts, change = function.make(given), given["change"]
+        width = len(parts) // rows
+        return [
+            sum((parts[i * width + 1 + a] * change[a] for a in range(width - 1)), ufl.as_ufl(0))
+            for i in range(rows)
+        ]
+
+    blocks = dict(function.blocks) | {"change": function.blocks["strain"]}
+    return PointFunction(("work", *function.key), blocks, make)
+
+
 def metal_answer(setting: Setting) -> PointFunction:
     """Answer of a metal sleeve; parameters shear and bulk modulus (MPa), in both of which it is linear."""
 
