@@ -58,9 +58,14 @@ class Remembered:
         return kernel(self._functions.end)
 
     @property
-    def rate(self) -> Kernel:
-        """Derivative of [slopes, memory at the end of the step] along a change of all inputs."""
-        return kernel(self._functions.rate)
+    def stress_rate(self) -> Kernel:
+        """Derivative of its slopes along a change of all but the strains."""
+        return kernel(self._functions.stress_rate)
+
+    @property
+    def end_rate(self) -> Kernel:
+        """Derivative of the memory at the end of the step along a change of all inputs."""
+        return kernel(self._functions.end_rate)
 
     def inputs(self, strain: Array, law: Array) -> dict[str, Array]:
         """Of its kernels, at strains and with the law's [W, ...]."""
@@ -260,33 +265,40 @@ class Rubber:
             other(self._points, inputs | {"parameters": self._parameters["volumetric"]}),
         )
 
-    def branch_rate(
-        self,
-        at: Held,
-        i: int,
-        change: Array,
-        memory: Array | None,
-        energy: Array | None = None,
-        strain: Array | None = None,
+    def stress_rate(
+        self, at: Held, i: int, change: Array, memory: Array | None, energy: Array | None
     ) -> Array:
-        """Derivative of [V_a, (V_e,) memory at the end] of a branch along changes of what it depends on.
+        """Derivative of [V_a, (V_e)] of a branch along changes of what it depends on, at fixed strains.
 
         Parameters
         ----------
         change : shape (parameters,)
             Of its `cases.parameters.Numbers`.
-        memory, energy, strain : shape (points, ...)
-            Of the memory at the beginning, of the law's energy and of the strains; None for no change.
+        memory, energy : shape (points, ...)
+            Of the memory at the beginning, and of the law's energy; None for no change.
         """
         branch = self.branches[i]
-        nothing = np.zeros(max(self.variables, branch.values.shape[1], 1))
-        changes = {
-            "d strain": nothing if strain is None else strain,
+        changes = self._changes(branch, change, memory, energy)
+        return branch.stress_rate(self._points, branch.inputs(at.strain, at.law) | changes)
+
+    def end_rate(
+        self, at: Held, i: int, change: Array, memory: Array | None, energy: Array, strain: Array
+    ) -> Array:
+        """Derivative of a branch's memory at the end of the step; ``strain`` is the change of the strains."""
+        branch = self.branches[i]
+        changes = self._changes(branch, change, memory, energy) | {"d strain": strain}
+        return branch.end_rate(self._points, branch.inputs(at.strain, at.law) | changes)
+
+    @staticmethod
+    def _changes(
+        branch: Remembered, change: Array, memory: Array | None, energy: Array | None
+    ) -> dict[str, Array]:
+        nothing = np.zeros(max(branch.values.shape[1], 1))
+        return {
             "d law energy": nothing if energy is None else energy[:, None],
             "d memory": nothing if memory is None else memory,
             "d parameters": change,
         }
-        return branch.rate(self._points, branch.inputs(at.strain, at.law) | changes)
 
     def by_energy(self, at: Held, i: int) -> Array:
         """V_e of a branch that depends on the law's energy, shape (points,)."""

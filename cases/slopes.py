@@ -110,9 +110,10 @@ class Slopes:
         n = body.material.variables
         energy = np.einsum("pa,pa->p", self._held.law[:, 1 : 1 + n], strain) + self._law_change(rates)[:, 0]
         after = []
-        for i, branch in enumerate(body.material.branches):
-            row = body.material.branch_rate(self._held, i, rates.branches[i], memory[i], energy, strain)
-            after.append(np.ascontiguousarray(row[:, n + int(branch.needs_energy) :]))
+        for i in range(len(body.material.branches)):
+            after.append(
+                body.material.end_rate(self._held, i, rates.branches[i], memory[i], energy, strain)
+            )
         return after
 
     # -- pieces --------------------------------------------------------------------------------------------------
@@ -132,7 +133,7 @@ class Slopes:
             if not rates.branches[i].any() and memory[i] is None and through is None:
                 continue
             energy = None if through is None else through[:, 0]
-            row = material.branch_rate(held, i, rates.branches[i], memory[i], energy)
+            row = material.stress_rate(held, i, rates.branches[i], memory[i], energy)
             own = row[:, :n]
             if branch.needs_energy:
                 own = own + row[:, n, None] * held.law[:, 1 : 1 + n]

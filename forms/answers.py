@@ -173,8 +173,10 @@ class BranchFunctions:
         Answer, without and with moduli (and part for the law's energy).
     end : PointFunction
         [stored energy, memory at the end of the step].
-    rate : PointFunction
-        Derivative of [V_a, V_e if needed, memory at the end] along changes of all inputs ("d strain", ...).
+    stress_rate : PointFunction
+        Derivative of [V_a, V_e if needed] along changes of all inputs but the strains ("d memory", ...).
+    end_rate : PointFunction
+        Derivative of the memory at the end along changes of all inputs.
     """
 
     memory: int
@@ -183,7 +185,8 @@ class BranchFunctions:
     stress: PointFunction
     moduli: PointFunction
     end: PointFunction
-    rate: PointFunction
+    stress_rate: PointFunction
+    end_rate: PointFunction
 
 
 def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
@@ -207,12 +210,13 @@ def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
         one = made(given)
         return [one.contribution.stored, *one.end]
 
-    def rate(given: Mapping[str, Scalar]) -> list[Scalar]:
-        one = made(given)
-        vector = ufl.as_vector([*one.slopes(), *one.end])
-        change = sum(ufl.derivative(vector, given[name], given[f"d {name}"]) for name in blocks)
+    def rate(vector: Sequence[Scalar], given: Mapping[str, Scalar], names: Iterable[str]) -> list[Scalar]:
+        whole = ufl.as_vector(list(vector))
+        change = sum(ufl.derivative(whole, given[name], given[f"d {name}"]) for name in names)
         return [change[i] for i in range(len(vector))]
 
+    changes = {f"d {name}": n for name, n in blocks.items()}
+    others = [name for name in blocks if name != "strain"]
     return BranchFunctions(
         len(virgin),
         tuple(virgin),
@@ -220,7 +224,10 @@ def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
         PointFunction(key("stress"), blocks, lambda given: made(given).answer(moduli=False)),
         PointFunction(key("moduli"), blocks, lambda given: made(given).answer(moduli=True)),
         PointFunction(key("end"), blocks, end),
-        PointFunction(key("rate"), blocks | {f"d {name}": n for name, n in blocks.items()}, rate),
+        PointFunction(
+            key("stress rate"), blocks | changes, lambda given: rate(made(given).slopes(), given, others)
+        ),
+        PointFunction(key("end rate"), blocks | changes, lambda given: rate(made(given).end, given, blocks)),
     )
 
 
