@@ -1,7 +1,7 @@
 """The bushing's rubber and metal at their quadrature points: energy, forces and stiffness at a state.
 
-Each part (the rubber, each elastic sleeve) goes the same way: unknowns -> gradients -> strain variables -> answer of the
-material -> forces and stiffness by the gradients -> unknowns. Only the material differs.
+Each part (the rubber, each elastic sleeve) goes the same way: unknowns -> gradients -> strain variables -> answer of
+the material -> forces and stiffness by the gradients -> unknowns. Only the material differs.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from cases.material import Metal, Rubber
 from cases.moved import MovedPoints
 from cases.parameters import Numbers
 from cases.points import Moving, Points
-from forms import answers
-from forms.kinematics import SETTINGS
+from forms import gradients
+from forms.setting import SETTINGS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
@@ -54,7 +54,7 @@ class Part:
         self.points, self.material, self._moved = points, material, moved
         self._name, self._setting = kinematics, SETTINGS[kinematics]
         self.g, self.P = np.zeros((points.number, points.rows)), np.zeros((points.number, points.rows))
-        self._strains = kernel(answers.strains(kinematics, self._setting)).bound(
+        self._strains = kernel(gradients.strains(kinematics, self._setting)).bound(
             material.strain, {"gradients": self.g}, clear=True
         )
         self._forces: tuple[Array, Call] | None = None
@@ -81,7 +81,7 @@ class Part:
         row = self.material.answer(moduli=False)
         if self._forces is None or self._forces[0] is not row:
             inputs = {"gradients": self.g, "answer": row}
-            function = kernel(answers.forces(self._name, self._setting))
+            function = kernel(gradients.forces(self._name, self._setting))
             self._forces = (row, function.bound(self.P, inputs, clear=True))
         self._forces[1]()
         return self.P
@@ -89,12 +89,12 @@ class Part:
     def by_gradients(self, stress: Array) -> Array:
         """Derivatives by the gradients made of those by the strains, (points, variables), in a new array."""
         answer = np.concatenate([np.zeros((len(stress), 1)), stress], axis=1)
-        function = kernel(answers.forces(self._name, self._setting))
+        function = kernel(gradients.forces(self._name, self._setting))
         return function(self.points.number, {"gradients": self.g, "answer": answer})
 
     def strain_rates(self, change: Array) -> Array:
         """Change of the strain variables along a change of the gradients."""
-        function = kernel(answers.strain_rates(self._name, self._setting))
+        function = kernel(gradients.strain_rates(self._name, self._setting))
         return function(self.points.number, {"gradients": self.g, "change": change})
 
     @cached_property
@@ -105,7 +105,7 @@ class Part:
     @cached_property
     def _moduli(self) -> Call:
         inputs = {"gradients": self.g, "answer": self.material.answer(moduli=True)}
-        return kernel(answers.moduli(self._name, self._setting)).bound(self.A, inputs, clear=True)
+        return kernel(gradients.moduli(self._name, self._setting)).bound(self.A, inputs, clear=True)
 
     def stiffen(self) -> None:
         """Compute `A` at the state of `look`."""

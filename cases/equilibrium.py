@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import Model
-from cases.rates import Rates, ghosted
+from cases.rates import Found, Rates, ghosted
 from cases.reaction import reaction
 
 Array = NDArray[np.float64]
@@ -149,7 +149,7 @@ class Equilibrium:
         """
         if not factorised and self._fatigue is not None and self._fatigue <= TIRED:
             self.model.stiffen()
-            rate = self._rates.iterated(self)
+            rate = self._rates.iterated(Found(self.model, self.ksp, self.q, self.rate, self.tolerance))
             if rate is not None:
                 return rate
         self._renew()

@@ -100,6 +100,7 @@ def _clear_remains(folder: Path, oldest: float) -> None:
 def options() -> dict[str, Any]:
     """Keyword `jit_options` of DOLFINx forms and expressions."""
     _enter(cache_directory())
+    _guard()
     # A process waits for another one that compiles the same kernel; the default of 10 s is less than some take.
     return {
         "cffi_extra_compile_args": FLAGS,
@@ -146,10 +147,48 @@ def compiled_source(name: str, source: Path, declarations: str) -> Any:
         with tempfile.TemporaryDirectory(dir=file.parent) as folder:
             Path(builder.compile(tmpdir=folder)).replace(file)
     spec = util.spec_from_file_location(module, file)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     loaded = util.module_from_spec(spec)
     spec.loader.exec_module(loaded)
     return loaded
+
+
+def _guard() -> None:
+    """Have the form compiler make anew what is damaged, instead of loading it.
+
+    It has no option for that: loading what a full disk or a power cut has left ends the process, with a bus error.
+    """
+    from ffcx.codegeneration import jit
+
+    load = jit.get_cached_module
+    if getattr(load, "guarded", False):
+        return
+
+    def get_cached_module(module_name: str, object_names: Any, cache_dir: Any, timeout: int) -> Any:
+        remove_damaged(Path(cache_dir), module_name)
+        return load(module_name, object_names, cache_dir, timeout)
+
+    get_cached_module.guarded = True  # type: ignore[attr-defined]
+    jit.get_cached_module = get_cached_module
+
+
+def remove_damaged(folder: Path, module: str) -> None:
+    """Remove a module that was compiled, but whose library is not whole or not there."""
+    ready = folder / f"{module}.c.cached"
+    if not ready.exists():
+        return  # not there, or another process compiles it
+    library = folder / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
+    if not is_whole(library):
+        # The mark of the end first: who finds the source without it waits.
+        for file in (ready, library, folder / f"{module}.c"):
+            file.unlink(missing_ok=True)
+
+
+def damaged(folder: Path | None = None) -> list[Path]:
+    """Compiled kernels that are not whole; in the present kernels' folder if none is given."""
+    libraries = sorted((folder or cache_directory()).glob("*.so"))
+    return [library for library in libraries if not is_whole(library)]
 
 
 def is_whole(file: Path) -> bool:

@@ -1,6 +1,6 @@
 """Compiled functions of a point, and the loops over all points that call them.
 
-A kernel is compiled by the form compiler from a `forms.answers.PointFunction`: no mesh, no element and no quadrature
+A kernel is compiled by the form compiler from a `forms.point.PointFunction`: no mesh, no element and no quadrature
 rule is in it. The loops are C (`points.c`), compiled once for all.
 """
 
@@ -21,7 +21,7 @@ from ufl.corealg.map_dag import map_expr_dag
 from ufl.corealg.multifunction import MultiFunction
 
 from cases import jit
-from forms.answers import PointFunction
+from forms.point import PointFunction
 
 Array = NDArray[np.float64]
 
@@ -100,7 +100,8 @@ class Kernel:
         """
         arrays = [inputs[name] for name in self._names]
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):
-            assert array.shape[-1] >= width and (array.strides[-1] == 8 or width == 1), name
+            assert array.shape[-1] >= width, name
+            assert array.strides[-1] == 8 or width == 1, name
         return Call(self._function, arrays, self._widths, out, out.shape[1] if clear else 0)
 
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:

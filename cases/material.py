@@ -1,6 +1,6 @@
 """Material answers at the points of a body's part: stress and moduli added over law, volumetric part and branches.
 
-One row a point, as `forms.answers` describes it. A branch that depends on the law's energy e, V(e, ...), adds
+One row a point, as `forms.point` describes it. A branch that depends on the law's energy e, V(e, ...), adds
 
     V_e W_a   and   V_e W_ab + V_ee W_a W_b + V_ae W_b + V_be W_a
 
@@ -20,8 +20,10 @@ from cases.kernels import Call, Kernel, kernel
 from cases.parameters import Numbers
 from forms import answers
 from forms.branch import Branch
-from forms.kinematics import Setting
+from forms.branch_answers import GIVEN, branch_functions
 from forms.law import Law
+from forms.point import length
+from forms.setting import Setting
 
 Array = NDArray[np.float64]
 
@@ -38,10 +40,10 @@ class Remembered:
     """
 
     def __init__(self, setting: Setting, branch: Branch, points: int) -> None:
-        self._functions = answers.branch_functions(setting, branch)
+        self._functions = branch_functions(setting, branch)
         self.needs_energy = self._functions.needs_energy
         self.values = np.empty((points, self._functions.memory))
-        self.parameters = np.zeros(len(branch.parameters) + len(answers.GIVEN))
+        self.parameters = np.zeros(len(branch.parameters) + len(GIVEN))
         self.reset()
 
     def reset(self) -> None:
@@ -175,15 +177,14 @@ class Rubber:
         return self._bound(moduli=False)
 
     def _bound(self, moduli: bool) -> _Answered:
-        length = answers.length(self.variables, moduli)
-        law = total = np.zeros((self._points, length))
+        law = total = np.zeros((self._points, length(self.variables, moduli)))
         if any(branch.needs_energy for branch in self.branches):
             total = np.zeros_like(law)
         own = answers.law_answer(self._setting, self._law, self._names, moduli)
         begin = kernel(own).bound(
             law, {"strain": self.strain, "parameters": self._parameters["law"]}, clear=True
         )
-        adding = []
+        adding: list[tuple[Remembered, Call, Array]] = []
         for branch in self.branches:
             function = branch.answer(moduli)
             row = np.zeros((self._points, function.size)) if branch.needs_energy else total
@@ -197,7 +198,7 @@ class Rubber:
     def _add_through_energy(self, total: Array, law: Array, row: Array, moduli: bool) -> None:
         n = self.variables
         slopes = law[:, 1 : 1 + n]
-        tail = answers.length(n, moduli)
+        tail = length(n, moduli)
         by_energy = row[:, tail, None]
         total[:, 1 : 1 + n] += row[:, 1 : 1 + n] + by_energy * slopes
         if moduli:

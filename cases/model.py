@@ -15,7 +15,6 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-import basix.ufl
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -29,12 +28,14 @@ from cases.material import Metal, Rubber
 from cases.matrix import Pattern
 from cases.mode import Mode, Setting
 from cases.motion import Motion
-from cases.moved import MovedPoints
+from cases.moved import MovedPoints, StressFree
 from cases.parameters import Parameters
-from cases.points import Points, Rule
+from cases.points import Points, Rule, mixed_element
 from cases.surfaces import SurfaceForms, surface_energies
-from forms import kinematics
+from forms.kinematics import Kinematics, kinematics_of
 from forms.law import Law
+from forms.setting import SETTINGS
+from forms.setting import Setting as GradientSetting
 from geometry.dolfinx_api import collapsed
 from geometry.mesh import NamedMesh
 
@@ -95,16 +96,26 @@ class Model:
         # Where a surface energy refers to a sleeve, that sleeve's motion is one more field, prescribed everywhere: what
         # holds for the other prescribed unknowns (work, tangent, derivatives) then holds for it too.
         followed = sorted({item.feature.follows for item in self.features} - {""})
-        self.space = fem.functionspace(mesh.mesh, _element(mesh, self.setting, len(followed)))
+        self.space = fem.functionspace(
+            mesh.mesh, mixed_element(mesh, self._gradients.components, len(followed))
+        )
         self.state = fem.Function(self.space)
         self.parameters = Parameters(mesh, law, parameters, bulk_modulus, self.features)
         self.constants, self.marked = self.parameters.constants, self.parameters.marked
         self.duration, self.stage = self.parameters.duration, self.parameters.stage
+        self._stress_free = StressFree(mesh, self.features, self.parameters)
         self.body = self._body()
         self.internal = Internal(self.body) if self.body.material.branches else None
         self.surfaces = self._surfaces(followed)
         self.motion = Motion(
-            mesh, mode, self.setting, self.space, followed, self.features, self.parameters, self._stress_free
+            mesh,
+            mode,
+            self.setting,
+            self.space,
+            followed,
+            self.features,
+            self.parameters,
+            self._stress_free.together,
         )
         self._prescribed = fem.Function(self.space)
         self._bc = fem.dirichletbc(self._prescribed, self.motion.constrained.dofs)
@@ -133,8 +144,8 @@ class Model:
         return Body(part("rubber", rubber), {name: part(name, metal) for name in mesh.sleeves})
 
     @property
-    def _gradients(self) -> kinematics.Setting:
-        return kinematics.SETTINGS[self.setting.kinematics]
+    def _gradients(self) -> GradientSetting:
+        return SETTINGS[self.setting.kinematics]
 
     @cached_property
     def rule(self) -> Rule:
@@ -152,25 +163,7 @@ class Model:
 
     def moved_points(self, region: str, rule: Rule) -> MovedPoints | None:
         """The stress-free body at points of a region's cells; None where it is the mesh."""
-        moved = dict(self._moved(self.features))
-        if not moved:
-            return None
-        return MovedPoints(self.mesh.mesh, moved, self.marked, self.cells(region), rule.points)
-
-    def _moved(self, features: Sequence[Installed]) -> list[tuple[str, kinematics.Moved]]:
-        x = ufl.SpatialCoordinate(self.mesh.mesh)
-        return [
-            (item.name, item.feature.stress_free(self.parameters.ufl_values(item), x, self.mesh.shape))
-            for item in features
-            if item.feature.stress_free is not None
-        ]
-
-    def _stress_free(self, features: Sequence[Installed]) -> kinematics.Moved | None:
-        """Where the stress-free body is, as UFL; None where it is the mesh."""
-        moved = [one for _, one in self._moved(features)]
-        if len(moved) < 2:
-            return moved[0] if moved else None
-        return kinematics.Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
+        return self._stress_free.at(self.cells(region), rule.points)
 
     def _surfaces(self, followed: Sequence[str]) -> SurfaceForms:
         energies: list[Any] = []
@@ -184,23 +177,17 @@ class Model:
                 "kinematics": self.setting.kinematics,
                 "shear_modulus": shear,
             }
-            moved = self._stress_free(self.features)
+            moved = self._stress_free.together(self.features)
             energies = surface_energies(
                 self.mesh, self.features, self.parameters, given, moved, self.quadrature_degree
             )
         return SurfaceForms(self.state, energies, self.parameters, (shear, shear_constant))
 
     @cached_property
-    def strain(self) -> kinematics.Kinematics:
+    def strain(self) -> Kinematics:
         """Kinematics of the state, as UFL for forms of one's own."""
-        u = ufl.split(self.state)[0]
-        moved = self._stress_free(self.features)
-        if self.setting.kinematics == "cartesian":
-            return kinematics.cartesian(u, moved)
-        radius = ufl.SpatialCoordinate(self.mesh.mesh)[0]
-        if self.setting.kinematics == "axisymmetric":
-            return kinematics.axisymmetric(u, radius, moved)
-        return kinematics.axisymmetric_twist(u, radius, moved)
+        u, moved = ufl.split(self.state)[0], self._stress_free.together(self.features)
+        return kinematics_of(self.setting.kinematics, u, ufl.SpatialCoordinate(self.mesh.mesh), moved)
 
     # -- parameters ----------------------------------------------------------------------------------------------
 
@@ -361,13 +348,3 @@ class Model:
         self.take_parameters()
         part = self.body.energy(self.state.x.array) + self.surfaces.energy()
         return float(self.comm.allreduce(part)) * self.multiplicity
-
-
-def _element(mesh: NamedMesh, setting: Setting, followed: int) -> Any:
-    cell = mesh.mesh.basix_cell()
-    order = mesh.displacement_order
-    components = 2 if setting.kinematics == "axisymmetric" else 3
-    displacement = basix.ufl.element("Lagrange", cell, order, shape=(components,))
-    pressure = ("DG", 0) if order == 1 else ("Lagrange", order - 1)
-    fields = [displacement, basix.ufl.element(pressure[0], cell, pressure[1])]
-    return basix.ufl.mixed_element([*fields, *[displacement] * followed])

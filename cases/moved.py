@@ -15,9 +15,12 @@ import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
+from cases.feature import Installed
 from cases.jit import options
 from cases.kernels import bare
+from cases.parameters import Parameters
 from forms.kinematics import Moved
+from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
 
@@ -48,6 +51,42 @@ class Place:
         """The mesh itself, at points of this shape (cells, points, d)."""
         inverse = np.broadcast_to(np.eye(shape[-1]), (*shape, shape[-1]))
         return cls(np.zeros(shape), inverse, np.ones(shape[:2]), at_rest=True)
+
+
+class StressFree:
+    """Where the features of a model put the stress-free body.
+
+    Parameters
+    ----------
+    mesh, features, parameters
+        Of the model.
+    """
+
+    def __init__(self, mesh: NamedMesh, features: Sequence[Installed], parameters: Parameters) -> None:
+        self._mesh, self._features, self._parameters = mesh, features, parameters
+
+    def each(self, features: Sequence[Installed]) -> dict[str, Moved]:
+        """By name of those features that move it, as UFL."""
+        x = ufl.SpatialCoordinate(self._mesh.mesh)
+        return {
+            item.name: item.feature.stress_free(self._parameters.ufl_values(item), x, self._mesh.shape)
+            for item in features
+            if item.feature.stress_free is not None
+        }
+
+    def together(self, features: Sequence[Installed]) -> Moved | None:
+        """Of these features together, as UFL; None where it is the mesh."""
+        moved = list(self.each(features).values())
+        if len(moved) < 2:
+            return moved[0] if moved else None
+        return Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
+
+    def at(self, cells: NDArray[np.int32], points: Array) -> MovedPoints | None:
+        """At reference points of cells; None where it is the mesh."""
+        moved = self.each(self._features)
+        if not moved:
+            return None
+        return MovedPoints(self._mesh.mesh, moved, self._parameters.marked, cells, points)
 
 
 class MovedPoints:
@@ -82,11 +121,11 @@ class MovedPoints:
         d = displacement.shape[-1]
         if len(parts) == 1:
             inverse = parts[0][1]
-            gradient = np.linalg.inv(inverse)
+            gradient: Array = np.asarray(np.linalg.inv(inverse), dtype=np.float64)
         else:
             gradient = np.eye(d) + sum(np.linalg.inv(inverse) - np.eye(d) for _, inverse, _ in parts)
-            inverse = np.linalg.inv(gradient)
-        self._rates = {}
+            inverse = np.asarray(np.linalg.inv(gradient), dtype=np.float64)
+        self._rates: dict[str, Place] = {}
         ratio = np.linalg.det(gradient)
         for _, own, rates in parts:
             M = np.linalg.inv(own)

@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import basix
+import basix.ufl
 import numpy as np
 from numpy.typing import NDArray
 
 from cases.kernels import loops, pointer
 from cases.moved import Place
-from forms.kinematics import Setting
+from forms.setting import Setting
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
@@ -109,7 +110,7 @@ class Points:
         self._x, slope = _geometry(mesh, cells, rule.points)
         self._measure = np.abs(np.linalg.det(slope)) * rule.weights
         # d(reference)_i / dx_j.
-        self._inverse = np.linalg.inv(slope)
+        self._inverse: Array = np.asarray(np.linalg.inv(slope), dtype=np.float64)
         self._half_plane = setting.gradients[-1][1] != "d2"
         # The shape functions themselves are asked for in the half-plane only.
         functions = np.stack([*slopes, self._N] if self._half_plane else [*slopes], axis=1)
@@ -127,7 +128,7 @@ class Points:
         self._radius = self._x[..., 0] + place.displacement[..., 0]
         if self._half_plane:
             self.weight = self.weight * 2 * np.pi * self._radius
-        self._slopes = self._inverse if place.at_rest else self._inverse @ place.inverse
+        self._slopes: Array = self._inverse if place.at_rest else self._inverse @ place.inverse
         self._group = self._made(self._turn(self._slopes, self._radius, 1 / self._radius), self._pressure)
 
     def rescale(self, swelling: float) -> None:
@@ -283,3 +284,12 @@ def _filled(table: Array) -> Array:
     """The table with its last axis filled up with zeros to a multiple of four."""
     short = -table.shape[-1] % 4
     return np.ascontiguousarray(np.pad(table, [(0, 0)] * (table.ndim - 1) + [(0, short)]))
+
+
+def mixed_element(mesh: NamedMesh, components: int, followed: int) -> Any:
+    """Taylor-Hood element (u, p), with as many more displacements as there are motions of boundaries to be followed."""
+    cell, order = mesh.mesh.basix_cell(), mesh.displacement_order
+    displacement = basix.ufl.element("Lagrange", cell, order, shape=(components,))
+    pressure = ("DG", 0) if order == 1 else ("Lagrange", order - 1)
+    fields = [displacement, basix.ufl.element(pressure[0], cell, pressure[1])]
+    return basix.ufl.mixed_element([*fields, *[displacement] * followed])

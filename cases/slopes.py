@@ -1,8 +1,8 @@
 """Derivatives of a body's forces with respect to parameters, at one state, from its points.
 
-A parameter changes the stresses at the points (law, volumetric part, branches, metal), the points' volumes (swelling), or
-where the stress-free body is, and with it volumes and gradients. All of it is an energy's second derivative: once by the
-parameter, and once by the gradients, along a direction (`work`) or by every unknown (`forces`).
+A parameter changes the stresses at the points (law, volumetric part, branches, metal), the points' volumes (swelling),
+or where the stress-free body is, and with it volumes and gradients. All of it is an energy's second derivative: once by
+the parameter, and once by the gradients, along a direction (`work`) or by every unknown (`add_forces`).
 """
 
 from __future__ import annotations
@@ -111,9 +111,7 @@ class Slopes:
         energy = np.einsum("pa,pa->p", self._held.law[:, 1 : 1 + n], strain) + self._law_change(rates)[:, 0]
         after = []
         for i in range(len(body.material.branches)):
-            after.append(
-                body.material.end_rate(self._held, i, rates.branches[i], memory[i], energy, strain)
-            )
+            after.append(body.material.end_rate(self._held, i, rates.branches[i], memory[i], energy, strain))
         return after
 
     # -- pieces --------------------------------------------------------------------------------------------------
@@ -121,12 +119,13 @@ class Slopes:
     def _rubber_stress(self, rates: Numbers, memory: Memory) -> Array | None:
         material, held = self._body.material, self._held
         n = material.variables
-        law, stress = None, None
+        law: Array | None = None
+        stress: Array | None = None
         if rates.law.any():
             law = self._law_change(rates)
             stress = law[:, 1:].copy()
         if rates.volumetric.any():
-            own = np.tensordot(rates.volumetric, self._volumetric_slopes, axes=1)[:, 1:]
+            own: Array = np.einsum("i,ipa->pa", rates.volumetric, self._volumetric_slopes)[:, 1:]
             stress = own if stress is None else stress + own
         for i, branch in enumerate(material.branches):
             through = law if branch.needs_energy else None
@@ -146,7 +145,7 @@ class Slopes:
         """Derivative of the law's [W, W_a]."""
         if not rates.law.any():
             return np.zeros((len(self._held.strain), 1 + self._body.material.variables))
-        return np.tensordot(rates.law, self._law_slopes, axes=1)
+        return np.asarray(np.einsum("i,ipa->pa", rates.law, self._law_slopes))
 
     @cached_property
     def _law_slopes(self) -> Array:

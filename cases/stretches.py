@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cases.model import Model
 from cases.points import Points, Rule
-from forms.kinematics import SETTINGS
+from forms.setting import SETTINGS
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
@@ -38,7 +38,7 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
         points = np.array(np.meshgrid(*[gauss] * mesh.dimension)).reshape(mesh.dimension, -1).T.copy()
     at = _points(model, region, points)
     g = at.gradients(model.state.x.array).reshape(*at.shape, -1)
-    rows = at.setting.deformation(np.moveaxis(g, -1, 0))
+    rows = at.setting.deformation(list(np.moveaxis(g, -1, 0)))
     F = np.stack([np.stack([np.broadcast_to(f, at.shape) for f in row], axis=-1) for row in rows], axis=-2)
     return np.asarray(np.sqrt(np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)))
 
