@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import Model
+from cases.ranks import summed
 from cases.rates import Found, Rates, ghosted
 from cases.reaction import reaction
 
@@ -278,7 +279,7 @@ class Equilibrium:
         if norm > self.tolerance * self.reactions + self.floor:
             return False
         squares = float(np.sum(self.b.array_r[self.model.owned_pressures] ** 2))
-        volume = float(np.sqrt(self.model.comm.allreduce(squares)))
+        volume = float(np.sqrt(summed(self.model.comm, squares)))
         return volume <= self.tolerance * self.model.volume
 
     def _test(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int | None:

@@ -31,6 +31,7 @@ from cases.motion import Motion
 from cases.moved import MovedPoints, StressFree
 from cases.parameters import Parameters
 from cases.points import Points, Rule, mixed_element
+from cases.ranks import summed
 from cases.surfaces import SurfaceForms, surface_energies
 from forms.kinematics import Kinematics, kinematics_of
 from forms.law import Law
@@ -284,7 +285,7 @@ class Model:
         owned = self.owned_constrained
         squares = float(np.sum(b.array_r[owned] ** 2))
         b.array_w[owned] = 0.0
-        return float(np.sqrt(self.comm.allreduce(squares)))
+        return float(np.sqrt(summed(self.comm, squares)))
 
     @cached_property
     def owned_pressures(self) -> NDArray[np.int32]:
@@ -301,7 +302,7 @@ class Model:
     def volume(self) -> float:
         """Volume of the modelled part (mm^3), metal included."""
         self.take_parameters()
-        return float(self.comm.allreduce(self.body.volume))
+        return float(summed(self.comm, self.body.volume))
 
     @cached_property
     def owned_constrained(self) -> NDArray[np.int32]:
@@ -347,4 +348,4 @@ class Model:
         """Stored energy of the whole bushing (N mm), or of one face's share of a coupon."""
         self.take_parameters()
         part = self.body.energy(self.state.x.array) + self.surfaces.energy()
-        return float(self.comm.allreduce(part)) * self.multiplicity
+        return float(summed(self.comm, part)) * self.multiplicity

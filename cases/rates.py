@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import Model
+from cases.ranks import summed
 
 Array = NDArray[np.float64]
 
@@ -133,7 +134,7 @@ class Rates:
     @staticmethod
     def _dot(at: Found, left: Array, right: Array) -> float:
         owned = at.model.owned
-        return float(at.model.comm.allreduce(float(left[:owned] @ right[:owned])))
+        return float(summed(at.model.comm, left[:owned] @ right[:owned]))
 
     @classmethod
     def _norm(cls, at: Found, vector: Array) -> float:

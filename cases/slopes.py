@@ -44,9 +44,16 @@ class Slopes:
     def _held(self) -> Held:
         return self._body.material.held()
 
-    def stresses(self, rates: Numbers, memory: Memory) -> list[Array | None]:
-        """Change of the stresses by the strain variables, part by part: (points, variables), or None for none."""
-        return [self._rubber_stress(rates, memory), *self._metal_stresses(rates)]
+    def stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> list[list[Array | None]]:
+        """Changes of the stresses with each parameter, part by part: (points, variables), or None for none.
+
+        Parameters
+        ----------
+        rates, memory
+            For each parameter, derivatives of `Body.numbers` and of the memory at the beginning of the step.
+        """
+        rubber = self._rubber_stresses(rates, memory)
+        return [[own, *self._metal_stresses(change)] for own, change in zip(rubber, rates, strict=True)]
 
     def _metal_stresses(self, rates: Numbers) -> Iterator[Array | None]:
         for part, change in zip(self._body.parts[1:], rates.metals, strict=True):
@@ -93,53 +100,81 @@ class Slopes:
                 part.points.add_forces(self._changed(part, moving), forces)
                 moving.add_forces(self._P(part), forces)
 
-    def memory_after(self, name: str, rates: Numbers, memory: Memory, direction: Array) -> list[Array]:
-        """Derivative of each branch's memory at the end of the step.
+    def memory_after(
+        self,
+        names: Sequence[str],
+        rates: Sequence[Numbers],
+        memory: Sequence[Memory],
+        directions: Sequence[Array],
+    ) -> list[list[Array]]:
+        """Derivatives of each branch's memory at the end of the step with each parameter.
 
         Parameters
         ----------
-        direction
-            Derivative of the state.
+        directions
+            For each parameter, derivative of the state.
         """
-        body, part = self._body, self._body.rubber
+        material, n = self._body.material, self._body.material.variables
+        strains = [self._strain_change(name, one) for name, one in zip(names, directions, strict=True)]
+        slopes = self._held.law[:, 1 : 1 + n]
+        energies = [
+            np.einsum("pa,pa->p", slopes, strain) + self._law_change(change)[:, 0]
+            for strain, change in zip(strains, rates, strict=True)
+        ]
+        after: list[list[Array]] = [[] for _ in names]
+        for i, branch in enumerate(material.branches):
+            changes = [
+                _changes(change.branches[i], own[i], energy) | {"strain": strain}
+                for change, own, energy, strain in zip(rates, memory, energies, strains, strict=True)
+            ]
+            found = branch.rates("end", branch.inputs(self._held.strain, self._held.law), changes)
+            for own, row in zip(after, found, strict=True):
+                own.append(row)
+        return after
+
+    def _strain_change(self, name: str, direction: Array) -> Array:
+        """Derivative of the rubber's strain variables by a parameter."""
+        part = self._body.rubber
         change = part.points.gradients(direction)
         moving = part.moving(name)
         if moving is not None:
             change += moving.gradients(self._state)
-        strain = part.strain_rates(change)
-        n = body.material.variables
-        energy = np.einsum("pa,pa->p", self._held.law[:, 1 : 1 + n], strain) + self._law_change(rates)[:, 0]
-        after = []
-        for i in range(len(body.material.branches)):
-            after.append(body.material.end_rate(self._held, i, rates.branches[i], memory[i], energy, strain))
-        return after
+        return part.strain_rates(change)
 
     # -- pieces --------------------------------------------------------------------------------------------------
 
-    def _rubber_stress(self, rates: Numbers, memory: Memory) -> Array | None:
-        material, held = self._body.material, self._held
-        n = material.variables
-        law: Array | None = None
-        stress: Array | None = None
-        if rates.law.any():
-            law = self._law_change(rates)
-            stress = law[:, 1:].copy()
-        if rates.volumetric.any():
-            own: Array = np.einsum("i,ipa->pa", rates.volumetric, self._volumetric_slopes)[:, 1:]
-            stress = own if stress is None else stress + own
-        for i, branch in enumerate(material.branches):
-            through = law if branch.needs_energy else None
-            if not rates.branches[i].any() and memory[i] is None and through is None:
-                continue
-            energy = None if through is None else through[:, 0]
-            row = material.stress_rate(held, i, rates.branches[i], memory[i], energy)
-            own = row[:, :n]
-            if branch.needs_energy:
-                own = own + row[:, n, None] * held.law[:, 1 : 1 + n]
-            if through is not None:
-                own = own + material.by_energy(held, i)[:, None] * through[:, 1:]
-            stress = own if stress is None else stress + own
-        return stress
+    def _rubber_stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> list[Array | None]:
+        n = self._body.material.variables
+        laws = [self._law_change(change) if change.law.any() else None for change in rates]
+        found: list[Array | None] = [None if law is None else law[:, 1:].copy() for law in laws]
+
+        def add(which: int, own: Array) -> None:
+            before = found[which]
+            found[which] = own.copy() if before is None else before + own
+
+        for which, change in enumerate(rates):
+            if change.volumetric.any():
+                add(which, np.einsum("i,ipa->pa", change.volumetric, self._volumetric_slopes)[:, 1:])
+        for i, branch in enumerate(self._body.material.branches):
+            through = laws if branch.needs_energy else [None] * len(laws)
+            busy = [
+                which
+                for which, change in enumerate(rates)
+                if change.branches[i].any() or memory[which][i] is not None or through[which] is not None
+            ]
+            changes = [
+                _changes(rates[k].branches[i], memory[k][i], None if law is None else law[:, 0])
+                for k, law in ((k, through[k]) for k in busy)
+            ]
+            rows = branch.rates("stress", branch.inputs(self._held.strain, self._held.law), changes)
+            for which, row in zip(busy, rows, strict=True):
+                add(which, row[:, :n])
+                law = through[which]
+                if branch.needs_energy:
+                    add(which, row[:, n, None] * self._held.law[:, 1 : 1 + n])
+                if law is not None:
+                    add(which, self._body.material.by_energy(self._held, i)[:, None] * law[:, 1:])
+        return found
 
     def _law_change(self, rates: Numbers) -> Array:
         """Derivative of the law's [W, W_a]."""
@@ -179,6 +214,16 @@ class Slopes:
     def along(self, direction: Array) -> Along:
         """A direction, and what it means for the gradients and strains of each part."""
         return Along(direction)
+
+
+def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> dict[str, Array]:
+    """Changes of what a branch depends on, by the names of its inputs."""
+    found = {"parameters": parameters}
+    if memory is not None:
+        found["memory"] = memory
+    if energy is not None:
+        found["law energy"] = energy[:, None]
+    return found
 
 
 class Along:

@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 
 from cases.kernels import kernel, loops
+from cases.material import BATCH
 from cases.stability import warm
 from forms import answers, gradients
 from forms.branch import branches
@@ -85,7 +86,9 @@ def _functions() -> Iterator[PointFunction]:
             yield from (slopes, answers.work_slopes(slopes, len(names)))
         for branch in branches().values():
             made = branch_functions(setting, branch)
-            yield from (made.stress, made.moduli, made.end, made.stress_rate, made.end_rate)
+            yield from (made.stress, made.moduli, made.end)
+            for directions in (1, BATCH):
+                yield from (made.stress_rate(directions), made.end_rate(directions))
 
 
 def _weight(function: PointFunction) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
@@ -35,10 +35,11 @@ class BranchFunctions:
         Answer, without and with moduli (and part for the law's energy).
     end : PointFunction
         [stored energy, memory at the end of the step].
-    stress_rate : PointFunction
-        Derivative of [V_a, V_e if needed] along changes of all inputs but the strains ("d memory", ...).
-    end_rate : PointFunction
-        Derivative of the memory at the end along changes of all inputs.
+    stress_rate : callable
+        Number of directions -> function of the derivatives of [V_a, V_e if needed], one row after the other, along
+        changes of all inputs but the strains ("d0 memory", ..., "d1 memory", ...).
+    end_rate : callable
+        The same of the memory at the end, along changes of all inputs.
     """
 
     memory: int
@@ -47,8 +48,8 @@ class BranchFunctions:
     stress: PointFunction
     moduli: PointFunction
     end: PointFunction
-    stress_rate: PointFunction
-    end_rate: PointFunction
+    stress_rate: Callable[[int], PointFunction]
+    end_rate: Callable[[int], PointFunction]
 
 
 def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
@@ -72,12 +73,24 @@ def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
         one = made(given)
         return [one.contribution.stored, *one.end]
 
-    def rate(vector: Sequence[Scalar], given: Mapping[str, Scalar], names: Iterable[str]) -> list[Scalar]:
-        whole = ufl.as_vector(list(vector))
-        change = sum(ufl.derivative(whole, given[name], given[f"d {name}"]) for name in names)
-        return [change[i] for i in range(len(vector))]
+    def rates(
+        what: str, names: Sequence[str], vector: Callable[[_Made], list[Scalar]]
+    ) -> Callable[[int], PointFunction]:
+        def function(directions: int) -> PointFunction:
+            changes = {f"d{i} {name}": blocks[name] for i in range(directions) for name in names}
 
-    changes = {f"d {name}": n for name, n in blocks.items()}
+            def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+                whole = ufl.as_vector(vector(made(given)))
+                rows = [
+                    sum(ufl.derivative(whole, given[name], given[f"d{i} {name}"]) for name in names)
+                    for i in range(directions)
+                ]
+                return [row[j] for row in rows for j in range(len(whole))]
+
+            return PointFunction(key(f"{what} {directions}"), blocks | changes, make)
+
+        return function
+
     others = [name for name in blocks if name != "strain"]
     return BranchFunctions(
         len(virgin),
@@ -86,10 +99,8 @@ def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
         PointFunction(key("stress"), blocks, lambda given: made(given).answer(moduli=False)),
         PointFunction(key("moduli"), blocks, lambda given: made(given).answer(moduli=True)),
         PointFunction(key("end"), blocks, end),
-        PointFunction(
-            key("stress rate"), blocks | changes, lambda given: rate(made(given).slopes(), given, others)
-        ),
-        PointFunction(key("end rate"), blocks | changes, lambda given: rate(made(given).end, given, blocks)),
+        rates("stress rate", others, _Made.slopes),
+        rates("end rate", list(blocks), lambda one: one.end),
     )
 
 
