@@ -237,20 +237,40 @@ class Rubber:
 
     def energy(self) -> Array:
         """Stored energy per volume at `strain`, MPa, shape (points,)."""
-        self.answer(moduli=False)
-        calls = self._without_moduli
-        # The branches of an answer bring no energy with them.
-        stored: Array = calls.total[:, 0].copy()
-        for branch in self.branches:
-            stored += branch.end(self._points, branch.inputs(self.strain, calls.law))[:, 0]
+        self._without_moduli.begin()
+        stored: Array = self._without_moduli.law[:, 0].copy()
+        volumetric, row = self._apart
+        volumetric()
+        stored += row[:, 0]
+        for _, end, after in self._ends:
+            end()
+            stored += after[:, 0]
         return stored
 
     def commit(self) -> None:
         """Accept `strain` as that at the end of the step."""
-        self.isochoric(moduli=False)
-        law = self._without_moduli.law
+        self._without_moduli.begin()
+        for branch, end, after in self._ends:
+            end()
+            branch.values[:] = after[:, 1:]
+
+    @cached_property
+    def _apart(self) -> tuple[Call, Array]:
+        """The volumetric part's answer in an array of its own."""
+        function = kernel(answers.volumetric_answer(self._setting, moduli=False))
+        row = np.zeros((self._points, function.size))
+        inputs = {"strain": self.strain, "parameters": self._parameters["volumetric"]}
+        return function.bound(row, inputs, clear=True), row
+
+    @cached_property
+    def _ends(self) -> list[tuple[Remembered, Call, Array]]:
+        """What computes each branch's stored energy and memory at the end of the step, and the array it does so in."""
+        found: list[tuple[Remembered, Call, Array]] = []
         for branch in self.branches:
-            branch.values[:] = branch.end(self._points, branch.inputs(self.strain, law))[:, 1:]
+            row = np.zeros((self._points, branch.end.size))
+            inputs = branch.inputs(self.strain, self._without_moduli.law)
+            found.append((branch, branch.end.bound(row, inputs, clear=True), row))
+        return found
 
     # -- derivatives by parameters -------------------------------------------------------------------------------
 
