@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import Model
+from cases.ranks import summed
+from cases.rates import Found, Rates, ghosted
 from cases.reaction import reaction
 
 Array = NDArray[np.float64]
@@ -88,6 +90,7 @@ class Equilibrium:
         self.force = self.energy = 0.0
         self.tangents = 0
         self.q, self.rate = 0.0, model.rate(0.0)
+        self._rates = Rates()
         # Iterations that the last solution took with the factorisation at hand; None where there is none.
         self._fatigue: int | None = None
         self._factorised = False
@@ -137,17 +140,27 @@ class Equilibrium:
         newton, reason = self._newton(factorised=self.tangents > tangents)
         return Outcome(corrections + newton, newton, reason)
 
-    def tangent_rate(self) -> Array:
-        """dx/dq of this rank's unknowns at the last solution, by one linear solve with the tangent there."""
-        rate = self.model.state.x.petsc_vec.duplicate()
+    def tangent_rate(self, factorised: bool = False) -> Array:
+        """dx/dq of this rank's unknowns at the last solution, by a linear solution with the tangent there.
+
+        Parameters
+        ----------
+        factorised
+            Whether the tangent has to be factorised afterwards, because the caller has more to solve for.
+        """
+        if not factorised and self._fatigue is not None and self._fatigue <= TIRED:
+            self.model.stiffen()
+            rate = self._rates.iterated(Found(self.model, self.ksp, self.q, self.rate, self.tolerance))
+            if rate is not None:
+                return rate
         self._renew()
-        self.model.lift(self.b, self.model.rate(self.q))
-        self.ksp.solve(self.b, rate)
-        rate.ghostUpdate(addv=PETSc.InsertMode.INSERT, mode=PETSc.ScatterMode.FORWARD)
-        with rate.localForm() as local:
-            result = local.array_r.copy()
-        rate.destroy()
-        return result
+        self.model.lift(self.b, self.rate)
+        solution = self.b.duplicate()
+        self.ksp.solve(self.b, solution)
+        rate = ghosted(solution)
+        solution.destroy()
+        self._rates.add(self.q, rate)
+        return rate
 
     def destroy(self) -> None:
         """Free the PETSc objects: the garbage collector does not do so in step on all ranks."""
@@ -173,7 +186,8 @@ class Equilibrium:
                 steps.append((step, step.dot(step)))
                 self.x.axpy(1.0, step)
                 norms.append(self._residual())
-            self._fatigue = len(steps)
+            if self._fatigue is not None:
+                self._fatigue = len(steps)
             return True, len(steps)
         finally:
             for step, _ in steps:
@@ -265,7 +279,7 @@ class Equilibrium:
         if norm > self.tolerance * self.reactions + self.floor:
             return False
         squares = float(np.sum(self.b.array_r[self.model.owned_pressures] ** 2))
-        volume = float(np.sqrt(self.model.comm.allreduce(squares)))
+        volume = float(np.sqrt(summed(self.model.comm, squares)))
         return volume <= self.tolerance * self.model.volume
 
     def _test(self, snes: PETSc.SNES, iteration: int, norms: tuple[float, float, float]) -> int | None:

@@ -7,9 +7,13 @@ import hashlib
 import importlib.metadata
 import os
 import platform
+import struct
 import sys
+import sysconfig
+import tempfile
 import time
 from functools import cache
+from importlib import util
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +100,7 @@ def _clear_remains(folder: Path, oldest: float) -> None:
 def options() -> dict[str, Any]:
     """Keyword `jit_options` of DOLFINx forms and expressions."""
     _enter(cache_directory())
+    _guard()
     # A process waits for another one that compiles the same kernel; the default of 10 s is less than some take.
     return {
         "cffi_extra_compile_args": FLAGS,
@@ -103,3 +108,103 @@ def options() -> dict[str, Any]:
         "cache_dir": cache_directory(),
         "timeout": 300,
     }
+
+
+# -- what is compiled ------------------------------------------------------------------------------------------------
+
+
+def compiled_expression(expression: Any, points: Any, comm: Any) -> tuple[Any, Any]:
+    """Compile a UFL expression at reference points without a DOLFINx expression around it: object and cffi module."""
+    from dolfinx import jit
+
+    compiled, module, _ = jit.ffcx_jit(comm, (expression, points), jit_options=options())
+    return compiled, module
+
+
+def compiled_source(name: str, source: Path, declarations: str) -> Any:
+    """Compile C of our own as a cffi module, or load it from the kernels' folder.
+
+    Parameters
+    ----------
+    name
+        Of the module.
+    source
+        The C file.
+    declarations
+        What of it Python may call, as cffi reads it.
+    """
+    import cffi
+
+    code = source.read_text()
+    digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi.__version__}".encode()).hexdigest()[:16]
+    module = f"bushcli_{name}_{digest}"
+    file = Path(options()["cache_dir"]) / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
+    if not is_whole(file):
+        builder = cffi.FFI()
+        builder.cdef(declarations)
+        builder.set_source(module, code, extra_compile_args=["-std=c17", *FLAGS], libraries=["m"])
+        # Made beside its place and moved there: another process sees all of it or nothing.
+        with tempfile.TemporaryDirectory(dir=file.parent) as folder:
+            Path(builder.compile(tmpdir=folder)).replace(file)
+    spec = util.spec_from_file_location(module, file)
+    assert spec is not None
+    assert spec.loader is not None
+    loaded = util.module_from_spec(spec)
+    spec.loader.exec_module(loaded)
+    return loaded
+
+
+def _guard() -> None:
+    """Have the form compiler make anew what is damaged, instead of loading it.
+
+    It has no option for that: loading what a full disk or a power cut has left ends the process, with a bus error.
+    """
+    from ffcx.codegeneration import jit
+
+    load = jit.get_cached_module
+    if getattr(load, "guarded", False):
+        return
+
+    def get_cached_module(module_name: str, object_names: Any, cache_dir: Any, timeout: int) -> Any:
+        remove_damaged(Path(cache_dir), module_name)
+        return load(module_name, object_names, cache_dir, timeout)
+
+    get_cached_module.guarded = True  # type: ignore[attr-defined]
+    jit.get_cached_module = get_cached_module
+
+
+def remove_damaged(folder: Path, module: str) -> None:
+    """Remove a module that was compiled, but whose library is not whole or not there."""
+    ready = folder / f"{module}.c.cached"
+    if not ready.exists():
+        return  # not there, or another process compiles it
+    library = folder / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
+    if not is_whole(library):
+        # The mark of the end first: who finds the source without it waits.
+        for file in (ready, library, folder / f"{module}.c"):
+            file.unlink(missing_ok=True)
+
+
+def damaged(folder: Path | None = None) -> list[Path]:
+    """Compiled kernels that are not whole; in the present kernels' folder if none is given."""
+    libraries = sorted((folder or cache_directory()).glob("*.so"))
+    return [library for library in libraries if not is_whole(library)]
+
+
+def is_whole(file: Path) -> bool:
+    """Whether a shared library is as long as its own header says; loading a truncated one ends in a bus error.
+
+    A 64-bit ELF file ends with its table of sections; what is not such a file is taken as it is.
+    """
+    try:
+        size = file.stat().st_size
+        with file.open("rb") as stream:
+            head = stream.read(64)
+    except OSError:
+        return False
+    if len(head) < 64 or head[:4] != b"\x7fELF":
+        return sys.platform == "darwin" and size > 0
+    order = "<" if head[5] == 1 else ">"
+    (start,) = struct.unpack(order + "Q", head[40:48])
+    width, count = struct.unpack(order + "HH", head[58:62])
+    return bool(size >= start + width * count)

@@ -2,8 +2,8 @@
 
 Let a factor s(x), 1 everywhere, multiply the rubber's law and its branches, but not the volumetric part. At equilibrium
 dQ/ds = v . dR/ds, with v = dx/dq the tangent's answer to a motion of the sleeve (`cases.sensitivity`): the tangent is
-symmetric, so that v is the adjoint solution too, and one back-substitution per step serves every cell. With a test
-function that is 1 in one cell and 0 elsewhere, v . dR/ds is one assembled vector.
+symmetric, so that v is the adjoint solution too, and one solution per step serves every cell. A cell's share of
+v . dR/ds is the work of its stresses on the strains of v.
 
 What the rubber remembers is held: that a spot which is stiffer would also remember otherwise is neglected. The sum over
 all cells is the derivative with respect to a factor on all rubber at once.
@@ -14,12 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import ufl
-from dolfinx import fem
 from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
-from cases.jit import options
 from cases.march import History, march
 from cases.model import Model
 from cases.program import Program
@@ -85,28 +82,28 @@ class LocalStiffness:
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self._rate = fem.Function(model.space)
-        space = fem.functionspace(model.mesh.mesh, ("DG", 0))
-        self._piece = ufl.TestFunction(space)
         inner = model.mesh.mesh
-        found = model.mesh.cells.find(model.mesh.region["rubber"])
-        own = found[found < inner.topology.index_map(inner.topology.dim).size_local]
-        self._own = space.dofmap.list[own, 0]
-        self._form = fem.form(model.potential.stiffness_force(self._rate, self._piece), jit_options=options())
-        self.cells = self._cells(own)
+        found = model.cells("rubber")
+        # Part of the rubber's points that this rank's own cells have.
+        self._own = np.flatnonzero(found < inner.topology.index_map(inner.topology.dim).size_local)
+        self.cells = self._cells(found[self._own])
 
     def __call__(self, solver: Equilibrium) -> Array:
         """Derivatives of the force (m,) at the equilibrium that the solver has just found; collective.
 
         Where the model has a memory, it is that of the step's beginning.
         """
-        self._rate.x.array[:] = solver.tangent_rate()
-        return self._assembled(self._form)
+        rate, part = solver.tangent_rate(), self.model.body.rubber
+        part.look(self.model.state.x.array)
+        change = part.strain_rates(part.points.gradients(rate))
+        stress = self.model.body.material.isochoric(moduli=False)[:, 1:]
+        return self._by_cell(np.einsum("pa,pa->p", stress, change))
 
-    def _assembled(self, form: fem.Form) -> Array:
-        # A cell's value comes from that cell alone: nothing has to be sent between ranks.
-        local = fem.assemble_vector(form).array[self._own] * self.model.multiplicity
-        return np.concatenate(self.model.comm.allgather(local))
+    def _by_cell(self, density: Array) -> Array:
+        """Integrals of a density at the points over each cell, of all ranks."""
+        points = self.model.body.rubber.points
+        whole = (density.reshape(points.shape) * points.weight).sum(axis=1)[self._own]
+        return np.concatenate(self.model.comm.allgather(whole * self.model.multiplicity))
 
     def _cells(self, own: NDArray[np.int32]) -> Cells:
         model = self.model
@@ -118,13 +115,10 @@ class LocalStiffness:
         parts = model.comm.allgather((names, geometry.x[nodes][..., :dimension]))
         names, places = (np.concatenate([part[i] for part in parts]) for i in range(2))
         _, first, corners = np.unique(names, return_index=True, return_inverse=True)
-        dx = ufl.dx(model.mesh.mesh, metadata={"quadrature_degree": model.quadrature_degree})
-        weight = model.strain.weight * self._piece * dx
-        return Cells(
-            places.reshape(-1, dimension)[first],
-            corners.reshape(names.shape),
-            self._assembled(fem.form(weight, jit_options=options())),
-        )
+        # Of the stress-free shape, before the rubber swells or shrinks.
+        model.take_parameters()
+        volume = self._by_cell(np.full(model.body.rubber.points.number, 1.0 / model.body.swelling))
+        return Cells(places.reshape(-1, dimension)[first], corners.reshape(names.shape), volume)
 
 
 def swept(model: Model, targets: Array) -> Local:

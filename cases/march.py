@@ -206,7 +206,7 @@ def march(
     """
     solver = Equilibrium(model, tolerance, MAX_NEWTON if patience is None else IMPATIENT)
     try:
-        derivatives = _Derivatives(Sensitivity.of(model, sensitivity), path_rates or {}, series)
+        derivatives = _Derivatives(Sensitivity(model, sensitivity), path_rates or {}, series)
         return _march(model, solver, program, keep_states, derivatives, series, progress, observer, patience)
     finally:
         solver.destroy()
@@ -306,7 +306,7 @@ def _march(
                     observer(solver)
                 if model.internal is not None:
                     sensitivity.follow(solver, number, share, now)
-                    model.internal.commit()
+                    model.commit()
                 if q == target:
                     break
                 continue
@@ -372,7 +372,7 @@ def _assemble(model: Model, solver: Equilibrium, sensitivity: _Derivatives, bega
             raise unsolved(outcome.reason, attempts)
     if model.internal is not None:
         sensitivity.follow(solver, 0, 0.0, began)
-        model.internal.commit()
+        model.commit()
     return attempts
 
 

@@ -2,68 +2,117 @@
 
 Prescribed values leave rows and columns of zeros, which a factorisation would take for entries and fill in. A third of
 a bushing's unknowns lie on the sleeves: without their couplings the factorisation takes half the time.
+
+Element matrices are added to an array of this rank's rows, those that belong to other ranks included; PETSc gets whole
+rows of it, and sends on what is not this rank's.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from dolfinx import fem
+import scipy.sparse
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from geometry.dolfinx_api import column_map
+from cases.kernels import loops, pointer
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int32]
 
 
-def reduced_matrix(form: Any, constrained: NDArray[np.int32]) -> PETSc.Mat:
-    """Matrix for a compiled symmetric form in which constrained unknowns have nothing but their diagonal.
-
-    Other entries that are added to their rows and columns are ignored.
+class Pattern:
+    """Which unknowns are coupled, and where element matrices go.
 
     Parameters
     ----------
-    form
-        Of rank 2, on a space without blocks (a mixed one).
+    rows
+        DOLFINx's index map of the unknowns, in blocks of one.
+    comm
+        MPI communicator.
+    cells
+        Unknowns of cells, shape (cells, n), part by part.
     constrained
-        Local indices of the constrained unknowns that this rank owns.
+        Local numbers of the constrained unknowns, of other ranks too.
+
+    Attributes
+    ----------
+    values : Array
+        Entries of this rank's rows, to which element matrices are added, and one more for what goes nowhere.
+    places : list of Index
+        For each part, the position in `values` of each entry of its element matrices.
     """
-    rows = form.function_spaces[0].dofmap.index_map
-    comm = form.mesh.comm
-    pattern = fem.create_sparsity_pattern(form)
-    pattern.finalize()
-    edges, starts = pattern.graph
-    row = np.repeat(np.arange(rows.size_local), np.diff(starts[: rows.size_local + 1]))
-    column = edges[: len(row)]
-    columns = column_map(pattern)
-    number = columns.local_to_global(np.arange(columns.size_local + columns.num_ghosts, dtype=np.int32))
-    fixed = PETSc.Vec().createMPI((rows.size_local, None), comm=comm)
-    fixed.array_w[constrained] = 1.0
-    free_row, free_column = fixed.array_r == 0.0, _values(fixed, number) == 0.0
-    fixed.destroy()
-    keep = (free_row[row] & free_column[column]) | (number[column] == rows.local_range[0] + row)
-    ends = np.cumsum(np.bincount(row[keep], minlength=rows.size_local))
-    csr = np.append(0, ends).astype(PETSc.IntType), number[column[keep]].astype(PETSc.IntType)
-    matrix = PETSc.Mat().create(comm)
-    matrix.setSizes([(rows.size_local, None)] * 2)
-    matrix.setType(PETSc.Mat.Type.AIJ)
-    matrix.setPreallocationCSR(csr)
-    everything = np.arange(rows.size_local + rows.num_ghosts, dtype=np.int32)
-    numbering = PETSc.LGMap().create(rows.local_to_global(everything).astype(PETSc.IntType), comm=comm)
-    matrix.setLGMap(numbering, numbering)
-    matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_LOCATIONS, False)
-    matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
-    return matrix
+
+    def __init__(self, rows: Any, comm: Any, cells: Sequence[Index], constrained: Index) -> None:
+        self._rows, self._comm = rows, comm
+        number = rows.size_local + rows.num_ghosts
+        fixed = np.zeros(number, dtype=np.uint8)
+        fixed[constrained] = 1
+        self._start, self._column = _coupled(number, cells, fixed)
+        self.values = np.zeros(len(self._column) + 1)
+        owned = constrained[constrained < rows.size_local]
+        self._diagonal = self._start[owned]  # the only entry of its row
+        self.places = [self._located(unknown, fixed) for unknown in cells]
+        self._owned: tuple[Any, Any] | None = None
+
+    def matrix(self) -> PETSc.Mat:
+        """A new matrix; entries outside of the pattern that are added to it are ignored."""
+        rows = self._rows
+        matrix = PETSc.Mat().create(self._comm)
+        matrix.setSizes([(rows.size_local, None)] * 2)
+        matrix.setType(PETSc.Mat.Type.AIJ)
+        everything = np.arange(rows.size_local + rows.num_ghosts, dtype=np.int32)
+        numbering = PETSc.LGMap().create(
+            rows.local_to_global(everything).astype(PETSc.IntType), comm=self._comm
+        )
+        if self._owned is None:
+            # Entries that other ranks bring in are known once they have been brought.
+            matrix.setLGMap(numbering, numbering)
+            matrix.setUp()
+            self.values[:] = 0.0
+            self.add_to(matrix)
+            matrix.assemble()
+            self._owned = matrix.getValuesCSR()[:2]
+        else:
+            matrix.setPreallocationCSR(self._owned)
+            matrix.setLGMap(numbering, numbering)
+        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_LOCATIONS, False)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        matrix.setOption(PETSc.Mat.Option.SYMMETRY_ETERNAL, True)
+        return matrix
+
+    def add_to(self, matrix: PETSc.Mat) -> None:
+        """Add `values` to a matrix, and ones on the diagonal of constrained unknowns."""
+        self.values[self._diagonal] = 1.0
+        matrix.setValuesLocalCSR(self._start, self._column, self.values[:-1], PETSc.InsertMode.ADD_VALUES)
+
+    def _located(self, unknown: Index, fixed: NDArray[np.uint8]) -> Index:
+        cells, n = unknown.shape
+        place = np.empty((cells, n, n), dtype=np.int32)
+        loops().lib.locate(
+            cells,
+            n,
+            pointer(unknown, "int32_t"),
+            pointer(fixed, "uint8_t"),
+            pointer(self._start, "int32_t"),
+            pointer(self._column, "int32_t"),
+            len(self._column),
+            pointer(place, "int32_t"),
+        )
+        return place
 
 
-def _values(vector: PETSc.Vec, entries: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Entries of a distributed vector, by global index."""
-    index = PETSc.IS().createGeneral(entries.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
-    local = PETSc.Vec().createSeq(len(entries))
-    scatter = PETSc.Scatter().create(vector, index, local, None)
-    scatter.scatter(vector, local)
-    values = local.array_r.copy()
-    for item in (scatter, local, index):
-        item.destroy()
-    return values
+def _coupled(number: int, cells: Sequence[Index], fixed: NDArray[np.uint8]) -> tuple[Index, Index]:
+    """First entry of each row, and columns, of the free unknowns' couplings and of all diagonals."""
+    shape = (number, number)
+    total = scipy.sparse.identity(number, dtype=np.int8, format="csr")
+    for unknown in cells:
+        n = unknown.shape[1]
+        row, column = np.repeat(unknown, n, axis=1).reshape(-1), np.tile(unknown, (1, n)).reshape(-1)
+        free = (fixed[row] | fixed[column]) == 0
+        ones = np.ones(int(free.sum()), dtype=np.int8)
+        total = total + scipy.sparse.csr_matrix((ones, (row[free], column[free])), shape=shape)
+    total.sort_indices()
+    return total.indptr.astype(np.int32), total.indices.astype(np.int32)

@@ -9,6 +9,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from cases.model import Array, Model
+from cases.ranks import summed
 
 
 def reaction(model: Model, residual: PETSc.Vec, rate: Array) -> float:
@@ -23,4 +24,4 @@ def reaction(model: Model, residual: PETSc.Vec, rate: Array) -> float:
     """
     owned = model.owned_constrained
     work = float(np.dot(residual.array_r[owned], rate[owned]))
-    return float(model.comm.allreduce(work)) * model.multiplicity
+    return float(summed(model.comm, work)) * model.multiplicity

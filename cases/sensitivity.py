@@ -16,21 +16,19 @@ Michaleris, Tortorelli and Vidal (1994), Int. J. Numer. Methods Eng. 37:2471-249
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from functools import cached_property
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from dolfinx import fem
-from dolfinx.fem import petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
-from ufl.algorithms import expand_derivatives
 
 from cases.equilibrium import Equilibrium
-from cases.jit import options
 from cases.model import Model
+from cases.parameters import Numbers
+from cases.ranks import summed
+from cases.rates import ghosted
 from cases.series import Series
+from cases.slopes import Along, Slopes
 
 Array = NDArray[np.float64]
 
@@ -53,28 +51,14 @@ class Sensitivity:
     def __init__(self, model: Model, names: Iterable[str]) -> None:
         self.model = model
         self.names = tuple(names)
-        self._rate = fem.Function(model.space)
-        self._moved = fem.Function(model.space)
         self.begin()
-
-    @classmethod
-    def of(cls, model: Model, names: Iterable[str]) -> Sensitivity:
-        """The derivatives of a model by these names, at the beginning of a march.
-
-        They are kept with the model: deriving its forms takes as long as dozens of steps.
-        """
-        kept, key = model.sensitivities, tuple(names)
-        if key not in kept:
-            kept[key] = cls(model, key)
-        found: Sensitivity = kept[key]
-        found.begin()
-        return found
 
     def begin(self) -> None:
         """Forget the steps so far: the rubber is virgin."""
-        model = self.model
-        self.memory: list[Array | None] = [None] * len(self.names)
-        self._space_size = len(model.state.x.array)
+        count = len(self.model.body.material.branches)
+        self.memory: Sequence[Sequence[Array | None]] = [[None] * count for _ in self.names]
+        self._rates: dict[str, Numbers] = {}
+        self._rates_at: tuple[float, ...] = ()
 
     def __call__(
         self,
@@ -99,170 +83,112 @@ class Sensitivity:
             s, as in the program; for the spring.
         """
         model, prescribed = self.model, path_rates or {}
-        self._rate.x.array[:] = solver.tangent_rate()
-        stiffness = self._stiffness(solver.q) if series is not None or any(prescribed.values()) else 0.0
-        forces, rates = np.zeros(len(self.names)), np.zeros(len(self.names))
-        for i, name in enumerate(self.names):
-            work = self._marched(i, name, solver.q) if model.path_dependent else self._work(name, solver.q)
-            rates[i] = prescribed.get(name, 0.0)
-            if series is not None:
-                rates[i] = series.rate(name, solver.q, solver.force, time, stiffness, rates[i], work)
-            forces[i] = work + stiffness * rates[i]
+        rate = solver.tangent_rate(factorised=model.path_dependent)
+        slopes = Slopes(model.body, model.state.x.array)
+        along = slopes.along(rate)
+        stiffness = self._stiffness(solver.q, rate) if series is not None or any(prescribed.values()) else 0.0
+        changes = [self._change(name) for name in self.names]
+        boundaries = [model.motion.boundary_rate(name, solver.q) for name in self.names]
+        stresses = slopes.stresses(changes, self.memory) if model.path_dependent else []
+        works = np.zeros(len(self.names))
+        for i, (name, change) in enumerate(zip(self.names, changes, strict=True)):
             if model.path_dependent:
-                self._remember(solver, i, name, float(rates[i]))
-        return forces, rates
+                works[i] = slopes.work_of(name, change, stresses[i], along)
+            else:
+                works[i] = slopes.work(name, change, along)
+            works[i] += self._outside(name, change, boundaries[i], along)
+        works = summed(model.comm, works) * model.multiplicity
+        works += [self._bent(name, solver.q) for name in self.names]
+        rates = np.array([prescribed.get(name, 0.0) for name in self.names])
+        if series is not None:
+            for i, (name, work) in enumerate(zip(self.names, works, strict=True)):
+                rates[i] = series.rate(name, solver.q, solver.force, time, stiffness, rates[i], work)
+        if model.path_dependent:
+            forces = np.zeros((len(self.names), len(rate)))
+            for i, (name, change) in enumerate(zip(self.names, changes, strict=True)):
+                slopes.add_forces(name, change, stresses[i], forces[i])
+                self._add_outside(name, change, boundaries[i], forces[i])
+            moved = self._answers(solver, forces)
+            for i, boundary in enumerate(boundaries):
+                moved[i] += rates[i] * rate + (0.0 if boundary is None else boundary)
+            self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
+        return works + stiffness * rates, rates
 
-    # -- without memory ------------------------------------------------------------------------------------------
+    def _change(self, name: str) -> Numbers:
+        """Derivative of what the body is made of; the duration of a step is no part of it."""
+        parameters = self.model.parameters
+        state = parameters.state[:-1]
+        if state != self._rates_at:
+            self._rates_at, self._rates = state, {}
+        if name not in self._rates:
+            self._rates[name] = parameters.rates(name)
+        return self._rates[name]
 
-    def _work(self, name: str, q: float) -> float:
-        """Work on v of the residual's derivative, times the multiplicity."""
-        form, total = self._works[name], 0.0
-        if form is not None:
-            total += float(self.model.comm.allreduce(fem.assemble_scalar(form)))
-        boundary = self.model.boundary_rate(name, q)
+    # -- what is not at the body's points ------------------------------------------------------------------------
+
+    def _outside(self, name: str, change: Numbers, boundary: Array | None, along: Along) -> float:
+        """Work of the derivative of surfaces' forces, and of the tangent on a boundary's motion; of this rank."""
+        if boundary is None and not self.model.surfaces.present:
+            return 0.0
+        force = np.zeros_like(along.direction)
+        self._add_outside(name, change, boundary, force)
+        return float(force @ along.direction)
+
+    def _add_outside(self, name: str, change: Numbers, boundary: Array | None, force: Array) -> None:
+        model = self.model
+        if name in model.marked:
+            model.surfaces.add_slope(name, change.shear_modulus, force)
         if boundary is not None:
-            total += self._dot(self._assembled(self._action, self._rate.x.array), boundary)
-        return (total + self._bent(name, q)) * self.model.multiplicity
+            model.body.add_action(boundary, force)
+            model.surfaces.add_action(boundary, force)
 
     def _bent(self, name: str, q: float) -> float:
-        """Work of the reactions on what a parameter changes of the sleeve's rate; of all ranks."""
-        bend = self.model.boundary_bend(name, q)
-        return 0.0 if bend is None else self._dot(self._assembled(self._residual, bend), bend)
+        """Work of the reactions on what a parameter changes of the sleeve's rate; of all ranks, whole bushing."""
+        bend = self.model.motion.boundary_bend(name, q)
+        return 0.0 if bend is None else self._on_reactions(bend)
 
-    @cached_property
-    def _works(self) -> dict[str, Any]:
-        return {name: self._compiled(name, self._rate) for name in self.names}
-
-    def _stiffness(self, q: float) -> float:
+    def _stiffness(self, q: float, rate: Array) -> float:
         """dQ/dq: the tangent's work on v, and that of the reactions on the bend of a rotating sleeve's path."""
-        v = self._rate.x.array.copy()
-        tangent = self._dot(self._assembled(self._action, v), v)
         model, step = self.model, BEND * max(abs(q), 1.0)
+        force = np.zeros_like(rate)
+        model.body.add_action(rate, force)
+        model.surfaces.add_action(rate, force)
+        tangent = float(summed(self.model.comm, force @ rate)) * model.multiplicity
         bend = np.asarray((model.rate(q + step) - model.rate(q - step)) / (2.0 * step), dtype=np.float64)
-        if bend.any():
-            tangent += self._dot(self._assembled(self._residual, v), bend)
-        return tangent * model.multiplicity
+        return tangent + (self._on_reactions(bend) if bend.any() else 0.0)
 
-    @cached_property
-    def _residual(self) -> Any:
-        return fem.form(self.model.potential.residual, jit_options=options())
+    def _on_reactions(self, bend: Array) -> float:
+        model = self.model
+        force = np.zeros_like(bend)
+        model.body.add_forces(model.state.x.array, force)
+        model.surfaces.add_forces(force)
+        return float(summed(model.comm, force @ bend)) * model.multiplicity
 
     # -- with memory ---------------------------------------------------------------------------------------------
 
-    def _marched(self, i: int, name: str, q: float) -> float:
-        """Derivative of the force at fixed displacement; leaves the residual's in `_force`."""
-        model = self.model
-        internal = model.internal
-        assert internal is not None
-        forms = [self._forces[name]] if self._forces[name] is not None else []
-        if self.memory[i] is not None:
-            internal.change.x.array[:] = self.memory[i]
-            forms.append(self._memory_force)
-        force = self._force
-        with force.localForm() as local:
-            local.set(0.0)
-        for form in forms:
-            petsc.assemble_vector(force, form)
-        boundary = model.boundary_rate(name, q)
-        if boundary is not None:
-            self._moved.x.array[:] = boundary
-            petsc.assemble_vector(force, self._action)
-        force.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-        size = force.getLocalSize()
-        work = float(force.array_r @ self._rate.x.array[:size])
-        return (float(model.comm.allreduce(work)) + self._bent(name, q)) * model.multiplicity
-
-    def _remember(self, solver: Equilibrium, i: int, name: str, path_rate: float) -> None:
-        """Bring the derivative of the memory up to date, from the force that `_marched` left."""
-        model, force = self.model, self._force
-        internal = model.internal
-        assert internal is not None
-        force.array_w[model.owned_constrained] = 0.0
-        self._moved.x.array[:] = path_rate * self._rate.x.array
-        boundary = model.boundary_rate(name, solver.q)
-        if boundary is not None:
-            self._moved.x.array[:] += boundary
-        if force.norm() > 0.0:
-            change = force.duplicate()
-            solver.ksp.solve(force, change)
-            size = force.getLocalSize()
-            self._moved.x.array[:size] -= change.array_r
-            self._moved.x.scatter_forward()
-            change.destroy()
-        internal.change.x.array[:] = 0.0 if self.memory[i] is None else self.memory[i]
-        moved = internal.evaluated(self._memory_change)
-        slope = self._memory_slopes[name]
-        if slope is not None:
-            moved = moved + internal.evaluated(slope)
-        self.memory[i] = moved
-
-    @cached_property
-    def _force(self) -> PETSc.Vec:
-        return self.model.create_vector()
-
-    @cached_property
-    def _forces(self) -> dict[str, Any]:
-        return {name: self._compiled(name, None) for name in self.names}
-
-    @cached_property
-    def _memory_force(self) -> Any:
-        assert self.model.internal is not None
-        form = self.model.potential.memory_force(self.model.internal.change)
-        return fem.form(form, jit_options=options())
-
-    @cached_property
-    def _memory_change(self) -> fem.Expression:
-        internal = self.model.internal
-        assert internal is not None
-        return internal.expression(self.model.potential.memory_change(self._moved, internal.change))
-
-    @cached_property
-    def _memory_slopes(self) -> dict[str, fem.Expression | None]:
-        internal = self.model.internal
-        assert internal is not None
-        found: dict[str, fem.Expression | None] = {}
-        for name in self.names:
-            found[name] = None
-            if name in self.model.marked:
-                slope = expand_derivatives(self.model.potential.memory_slope(self.model.marked[name]))
-                if not _vanishes(slope):
-                    found[name] = internal.expression(slope)
+    def _answers(self, solver: Equilibrium, forces: Array) -> Array:
+        """What the tangent answers to the derivatives of the forces, less than nothing; all local unknowns, by rows."""
+        model, count = self.model, len(forces)
+        b = model.create_vector()
+        shape = ((b.getLocalSize(), b.getSize()), (None, count))
+        right, left = (PETSc.Mat().createDense(shape, comm=model.comm) for _ in range(2))
+        for matrix in (right, left):
+            matrix.setUp()
+        columns = right.getDenseArray()
+        for i, force in enumerate(forces):
+            with b.localForm() as local:
+                local.array_w[:] = force
+            b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+            b.array_w[model.owned_constrained] = 0.0
+            columns[:, i] = b.array_r
+        for matrix in (right, left):
+            matrix.assemble()
+        # Together they cost a third of one after the other.
+        solver.ksp.matSolve(right, left)
+        found = np.empty_like(forces)
+        for i in range(count):
+            b.array_w[:] = left.getDenseArray(readonly=True)[:, i]
+            found[i] = -ghosted(b)
+        for item in (right, left, b):
+            item.destroy()
         return found
-
-    # -- both ----------------------------------------------------------------------------------------------------
-
-    def _compiled(self, name: str, direction: Any) -> Any:
-        """The residual's derivative with respect to a parameter; None where it does not depend on it."""
-        if name not in self.model.marked:
-            return None
-        form = expand_derivatives(self.model.potential.parameter_force(self.model.marked[name], direction))
-        return None if form.empty() else fem.form(form, jit_options=options())
-
-    @cached_property
-    def _action(self) -> Any:
-        return fem.form(self.model.potential.action(self._moved), jit_options=options())
-
-    def _assembled(self, form: Any, direction: Array) -> Array:
-        """A rank-1 form along a direction: this rank's unknowns, ghosts zero."""
-        self._moved.x.array[:] = direction
-        b = self.model.create_vector()
-        with b.localForm() as local:
-            local.set(0.0)
-        petsc.assemble_vector(b, form)
-        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-        result = np.zeros(self._space_size)
-        result[: b.getLocalSize()] = b.array_r
-        b.destroy()
-        return result
-
-    def _dot(self, left: Array, right: Array) -> float:
-        owned = self.model.create_vector()
-        size = owned.getLocalSize()
-        owned.destroy()
-        return float(self.model.comm.allreduce(float(left[:size] @ right[:size])))
-
-
-def _vanishes(vector: Any) -> bool:
-    from ufl.classes import Zero
-
-    return isinstance(vector, Zero) or all(isinstance(part, Zero) for part in vector.ufl_operands)

@@ -79,6 +79,11 @@ def _evaluator(law: Law, names: tuple[str, ...]) -> _Evaluator:
     return _Evaluator(law, names)
 
 
+def warm(law: Law, names: tuple[str, ...]) -> None:
+    """Compile what the functions below need of a law with these parameters."""
+    _evaluator(law, tuple(sorted(names)))
+
+
 def _evaluate(law: Law, parameters: Mapping[str, float], strains: Array) -> Array:
     return _evaluator(law, tuple(sorted(parameters)))(parameters, strains)
 

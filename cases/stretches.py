@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from dolfinx import fem
 from numpy.typing import NDArray
 
-from cases.jit import options
 from cases.model import Model
+from cases.points import Points, Rule
+from forms.setting import SETTINGS
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
@@ -36,10 +36,21 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
     if points is None:
         gauss = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
         points = np.array(np.meshgrid(*[gauss] * mesh.dimension)).reshape(mesh.dimension, -1).T.copy()
-    expression = fem.Expression(model.strain.C, points, jit_options=options())
-    cells = mesh.cells.find(mesh.region[region])
-    tensors = expression.eval(mesh.mesh, cells).reshape(len(cells), len(points), 3, 3)
-    return np.asarray(np.sqrt(np.linalg.eigvalsh(tensors)))
+    at = _points(model, region, points)
+    g = at.gradients(model.state.x.array).reshape(*at.shape, -1)
+    rows = at.setting.deformation(list(np.moveaxis(g, -1, 0)))
+    F = np.stack([np.stack([np.broadcast_to(f, at.shape) for f in row], axis=-1) for row in rows], axis=-2)
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)))
+
+
+def _points(model: Model, region: str, points: Array) -> Points:
+    """Points of a region's cells, the stress-free body in its present place."""
+    rule, setting = Rule.at(points), SETTINGS[model.setting.kinematics]
+    found = Points(model.mesh, model.space, setting, model.cells(region), rule)
+    moved = model.moved_points(region, rule)
+    if moved is not None:
+        found.move(moved.now())
+    return found
 
 
 @dataclass(frozen=True)
@@ -96,7 +107,7 @@ def surface(model: Model, displacement: float = 0.0) -> Surface | None:
         cells = mesh.cells.find(tag)
         if not len(cells):
             continue
-        x, y = _corners(model, cells, corners)
+        x, y = _corners(model, name, corners)
         largest = (
             principal_stretches(model, corners, name)[..., -1] if name == "rubber" else np.ones(x.shape[:2])
         )
@@ -135,17 +146,11 @@ def mesh_surface(mesh: NamedMesh) -> Surface | None:
     return Surface(x[keep], x[keep], np.ones((int(keep.sum()), 4)), kind[keep], 0.0)
 
 
-def _corners(model: Model, cells: NDArray[np.int32], corners: Array) -> tuple[Array, Array]:
+def _corners(model: Model, region: str, corners: Array) -> tuple[Array, Array]:
     """Reference and deformed Cartesian corner coordinates, each (cells, corners, 3)."""
-    import ufl
-
-    mesh = model.mesh.mesh
-    u = ufl.split(model.state)[0]
-    both = ufl.as_vector([*ufl.SpatialCoordinate(mesh), *u])
-    expression = fem.Expression(both, corners, jit_options=options())
-    values = expression.eval(mesh, cells).reshape(len(cells), len(corners), -1)
+    at = _points(model, region, corners)
+    x, u_ = at.coordinates, at.displacements(model.state.x.array)
     dimension = model.mesh.dimension
-    x, u_ = values[..., :dimension], values[..., dimension:]
     if dimension == 3:
         return x, x + u_
     radius, height = x[..., 0], x[..., 1]

@@ -44,7 +44,7 @@ def first_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: S
     ValueError
         When ``density`` depends on ``w`` other than through ``measures``, or one measure is made of another.
     """
-    return sum(slope * _along(y, w, v) for y, slope in _collapse(density, measures, w).slopes())
+    return sum(slope * _along(y, w, v) for y, slope in collapse(density, measures, w).slopes())
 
 
 def second_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: Scalar, dw: Scalar) -> Scalar:
@@ -52,7 +52,7 @@ def second_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: 
 
     Parameters and Raises as in `first_variation`.
     """
-    collapsed = _collapse(density, measures, w)
+    collapsed = collapse(density, measures, w)
     total = 0
     for a, (y, slope) in enumerate(collapsed.slopes()):
         dy = _along(y, w, v)
@@ -67,7 +67,7 @@ def made_of(expression: Scalar, variable: Scalar) -> bool:
 
 
 @dataclass(frozen=True)
-class _Collapse:
+class Collapse:
     """Derivatives of an energy density W(x(y)) with respect to the innermost variables y.
 
     Attributes
@@ -105,7 +105,8 @@ class _Collapse:
         return mixed + own
 
 
-def _collapse(density: Scalar, measures: Sequence[Scalar], w: Scalar) -> _Collapse:
+def collapse(density: Scalar, measures: Sequence[Scalar], w: Scalar) -> Collapse:
+    """Return the derivatives by the innermost variables; Parameters and Raises as in `first_variation`."""
     labels = {x.label() for x in measures}
     if any(node == w for node in _nodes(density, lambda node: _label(node) in labels)):
         raise ValueError("the density depends on the unknown other than through the measures given")
@@ -123,7 +124,7 @@ def _collapse(density: Scalar, measures: Sequence[Scalar], w: Scalar) -> _Collap
         for x, variables, group in zip(measures, inner, groups, strict=True)
     ]
     W = [ufl.diff(density, x) for x in measures]
-    return _Collapse([z for _, z in y], W, [[ufl.diff(slope, x) for x in measures] for slope in W], X)
+    return Collapse([z for _, z in y], W, [[ufl.diff(slope, x) for x in measures] for slope in W], X)
 
 
 def _along(measure: Scalar, w: Scalar, v: Scalar) -> Scalar:

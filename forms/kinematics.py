@@ -9,12 +9,13 @@ power is one more ``pow``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import ufl
 
 from forms.law import Scalar
+from forms.setting import HALF_PLANE, SETTINGS
 from forms.spectral import pair_power_trace
 from forms.spectral import power_trace as tensor_power_trace
 from forms.symmetric import Symmetric
@@ -69,7 +70,7 @@ class Kinematics:
 
     Attributes
     ----------
-    F : UFL tensor, shape (3, 3)
+    F : UFL tensor, shape (3, 3), or None where only strains are given
         Deformation gradient; components in (r, theta, Z) or (x, y, z) order.
     J : UFL scalar
         det F.
@@ -116,40 +117,7 @@ def axisymmetric(u: Scalar, R: Scalar, moved: Moved | None = None) -> Kinematics
         The stress-free half-plane, where it is not the mesh's.
     """
     G, R, weight = _half_plane(u, R, moved)
-    a, b, c, d = 1 + G[0][0], G[0][1], G[1][0], 1 + G[1][1]
-    h = ufl.variable(1 + u[0] / R)  # hoop stretch
-    F = ufl.as_matrix(((a, 0, b), (0, h, 0), (c, 0, d)))
-    area = ufl.variable(a * d - b * c)  # of the half-plane
-    trace = ufl.variable(a * a + b * b + c * c + d * d)  # of the half-plane's block of C
-    J = area * h
-    log_J = ufl.ln(J)
-    s = ufl.exp(-2 / 3 * log_J)
-
-    def power_trace(alpha: Scalar) -> Scalar:
-        # The hoop is principal: no cubic to solve, only the pair in the half-plane.
-        pair = pair_power_trace(trace / 2, trace * trace / 4 - area * area, alpha / 2)
-        return ufl.exp(-alpha / 3 * log_J) * (pair + ufl.exp(alpha * ufl.ln(h)))
-
-    return Kinematics(
-        F=F,
-        J=J,
-        weight=weight,
-        measures=(area, trace, h),
-        I1=s * (trace + h * h),
-        I2=s * s * (area * area + h * h * trace),
-        power_trace=power_trace,
-        metric=Symmetric(
-            (
-                ufl.variable(a * a + c * c),
-                ufl.variable((1 + u[0] / R) ** 2),
-                ufl.variable(b * b + d * d),
-                0,
-                ufl.variable(a * b + c * d),
-                0,
-            )
-        ),
-        volume_measures=(area, h),
-    )
+    return _deformed("axisymmetric", (*G[0], u[0] / R, *G[1]), weight)
 
 
 def axisymmetric_twist(u: Scalar, R: Scalar, moved: Moved | None = None) -> Kinematics:
@@ -173,13 +141,15 @@ def axisymmetric_twist(u: Scalar, R: Scalar, moved: Moved | None = None) -> Kine
     coordinates).
     """
     G, R, weight = _half_plane(u, R, moved)
-    r = R + u[0]
-    F = (
-        (1 + G[0][0], 0, G[0][1]),
-        (r * G[1][0], r / R, r * G[1][1]),
-        (G[2][0], 0, 1 + G[2][1]),
-    )
-    return _general(F, weight)
+    turned = [R * slope for slope in G[1]]
+    return _deformed("axisymmetric_twist", (*G[0], u[0] / R, *turned, *G[2]), weight)
+
+
+def kinematics_of(name: str, u: Scalar, x: Scalar, moved: Moved | None = None) -> Kinematics:
+    """Return the kinematics by their name in `forms.setting.SETTINGS`, of a displacement over coordinates x."""
+    if name == "cartesian":
+        return cartesian(u, moved)
+    return (axisymmetric if name == "axisymmetric" else axisymmetric_twist)(u, x[0], moved)
 
 
 def _half_plane(
@@ -213,8 +183,7 @@ def cartesian(u: Scalar, moved: Moved | None = None) -> Kinematics:
         The stress-free shape, where it is not the mesh's.
     """
     G = _rows(u, 3) if moved is None else moved.gradient(u)
-    F = tuple(tuple(G[i][j] + (1 if i == j else 0) for j in range(3)) for i in range(3))
-    return _general(F, 1.0 if moved is None else moved.ratio)
+    return _deformed("cartesian", (*G[0], *G[1], *G[2]), 1.0 if moved is None else moved.ratio)
 
 
 def principal(e1: Scalar, e2: Scalar) -> Kinematics:
@@ -235,20 +204,52 @@ def principal(e1: Scalar, e2: Scalar) -> Kinematics:
     )
 
 
-def _general(F: tuple[tuple[Scalar, ...], ...], weight: Scalar) -> Kinematics:
-    """Return the kinematics of a deformation gradient given in components."""
-    columns = list(zip(*F, strict=True))
-    J = ufl.variable(
-        F[0][0] * (F[1][1] * F[2][2] - F[1][2] * F[2][1])
-        - F[0][1] * (F[1][0] * F[2][2] - F[1][2] * F[2][0])
-        + F[0][2] * (F[1][0] * F[2][1] - F[1][1] * F[2][0])
+def strain_of(y: Sequence[Scalar]) -> Kinematics:
+    """Return the measures made of the strain variables of a `forms.setting.Setting`, without F.
+
+    Parameters
+    ----------
+    y : sequence of ufl.variable
+        In the order of `Setting.strain`.
+    """
+    return _half_plane_strain(*y) if len(y) == len(HALF_PLANE) else _solid_strain(*y)
+
+
+def _deformed(name: str, g: Sequence[Scalar], weight: Scalar) -> Kinematics:
+    F = SETTINGS[name].deformation(g)
+    strain = strain_of([ufl.variable(component) for component in SETTINGS[name].strain(F)])
+    return replace(strain, F=ufl.as_matrix(F), weight=weight)
+
+
+def _half_plane_strain(area: Scalar, h: Scalar, rr: Scalar, zz: Scalar, rz: Scalar) -> Kinematics:
+    """Of the area ratio of the half-plane, the hoop stretch and the half-plane's block of C."""
+    trace = ufl.variable(rr + zz)
+    J = ufl.variable(area * h)
+    log_J = ufl.ln(J)
+    s = ufl.exp(-2 / 3 * log_J)
+
+    def power_trace(alpha: Scalar) -> Scalar:
+        # The hoop is principal: no cubic to solve, only the pair in the half-plane.
+        pair = pair_power_trace(trace / 2, trace * trace / 4 - area * area, alpha / 2)
+        return ufl.exp(-alpha / 3 * log_J) * (pair + ufl.exp(alpha * ufl.ln(h)))
+
+    return Kinematics(
+        F=None,
+        J=J,
+        weight=1.0,
+        measures=(area, trace, h),
+        I1=s * (trace + h * h),
+        I2=s * s * (area * area + h * h * trace),
+        power_trace=power_trace,
+        metric=Symmetric((rr, h * h, zz, 0, rz, 0)),
+        volume_measures=(J,),
     )
-    stretches = [ufl.variable(sum(f * f for f in column)) for column in columns]
+
+
+def _solid_strain(J: Scalar, *metric: Scalar) -> Kinematics:
+    """Of det F and the six components of C."""
+    stretches, (yz, xz, xy) = metric[:3], metric[3:]
     xx, yy, zz = (stretch - sum(stretches) / 3 for stretch in stretches)
-    yz, xz, xy = (
-        ufl.variable(sum(f * g for f, g in zip(columns[i], columns[j], strict=True)))
-        for i, j in ((1, 2), (0, 2), (0, 1))
-    )
     # From the components of the deviator of C: from the invariants of C they would be small differences.
     J2 = ufl.variable((xx * xx + yy * yy + zz * zz) / 2 + yz * yz + xz * xz + xy * xy)
     J3 = ufl.variable(xx * yy * zz + 2 * yz * xz * xy - xx * yz * yz - yy * xz * xz - zz * xy * xy)
@@ -261,13 +262,13 @@ def _general(F: tuple[tuple[Scalar, ...], ...], weight: Scalar) -> Kinematics:
         return ufl.exp(-alpha / 3 * log_J) * tensor_power_trace(m, J2, J3, alpha / 2)
 
     return Kinematics(
-        F=ufl.as_matrix(F),
+        F=None,
         J=J,
-        weight=weight,
+        weight=1.0,
         measures=(J, trace, J2, J3),
         I1=s * trace,
         I2=s * s * (3 * m * m - J2),
         power_trace=power_trace,
-        metric=Symmetric((*stretches, yz, xz, xy)),
+        metric=Symmetric(metric),
         volume_measures=(J,),
     )

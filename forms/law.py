@@ -96,7 +96,8 @@ class Law:
         ``energy(strain, **parameters) -> UFL scalar``; ``strain`` is a `Strain`, the parameters are UFL
         scalars (``fem.Constant`` or ``ufl.variable``), so that one compiled kernel serves all values.
     shear_modulus : callable
-        ``shear_modulus(**parameters) -> float``: the initial shear modulus in MPa.
+        ``shear_modulus(**parameters) -> float``: the initial shear modulus in MPa. Arithmetic alone, so that it can be
+        differentiated by a complex step.
     basis : {"I1", "I1,I2", "stretches"}
         What the energy is a function of.
     linear : tuple of str

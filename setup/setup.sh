@@ -47,5 +47,12 @@ choose_way # sets way
 say "$(describe)"
 "prepare_$way" # sets python and, for an isolated root, root
 make_venv "$@"
+# So that the first answer does not wait for a compiler. What fails here is compiled when it is asked for.
+say "compiling the usual kernels"
+if kernels=$("$venv/enter" "$venv/bin/python" -m cases.usual 2>>"$log"); then
+    say "$kernels"
+else
+    say "the kernels could not be compiled now; $log says why. They will be when they are needed."
+fi
 made_from "$@" >"$venv/complete"
 say "ready after $SECONDS s"

@@ -29,7 +29,7 @@ def energy(strain: Strain, **parameters: Scalar) -> Scalar:
 
 def shear_modulus(**parameters: float) -> float:
     """Return mu = 1/2 sum_i mu_i alpha_i."""
-    return float(sum(mu * alpha for mu, alpha in _terms(parameters)) / 2)
+    return sum(mu * alpha for mu, alpha in _terms(parameters)) / 2
 
 
 def _terms(parameters: Mapping[str, Scalar]) -> list[tuple[Scalar, Scalar]]:

@@ -118,6 +118,17 @@ def test_declared_shear_modulus_is_that_of_the_energy(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_declared_shear_modulus_can_be_differentiated_by_a_complex_step(name):
+    """Branches and bonds are made of it, and so are their derivatives by the law's parameters."""
+    one, start = probe(name).law, probe(name).start
+    for parameter, value in start.items():
+        h = 1e-6 * max(abs(value), 1.0)
+        ends = [one.shear_modulus(**start | {parameter: value + step}) for step in (h, -h)]
+        slope = complex(one.shear_modulus(**start | {parameter: value + 1e-30j})).imag / 1e-30
+        assert slope == pytest.approx((ends[0] - ends[1]) / (2 * h), rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_first_derivative_matches_differences_of_the_energy_and_ufl(name):
     F, H, step = deformations(), np.random.default_rng(RNG_SEED).standard_normal((6, 3, 3)), 1e-3
     # Fourth-order difference: error step^4 = 1e-12 times the fifth derivative, and rounding 1e-16 / step.

@@ -91,3 +91,49 @@ def test_a_file_system_without_locks_will_do(left, monkeypatch):
     monkeypatch.setattr(jit.fcntl, "flock", refuse)
     jit._enter(left)
     assert sources(left) == ["killed.c", "whole.c"]
+
+
+COMPILES = """
+import numpy as np, ufl, basix.ufl
+from mpi4py import MPI
+from cases import jit, kernels
+domain = ufl.Mesh(basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
+number = ufl.Coefficient(ufl.FunctionSpace(domain, basix.ufl.element("DG", "interval", 0)))
+jit.compiled_expression(ufl.exp(number), np.array([[0.5]]), MPI.COMM_SELF)
+kernels.loops()
+"""
+
+
+def test_truncated_kernels_are_compiled_anew(tmp_path):
+    """Loading them would end the process with a bus error."""
+
+    def run():
+        done = subprocess.run(
+            [sys.executable, "-c", COMPILES],
+            cwd=Path(jit.__file__).parents[1],
+            env=os.environ | {"BUSHCLI_CACHE": str(tmp_path)},
+            check=False,
+        )
+        assert done.returncode == 0
+        return sorted(tmp_path.rglob("*.so"))
+
+    whole = run()
+    assert len(whole) == 2
+    folder = whole[0].parent
+    assert jit.damaged(folder) == []
+    sizes = [library.stat().st_size for library in whole]
+    for library in whole:
+        # A page of it, as a disk that is full leaves it.
+        os.truncate(library, 4096)
+    assert jit.damaged(folder) == whole
+    assert run() == whole
+    assert jit.damaged(folder) == []
+    assert [library.stat().st_size for library in whole] == sizes
+
+
+def test_what_is_under_way_is_left_alone(tmp_path):
+    """A source without the mark of its end belongs to a process that compiles it."""
+    (tmp_path / "libffcx_one.c").write_text("")
+    (tmp_path / f"libffcx_one{jit.sysconfig.get_config_var('EXT_SUFFIX')}").write_bytes(b"half")
+    jit.remove_damaged(tmp_path, "libffcx_one")
+    assert len(list(tmp_path.iterdir())) == 2

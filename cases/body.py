@@ -1,0 +1,197 @@
+"""The bushing's rubber and metal at their quadrature points: energy, forces and stiffness at a state.
+
+Each part (the rubber, each elastic sleeve) goes the same way: unknowns -> gradients -> strain variables -> answer of
+the material -> forces and stiffness by the gradients -> unknowns. Only the material differs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.kernels import Call, kernel, loops, pointer
+from cases.material import Metal, Rubber
+from cases.moved import MovedPoints
+from cases.parameters import Numbers
+from cases.points import Moving, Points
+from forms import gradients
+from forms.setting import SETTINGS
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int32]
+
+
+class Part:
+    """Cells of one material.
+
+    Parameters
+    ----------
+    kinematics
+        Name of the setting.
+    points
+        Their quadrature points.
+    material
+        What is there.
+    moved
+        The stress-free body there, where it is not the mesh.
+
+    Attributes
+    ----------
+    g : shape (points, rows)
+        Gradients and pressure at the state of the last `look`.
+    P : shape (points, rows)
+        Energy's derivatives by them, as `answer` left them.
+    A : shape (points, upper triangle)
+        Second derivatives by them, as `stiffen` left them.
+    """
+
+    def __init__(
+        self, kinematics: str, points: Points, material: Rubber | Metal, moved: MovedPoints | None
+    ) -> None:
+        self.points, self.material, self._moved = points, material, moved
+        self._name, self._setting = kinematics, SETTINGS[kinematics]
+        self.g, self.P = np.zeros((points.number, points.rows)), np.zeros((points.number, points.rows))
+        self._strains = kernel(gradients.strains(kinematics, self._setting)).bound(
+            material.strain, {"gradients": self.g}, clear=True
+        )
+        self._forces: tuple[Array, Call] | None = None
+
+    def place(self, swelling: float, anew: bool) -> None:
+        """Bring the stress-free body to its place; ``anew`` where parameters may have moved it."""
+        if self._moved is not None and anew:
+            self.points.move(self._moved.now(), swelling)
+        else:
+            self.points.rescale(swelling)
+
+    def moving(self, name: str) -> Moving | None:
+        """Change of the points with a parameter; None where there is none."""
+        rate = None if self._moved is None else self._moved.rate(name)
+        return None if rate is None else self.points.moving(rate)
+
+    def look(self, x: Array) -> None:
+        """Go to a state, this rank's unknowns: gradients, and the material's strains."""
+        self.points.gradients(x, self.g)
+        self._strains()
+
+    def answer(self) -> Array:
+        """Energy's derivatives by the gradients at the state of `look`; `P`."""
+        row = self.material.answer(moduli=False)
+        if self._forces is None or self._forces[0] is not row:
+            inputs = {"gradients": self.g, "answer": row}
+            function = kernel(gradients.forces(self._name, self._setting))
+            self._forces = (row, function.bound(self.P, inputs, clear=True))
+        self._forces[1]()
+        return self.P
+
+    def by_gradients(self, stress: Array) -> Array:
+        """Derivatives by the gradients made of those by the strains, (points, variables), in a new array."""
+        answer = np.concatenate([np.zeros((len(stress), 1)), stress], axis=1)
+        function = kernel(gradients.forces(self._name, self._setting))
+        return function(self.points.number, {"gradients": self.g, "answer": answer})
+
+    def strain_rates(self, change: Array) -> Array:
+        """Change of the strain variables along a change of the gradients."""
+        function = kernel(gradients.strain_rates(self._name, self._setting))
+        return function(self.points.number, {"gradients": self.g, "change": change})
+
+    @cached_property
+    def A(self) -> Array:
+        """Second derivatives by the gradients; see above."""
+        return np.zeros((self.points.number, self.points.rows * (self.points.rows + 1) // 2))
+
+    @cached_property
+    def _moduli(self) -> Call:
+        inputs = {"gradients": self.g, "answer": self.material.answer(moduli=True)}
+        return kernel(gradients.moduli(self._name, self._setting)).bound(self.A, inputs, clear=True)
+
+    def stiffen(self) -> None:
+        """Compute `A` at the state of `look`."""
+        self.material.answer(moduli=True)
+        self._moduli()
+
+    def contracted(self, change: Array) -> Array:
+        """A applied to a change of the gradients."""
+        P = np.empty_like(change)
+        loops().lib.contract(len(change), change.shape[1], pointer(self.A), pointer(change), pointer(P))
+        return P
+
+
+class Body:
+    """Rubber and elastic sleeves of a model.
+
+    Parameters
+    ----------
+    rubber, metals
+        Parts; the sleeves in the order of `cases.parameters.Numbers.metals`.
+
+    Attributes
+    ----------
+    parts : list of Part
+        Rubber first.
+    material : Rubber
+    """
+
+    def __init__(self, rubber: Part, metals: Mapping[str, Part]) -> None:
+        assert isinstance(rubber.material, Rubber)
+        self.rubber, self.material = rubber, rubber.material
+        self._metals = list(metals.values())
+        self.parts = [rubber, *self._metals]
+        self.numbers: Numbers | None = None
+
+    def take(self, numbers: Numbers, anew: bool) -> None:
+        """Be made of this from now on; ``anew`` where parameters may have moved the stress-free body."""
+        self.numbers = numbers
+        self.material.take(numbers)
+        self.rubber.place(float(numbers.volumetric[1]), anew)
+        for part, moduli in zip(self._metals, numbers.metals, strict=True):
+            assert isinstance(part.material, Metal)
+            part.material.take(moduli)
+            part.place(1.0, anew)
+
+    @property
+    def swelling(self) -> float:
+        """Volume ratio of the stress-free rubber to its shape."""
+        assert self.numbers is not None
+        return float(self.numbers.volumetric[1])
+
+    def add_forces(self, x: Array, forces: Array) -> None:
+        """Add the derivative of the energy with respect to the unknowns x, on this rank."""
+        for part in self.parts:
+            part.look(x)
+            part.points.add_forces(part.answer(), forces)
+
+    def stiffen(self, x: Array) -> None:
+        """Compute the second derivatives at the points, for the two functions below."""
+        for part in self.parts:
+            part.look(x)
+            part.stiffen()
+
+    def add_stiffness(self, places: Sequence[Index], values: Array) -> None:
+        """Add the stiffness at the state of `stiffen` (`cases.matrix.Pattern`)."""
+        for part, place in zip(self.parts, places, strict=True):
+            part.points.add_stiffness(part.A, place, values)
+
+    def add_action(self, direction: Array, forces: Array) -> None:
+        """Add the stiffness at the state of `stiffen`, applied to a direction."""
+        for part in self.parts:
+            part.points.add_forces(part.contracted(part.points.gradients(direction)), forces)
+
+    def energy(self, x: Array) -> float:
+        """Stored energy on this rank, N mm."""
+        total = 0.0
+        for part in self.parts:
+            part.look(x)
+            if isinstance(part.material, Rubber):
+                total += part.points.integral(part.material.energy())
+            else:
+                total += part.points.integral(part.material.answer(moduli=False)[:, 0])
+        return total
+
+    @property
+    def volume(self) -> float:
+        """Of the stress-free body on this rank without swelling, mm^3, metal included."""
+        whole = sum(float(part.points.weight.sum()) for part in self._metals)
+        return whole + float(self.rubber.points.weight.sum()) / self.swelling

@@ -1,0 +1,173 @@
+"""Compiled functions of a point, and the loops over all points that call them.
+
+A kernel is compiled by the form compiler from a `forms.point.PointFunction`: no mesh, no element and no quadrature
+rule is in it. The loops are C (`points.c`), compiled once for all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import basix.ufl
+import numpy as np
+import ufl
+from mpi4py import MPI
+from numpy.typing import NDArray
+from ufl.algorithms import expand_derivatives
+from ufl.corealg.map_dag import map_expr_dag
+from ufl.corealg.multifunction import MultiFunction
+
+from cases import jit
+from forms.point import PointFunction
+
+Array = NDArray[np.float64]
+
+DECLARATIONS = """
+typedef struct
+{
+    long cells;
+    int points, nodes, tables, gradients, components, corners;
+    const int32_t *component, *table;
+    const double *reference, *transposed, *turn, *pressure;
+    const int32_t *displaced, *pressed;
+    const double *weight;
+} group;
+void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, const long *width, const long *stride,
+              double *out, long out_stride, long clear);
+void gradients(const group *s, const double *x, double *g);
+void forces(const group *s, const double *P, double *r);
+void stiffness(const group *s, const double *A, const int32_t *place, double *values);
+void locate(long cells, int n, const int32_t *unknown, const uint8_t *fixed, const int32_t *start,
+            const int32_t *column, int32_t nowhere, int32_t *place);
+void contract(long n, int rows, const double *A, const double *g, double *P);
+"""
+
+
+@cache
+def loops() -> Any:
+    """The loops of `points.c`: a cffi module with ``lib`` and ``ffi``."""
+    return jit.compiled_source("points", Path(__file__).with_name("points.c"), DECLARATIONS)
+
+
+def pointer(array: Any, kind: str = "double") -> Any:
+    """A contiguous array's data, for the loops."""
+    return loops().ffi.from_buffer(f"{kind}[]", array)
+
+
+class Kernel:
+    """A compiled function of a point.
+
+    Parameters
+    ----------
+    function
+        What it computes.
+
+    Attributes
+    ----------
+    size : int
+        Numbers that it returns at a point.
+    """
+
+    def __init__(self, function: PointFunction) -> None:
+        spaces = {n: _numbers(n) for n in function.blocks.values()}
+        inputs = {name: ufl.Coefficient(spaces[n]) for name, n in function.blocks.items()}
+        values = ufl.as_vector(list(function.make(inputs)))
+        self.size = len(values)
+        compiled, self._module = jit.compiled_expression(bare(values), np.array([[0.5]]), MPI.COMM_SELF)
+        ffi = self._module.ffi
+        self._function = int(ffi.cast("uintptr_t", compiled.tabulate_tensor_float64))
+        # What does not occur in the result is not asked for.
+        order = [compiled.original_coefficient_positions[i] for i in range(compiled.num_coefficients)]
+        left = ufl.algorithms.extract_coefficients(bare(values))
+        names = {inputs[name]: name for name in inputs}
+        self._names = tuple(names[left[i]] for i in order)
+        self._widths = [function.blocks[name] for name in self._names]
+
+    def bound(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
+        """Return what adds the results at all points to the first columns of ``out``, shape (n, >= size).
+
+        It reads from and writes to these very arrays whenever it is called.
+
+        Parameters
+        ----------
+        inputs
+            By name: shape (n, >= width), of which the first columns are taken, or (width,) for all points alike.
+        clear
+            Whether ``out`` is zeroed before.
+        """
+        arrays = [inputs[name] for name in self._names]
+        for name, array, width in zip(self._names, arrays, self._widths, strict=True):
+            assert array.shape[-1] >= width, name
+            assert array.strides[-1] == 8 or width == 1, name
+        return Call(self._function, arrays, self._widths, out, out.shape[1] if clear else 0)
+
+    def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
+        """Results at n points, shape (n, size)."""
+        out = np.zeros((n, self.size))
+        self.bound(out, inputs)()
+        return out
+
+
+class Call:
+    """A kernel with its arrays: input blocks and output."""
+
+    def __init__(
+        self, function: int, arrays: Sequence[Array], widths: Sequence[int], out: Array, clear: int
+    ) -> None:
+        ffi = loops().ffi
+        strides = [array.strides[0] // 8 if array.ndim == 2 else 0 for array in arrays]
+        # They have to live as long as this call.
+        self._kept = (*arrays, out)
+        self._given = (
+            function,
+            len(out),
+            len(arrays),
+            ffi.new("uintptr_t[]", [array.ctypes.data for array in arrays] or [0]),
+            ffi.new("long[]", list(widths) or [0]),
+            ffi.new("long[]", strides or [0]),
+            ffi.cast("double *", out.ctypes.data),
+            out.strides[0] // 8,
+            clear,
+        )
+        self._evaluate = loops().lib.evaluate
+
+    def __call__(self) -> None:
+        """Evaluate it."""
+        self._evaluate(*self._given)
+
+
+_KERNELS: dict[tuple[Hashable, ...], Kernel] = {}
+
+
+def kernel(function: PointFunction) -> Kernel:
+    """The compiled function; the same one for the same key."""
+    if function.key not in _KERNELS:
+        _KERNELS[function.key] = Kernel(function)
+    return _KERNELS[function.key]
+
+
+@cache
+def _numbers(n: int) -> Any:
+    """Space whose functions are n numbers, on a domain of no importance."""
+    return ufl.FunctionSpace(_domain(), basix.ufl.element("DG", "interval", 0, shape=(n,)))
+
+
+@cache
+def _domain() -> Any:
+    return ufl.Mesh(basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
+
+
+def bare(expression: Any) -> Any:
+    """An expression without the marks for differentiation, whose numbers would be part of its signature."""
+    return map_expr_dag(_Bare(), expand_derivatives(expression))
+
+
+class _Bare(MultiFunction):  # type: ignore[misc]  # UFL has no type information
+    expr = MultiFunction.reuse_if_untouched
+
+    def variable(self, o: object, operand: object, _: object) -> object:
+        """The expression that is marked."""
+        return operand

@@ -1,0 +1,350 @@
+"""Material answers at the points of a body's part: stress and moduli added over law, volumetric part and branches.
+
+One row a point, as `forms.point` describes it. A branch that depends on the law's energy e, V(e, ...), adds
+
+    V_e W_a   and   V_e W_ab + V_ee W_a W_b + V_ae W_b + V_be W_a
+
+to its own slopes and curvatures, W the law's energy alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.kernels import Call, Kernel, kernel
+from cases.parameters import Numbers
+from forms import answers
+from forms.branch import Branch
+from forms.branch_answers import GIVEN, branch_functions
+from forms.law import Law
+from forms.point import length
+from forms.setting import Setting
+
+Array = NDArray[np.float64]
+
+
+# Directions that a branch's rates are computed along at once, and from how many on; they share the work that is not
+# theirs: four cost as much as two and a half (measured, Maxwell and slider).
+BATCH, WORTH_IT = 4, 3
+
+
+class Remembered:
+    """A branch at the points of the rubber.
+
+    Attributes
+    ----------
+    values : shape (n, k)
+        Memory at the beginning of the step; always the same array.
+    parameters : shape (m,)
+        As in `cases.parameters.Numbers.branches`; always the same array.
+    """
+
+    def __init__(self, setting: Setting, branch: Branch, points: int) -> None:
+        self._functions = branch_functions(setting, branch)
+        self.needs_energy = self._functions.needs_energy
+        self.values = np.empty((points, self._functions.memory))
+        self.parameters = np.zeros(len(branch.parameters) + len(GIVEN))
+        self.reset()
+
+    def reset(self) -> None:
+        """Make the rubber virgin."""
+        self.values[:] = self._functions.virgin
+
+    def answer(self, moduli: bool) -> Kernel:
+        """Its answer, with or without moduli."""
+        return kernel(self._functions.moduli if moduli else self._functions.stress)
+
+    @property
+    def end(self) -> Kernel:
+        """[stored energy, memory at the end of the step]."""
+        return kernel(self._functions.end)
+
+    def rates(
+        self, what: str, inputs: Mapping[str, Array], changes: Sequence[Mapping[str, Array]]
+    ) -> list[Array]:
+        """Derivatives of its slopes or of its memory at the end of the step, along changes of the inputs.
+
+        Parameters
+        ----------
+        what
+            "stress" (at fixed strains) or "end".
+        inputs
+            Of `inputs`.
+        changes
+            For each direction, changes of the inputs by their names; those left out do not change.
+        """
+        function = self._functions.stress_rate if what == "stress" else self._functions.end_rate
+        nothing = np.zeros(max(array.shape[-1] for array in inputs.values()))
+        found: list[Array] = []
+        while len(found) < len(changes):
+            left = changes[len(found) :]
+            count = BATCH if len(left) >= WORTH_IT else 1
+            given = dict(inputs)
+            for d in range(count):
+                change = left[d] if d < len(left) else {}
+                given |= {f"d{d} {name}": change.get(name, nothing) for name in inputs}
+            rows = kernel(function(count))(len(self.values), given)
+            found += np.split(rows, count, axis=1)[: len(left)]
+        return found
+
+    def inputs(self, strain: Array, law: Array) -> dict[str, Array]:
+        """Of its kernels, at strains and with the law's [W, ...]."""
+        return {"strain": strain, "law energy": law, "memory": self.values, "parameters": self.parameters}
+
+
+@dataclass(frozen=True)
+class Held:
+    """A state at which derivatives are asked for: strains, the law's [W, W_a] and the whole answer's."""
+
+    strain: Array
+    law: Array
+    total: Array
+
+
+@dataclass(frozen=True)
+class _Answered:
+    """Calls that make an answer, with or without moduli, in arrays of their own.
+
+    Attributes
+    ----------
+    law, total : shape (points, length)
+        The law's, where a branch asks for its energy, and that of all together.
+    begin : Call
+        The law's answer, into ``law``.
+    adding : list of (Remembered, Call, Array)
+        Branches; what depends on the law's energy has an array of its own.
+    volumetric : Call
+    """
+
+    law: Array
+    total: Array
+    begin: Call
+    adding: list[tuple[Remembered, Call, Array]]
+    volumetric: Call
+
+
+class Rubber:
+    """Law, volumetric part and branches at some points.
+
+    Parameters
+    ----------
+    setting
+        How the strain variables follow from gradients.
+    law, names
+        The law, and those of its parameters that are given.
+    branches
+        In the order of `cases.parameters.Numbers.branches`.
+    points
+        How many.
+
+    Attributes
+    ----------
+    strain : shape (points, variables)
+        Where the answers are asked for: strain variables and pressure, written by others.
+    branches : list of Remembered
+    """
+
+    def __init__(
+        self, setting: Setting, law: Law, names: tuple[str, ...], branches: Sequence[Branch], points: int
+    ) -> None:
+        self._setting, self._law, self._names, self._points = setting, law, names, points
+        self.variables = len(setting.names) + 1
+        self.strain = np.zeros((points, self.variables))
+        self.branches = [Remembered(setting, branch, points) for branch in branches]
+        self._parameters = {"law": np.zeros(len(names)), "volumetric": np.zeros(2)}
+        # Row and column of each curvature in an answer.
+        self._upper = np.triu_indices(self.variables)
+
+    def take(self, numbers: Numbers) -> None:
+        """Be made of this from now on."""
+        self._parameters["law"][:] = numbers.law
+        self._parameters["volumetric"][:] = numbers.volumetric
+        for branch, parameters in zip(self.branches, numbers.branches, strict=True):
+            branch.parameters[:] = parameters
+
+    def answer(self, moduli: bool) -> Array:
+        """Answer of all together at `strain`, shape (points, length); its energy is that of law and volumetric part.
+
+        The next call writes into the same array.
+        """
+        total = self.isochoric(moduli)
+        self._answered(moduli).volumetric()
+        return total
+
+    def isochoric(self, moduli: bool) -> Array:
+        """Answer of law and branches; the next call writes into the same array."""
+        calls = self._answered(moduli)
+        calls.begin()
+        if calls.law is not calls.total:
+            calls.total[:] = calls.law
+        for branch, add, row in calls.adding:
+            add()
+            if branch.needs_energy:
+                self._add_through_energy(calls.total, calls.law, row, moduli)
+        return calls.total
+
+    def _answered(self, moduli: bool) -> _Answered:
+        return self._with_moduli if moduli else self._without_moduli
+
+    @cached_property
+    def _with_moduli(self) -> _Answered:
+        return self._bound(moduli=True)
+
+    @cached_property
+    def _without_moduli(self) -> _Answered:
+        return self._bound(moduli=False)
+
+    def _bound(self, moduli: bool) -> _Answered:
+        law = total = np.zeros((self._points, length(self.variables, moduli)))
+        if any(branch.needs_energy for branch in self.branches):
+            total = np.zeros_like(law)
+        own = answers.law_answer(self._setting, self._law, self._names, moduli)
+        begin = kernel(own).bound(
+            law, {"strain": self.strain, "parameters": self._parameters["law"]}, clear=True
+        )
+        adding: list[tuple[Remembered, Call, Array]] = []
+        for branch in self.branches:
+            function = branch.answer(moduli)
+            row = np.zeros((self._points, function.size)) if branch.needs_energy else total
+            inputs = branch.inputs(self.strain, law)
+            adding.append((branch, function.bound(row, inputs, clear=branch.needs_energy), row))
+        volumetric = kernel(answers.volumetric_answer(self._setting, moduli)).bound(
+            total, {"strain": self.strain, "parameters": self._parameters["volumetric"]}
+        )
+        return _Answered(law, total, begin, adding, volumetric)
+
+    def _add_through_energy(self, total: Array, law: Array, row: Array, moduli: bool) -> None:
+        n = self.variables
+        slopes = law[:, 1 : 1 + n]
+        tail = length(n, moduli)
+        by_energy = row[:, tail, None]
+        total[:, 1 : 1 + n] += row[:, 1 : 1 + n] + by_energy * slopes
+        if moduli:
+            a, b = self._upper
+            twice, mixed = row[:, tail + 1, None], row[:, tail + 2 :]
+            total[:, 1 + n :] += (
+                row[:, 1 + n : tail]
+                + by_energy * law[:, 1 + n :]
+                + twice * slopes[:, a] * slopes[:, b]
+                + mixed[:, a] * slopes[:, b]
+                + mixed[:, b] * slopes[:, a]
+            )
+
+    def energy(self) -> Array:
+        """Stored energy per volume at `strain`, MPa, shape (points,)."""
+        self._without_moduli.begin()
+        stored: Array = self._without_moduli.law[:, 0].copy()
+        volumetric, row = self._apart
+        volumetric()
+        stored += row[:, 0]
+        for _, end, after in self._ends:
+            end()
+            stored += after[:, 0]
+        return stored
+
+    def commit(self) -> None:
+        """Accept `strain` as that at the end of the step."""
+        self._without_moduli.begin()
+        for branch, end, after in self._ends:
+            end()
+            branch.values[:] = after[:, 1:]
+
+    @cached_property
+    def _apart(self) -> tuple[Call, Array]:
+        """The volumetric part's answer in an array of its own."""
+        function = kernel(answers.volumetric_answer(self._setting, moduli=False))
+        row = np.zeros((self._points, function.size))
+        inputs = {"strain": self.strain, "parameters": self._parameters["volumetric"]}
+        return function.bound(row, inputs, clear=True), row
+
+    @cached_property
+    def _ends(self) -> list[tuple[Remembered, Call, Array]]:
+        """What computes each branch's stored energy and memory at the end of the step, and the array it does so in."""
+        found: list[tuple[Remembered, Call, Array]] = []
+        for branch in self.branches:
+            row = np.zeros((self._points, branch.end.size))
+            inputs = branch.inputs(self.strain, self._without_moduli.law)
+            found.append((branch, branch.end.bound(row, inputs, clear=True), row))
+        return found
+
+    # -- derivatives by parameters -------------------------------------------------------------------------------
+
+    def held(self) -> Held:
+        """The state at `strain`, for the functions below."""
+        total = self.answer(moduli=False).copy()
+        function = answers.law_answer(self._setting, self._law, self._names, moduli=False)
+        strain = self.strain.copy()
+        law = kernel(function)(self._points, {"strain": strain, "parameters": self._parameters["law"]})
+        return Held(strain, law, total)
+
+    def slopes(self, at: Held) -> Array:
+        """Derivatives of the law's [W, W_a] by each of its parameters, shape (parameters, points, 1 + variables)."""
+        function = kernel(answers.law_slopes(self._setting, self._law, self._names))
+        rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["law"]})
+        return np.ascontiguousarray(rows.reshape(self._points, len(self._names), -1).transpose(1, 0, 2))
+
+    def volumetric_slopes(self, at: Held) -> Array:
+        """Of the volumetric part's by compliance and swelling."""
+        function = kernel(answers.volumetric_slopes(self._setting))
+        rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["volumetric"]})
+        return np.ascontiguousarray(rows.reshape(self._points, 2, -1).transpose(1, 0, 2))
+
+    def work_slopes(self, strain: Array, change: Array) -> tuple[Array, Array]:
+        """Derivatives by the law's parameters, and by compliance and swelling, of the work on a change of the strains.
+
+        Shapes (points, parameters) and (points, 2).
+        """
+        law = answers.law_slopes(self._setting, self._law, self._names)
+        volumetric = answers.volumetric_slopes(self._setting)
+        inputs = {"strain": strain, "change": change}
+        own = kernel(answers.work_slopes(law, len(self._names)))
+        other = kernel(answers.work_slopes(volumetric, 2))
+        return (
+            own(self._points, inputs | {"parameters": self._parameters["law"]}),
+            other(self._points, inputs | {"parameters": self._parameters["volumetric"]}),
+        )
+
+    def by_energy(self, at: Held, i: int) -> Array:
+        """V_e of a branch that depends on the law's energy, shape (points,)."""
+        branch = self.branches[i]
+        row = branch.answer(moduli=False)(self._points, branch.inputs(at.strain, at.law))
+        return row[:, 1 + self.variables]
+
+
+class Metal:
+    """An elastic sleeve: small strain, any rotation.
+
+    Attributes
+    ----------
+    strain : shape (points, variables)
+        Where answers are asked for.
+    """
+
+    def __init__(self, setting: Setting, points: int) -> None:
+        self._answer, self._points = kernel(answers.metal_answer(setting)), points
+        self.variables = len(setting.names) + 1
+        self.strain = np.zeros((points, self.variables))
+        self._moduli = np.zeros(2)
+        self._row = np.zeros((points, self._answer.size))
+        self._call = self._answer.bound(
+            self._row, {"strain": self.strain, "parameters": self._moduli}, clear=True
+        )
+
+    def take(self, moduli: Array) -> None:
+        """Have these shear and bulk moduli (MPa) from now on."""
+        self._moduli[:] = moduli
+
+    def answer(self, moduli: bool) -> Array:
+        """Answer at `strain`, with moduli in any case; the next call writes into the same array."""
+        self._call()
+        return self._row
+
+    def changed(self, moduli: Array) -> Array:
+        """Change of the stresses at `strain` with a change of the moduli: the answer is linear in them."""
+        row = self._answer(self._points, {"strain": self.strain, "parameters": moduli})
+        return row[:, 1 : 1 + self.variables]

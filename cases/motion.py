@@ -1,0 +1,244 @@
+"""Constrained unknowns and how a mode moves them, with the derivatives by q and by parameters that move a boundary."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+from ufl.algorithms import expand_derivatives
+
+from cases.feature import Installed
+from cases.jit import options
+from cases.kernels import bare
+from cases.mode import Mode, Setting
+from cases.parameters import Parameters
+from forms.kinematics import Moved
+from geometry.dolfinx_api import collapsed, interpolation_points
+from geometry.mesh import NamedMesh
+from geometry.shape import Mirrors
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Constrained:
+    """Constrained unknowns: local index, component, coordinates, whether it follows the sleeve, and boundary."""
+
+    dofs: NDArray[np.int32]
+    component: NDArray[np.int32]
+    x: Array
+    driven: NDArray[np.bool_]
+    boundary: NDArray[np.str_]
+
+
+class Motion:
+    """Motion of the constrained unknowns of a model.
+
+    Parameters
+    ----------
+    mesh, mode, setting
+        Of the model.
+    space
+        The mixed space (u, p, and the motion of each boundary in ``followed``).
+    features, parameters
+        Of the model.
+    moved
+        Features -> where they put the stress-free body, None where they leave it.
+    """
+
+    def __init__(
+        self,
+        mesh: NamedMesh,
+        mode: Mode,
+        setting: Setting,
+        space: Any,
+        followed: Sequence[str],
+        features: Sequence[Installed],
+        parameters: Parameters,
+        moved: Callable[[Sequence[Installed]], Moved | None],
+    ) -> None:
+        self._mesh, self._mode, self._setting, self._space = mesh, mode, setting, space
+        self._followed, self._features, self._parameters, self._moved = followed, features, parameters, moved
+        self._size = (space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts) * (
+            space.dofmap.index_map_bs
+        )
+        self.constrained = self._found()
+        self._resizings: dict[str, Callable[[], Array]] = {}
+
+    # -- which they are ------------------------------------------------------------------------------------------
+
+    def _found(self) -> Constrained:
+        values = self._on_boundaries()
+        components = self._space.sub(0).num_sub_spaces
+        for field, name in enumerate(self._followed, start=2):
+            driven = name in self._mode.driven
+            for component in range(components):
+                alone, dofs = collapsed(self._space.sub(field).sub(component))
+                points = alone.tabulate_dof_coordinates()
+                values |= {int(d): (component, points[i], driven, name) for i, d in enumerate(dofs)}
+        # The pressure has no work to do in a metal sleeve, where the energy does not contain it.
+        for dof in self._idle_pressures():
+            values[dof] = (-1, np.zeros(3), False, "")
+        dofs = np.array(sorted(values), dtype=np.int32)
+        return Constrained(
+            dofs,
+            np.array([values[d][0] for d in dofs], dtype=np.int32),
+            np.array([values[d][1] for d in dofs]).reshape(-1, 3),
+            np.array([values[d][2] for d in dofs], dtype=bool),
+            np.array([values[d][3] for d in dofs], dtype=str),
+        )
+
+    def _on_boundaries(self) -> dict[int, tuple[int, Array, bool, str]]:
+        """Displacements that are held or driven."""
+        mesh, mode, space = self._mesh, self._mode, self._space
+        components = space.sub(0).num_sub_spaces
+        released = {name for item in self._features for name in item.feature.released}
+        held = {name: only for name, only in mode.held.items() if name not in released}
+        driven_names = {name: only for name, only in mode.driven.items() if name not in released}
+        planes = _mirror_components(mesh.mirrors, components)
+        values: dict[int, tuple[int, Array, bool, str]] = {}
+        for component in range(components):
+            part = space.sub(0).sub(component)
+            alone, _ = collapsed(part)
+            points = alone.tabulate_dof_coordinates()
+            for names, driven in ((held | planes, False), (driven_names, True)):
+                for name, only in names.items():
+                    if name not in mesh.boundary or (only is not None and component not in only):
+                        continue
+                    facets = mesh.facets.find(mesh.boundary[name])
+                    dofs, own = fem.locate_dofs_topological((part, alone), mesh.dimension - 1, facets)
+                    values.update(
+                        {int(d): (component, points[o], driven, name) for d, o in zip(dofs, own, strict=True)}
+                    )
+        return values
+
+    def _idle_pressures(self) -> list[int]:
+        mesh = self._mesh
+        if not mesh.sleeves:
+            return []
+        part = self._space.sub(1)
+        tdim = mesh.dimension
+        mesh.mesh.topology.create_connectivity(tdim, tdim)
+        idle = [
+            fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region[name]))
+            for name in mesh.sleeves
+        ]
+        busy = fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))
+        return [int(d) for d in np.setdiff1d(np.concatenate(idle), busy)]
+
+    # -- how they move -------------------------------------------------------------------------------------------
+
+    def values(self, q: float) -> Array:
+        """Constrained unknowns at q (mm or rad) and this stage of assembly, in the order of `constrained`."""
+        values = self._along_sleeve(self._setting.motion, q)
+        for name, rate in self._reductions.items():
+            values = values + self._stage * float(self._parameters.constants[name].value) * rate
+        return values
+
+    def rate(self, q: float) -> Array:
+        """Derivative of the constrained unknowns with respect to q, over all local unknowns (zero elsewhere)."""
+        return self._over_all(self._along_sleeve(self._setting.rate, q))
+
+    def boundary_rate(self, name: str, q: float) -> Array | None:
+        """Derivative of the constrained unknowns at q by a parameter, over all local unknowns; None for zero."""
+        if name in self._reductions:
+            return self._over_all(self._stage * self._reductions[name])
+        if self.resizes(name):
+            return self._over_all(self._along_sleeve(self._setting.motion, q, by=name))
+        return None
+
+    def boundary_bend(self, name: str, q: float) -> Array | None:
+        """Derivative of `rate` by a parameter, over all local unknowns; None for zero."""
+        if not self.resizes(name):
+            return None
+        return self._over_all(self._along_sleeve(self._setting.rate, q, by=name))
+
+    def resizes(self, name: str) -> bool:
+        """Whether a sleeve's motion depends on a parameter because its size does."""
+        return self._resized is not None and any(
+            item.feature.resizes and name.startswith(f"{item.name}.") for item in self._features
+        )
+
+    @property
+    def _stage(self) -> float:
+        return float(self._parameters.stage.value)
+
+    def _along_sleeve(self, motion: Any, q: float, by: str = "") -> Array:
+        """Motion of the constrained unknowns, or its derivative by a parameter that resizes the sleeve."""
+        c = self.constrained
+        dimension = 3 if self._setting.kinematics == "cartesian" else 2
+        x = c.x[:, :dimension].T
+        if self._resized is not None:
+            x = x + self._resized()
+        displacement = motion(x, q)
+        if by:
+            # A rigid motion is linear in the coordinates but for a constant.
+            displacement = motion(x + self._resizing(by), q) - displacement
+        return np.where(c.driven, displacement[c.component, np.arange(len(c.dofs))], 0.0)
+
+    @cached_property
+    def _resized(self) -> Callable[[], Array] | None:
+        """Displacement (3, n) of the constrained points from mesh to resized body; where a rotation needs it."""
+        moved = self._moved([item for item in self._features if item.feature.resizes])
+        if moved is None or self._setting.kinematics != "cartesian" or not self._mode.rotational:
+            return None
+        return self._at_constrained(moved.displacement)
+
+    def _resizing(self, name: str) -> Array:
+        """Derivative of `_resized` by a parameter."""
+        if name not in self._resizings:
+            moved = self._moved([item for item in self._features if item.feature.resizes])
+            assert moved is not None
+            slope = expand_derivatives(ufl.diff(moved.displacement, self._parameters.marked[name]))
+            self._resizings[name] = self._at_constrained(slope)
+        return self._resizings[name]()
+
+    def _at_constrained(self, vector: Any) -> Callable[[], Array]:
+        """Return what evaluates a UFL vector at the constrained points, (3, n), with the present parameters."""
+        dofs = self.constrained.dofs
+        block = np.zeros(self._size, dtype=np.int64)
+        for field in (0, *range(2, 2 + len(self._followed))):
+            space, parent = collapsed(self._space.sub(field))
+            block[parent] = np.arange(len(parent)) // 3
+        function = fem.Function(space)
+        points = interpolation_points(space.element)
+        expression = fem.Expression(bare(vector), points, jit_options=options())
+
+        def values() -> Array:
+            function.interpolate(expression)
+            return np.asarray(function.x.array.reshape(-1, 3)[block[dofs]].T)
+
+        return values
+
+    @cached_property
+    def _reductions(self) -> Mapping[str, Array]:
+        """Parameters that move a boundary: displacement of the constrained unknowns per unit of each."""
+        c = self.constrained
+        dimension = 3 if self._setting.kinematics == "cartesian" else 2
+        found = {}
+        for item in self._features:
+            if item.feature.reduction is None:
+                continue
+            moved = item.feature.reduction(c.x[:, :dimension].T, self._setting.kinematics)
+            there = c.boundary == item.feature.reduced
+            rate = np.where(there, moved[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
+            found[f"{item.name}.{next(iter(item.values))}"] = rate
+        return found
+
+    def _over_all(self, constrained: Array) -> Array:
+        """Values of the constrained unknowns among all local ones, zero elsewhere."""
+        values = np.zeros(self._size)
+        values[self.constrained.dofs] = constrained
+        return values
+
+
+def _mirror_components(mirrors: Mirrors, components: int) -> dict[str, tuple[int, ...] | None]:
+    """Mirror boundary -> the displacement component normal to it; the last component is along the axis."""
+    normal = {"x": 0, "y": 1, "z": components - 1}
+    return {f"mirror_{plane}": (normal[plane],) for plane in mirrors}

@@ -1,0 +1,165 @@
+"""Where the stress-free body is, at points of the mesh, and how that changes with the parameters.
+
+Each feature that moves the body does so by a `forms.kinematics.Moved` of its own, evaluated here at the points;
+displacements of several are added, and the gradient of the sum is inverted in numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+
+from cases.feature import Installed
+from cases.jit import options
+from cases.kernels import bare
+from cases.parameters import Parameters
+from forms.kinematics import Moved
+from geometry.mesh import NamedMesh
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A stress-free body, or the rate at which it moves, at points of cells.
+
+    Attributes
+    ----------
+    displacement : shape (cells, points, d)
+        From the mesh, mm.
+    inverse : shape (cells, points, d, d)
+        M^-1, with M the gradient of X + displacement(X) on the mesh.
+    ratio : shape (cells, points)
+        det M.
+    at_rest : bool
+        Whether it is the mesh.
+    """
+
+    displacement: Array
+    inverse: Array
+    ratio: Array
+    at_rest: bool = False
+
+    @classmethod
+    def rest(cls, shape: tuple[int, ...]) -> Place:
+        """The mesh itself, at points of this shape (cells, points, d)."""
+        inverse = np.broadcast_to(np.eye(shape[-1]), (*shape, shape[-1]))
+        return cls(np.zeros(shape), inverse, np.ones(shape[:2]), at_rest=True)
+
+
+class StressFree:
+    """Where the features of a model put the stress-free body.
+
+    Parameters
+    ----------
+    mesh, features, parameters
+        Of the model.
+    """
+
+    def __init__(self, mesh: NamedMesh, features: Sequence[Installed], parameters: Parameters) -> None:
+        self._mesh, self._features, self._parameters = mesh, features, parameters
+
+    def each(self, features: Sequence[Installed]) -> dict[str, Moved]:
+        """By name of those features that move it, as UFL."""
+        x = ufl.SpatialCoordinate(self._mesh.mesh)
+        return {
+            item.name: item.feature.stress_free(self._parameters.ufl_values(item), x, self._mesh.shape)
+            for item in features
+            if item.feature.stress_free is not None
+        }
+
+    def together(self, features: Sequence[Installed]) -> Moved | None:
+        """Of these features together, as UFL; None where it is the mesh."""
+        moved = list(self.each(features).values())
+        if len(moved) < 2:
+            return moved[0] if moved else None
+        return Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
+
+    def at(self, cells: NDArray[np.int32], points: Array) -> MovedPoints | None:
+        """At reference points of cells; None where it is the mesh."""
+        moved = self.each(self._features)
+        if not moved:
+            return None
+        return MovedPoints(self._mesh.mesh, moved, self._parameters.marked, cells, points)
+
+
+class MovedPoints:
+    """The stress-free body at some points.
+
+    Parameters
+    ----------
+    mesh
+        DOLFINx's.
+    moved
+        By name of the feature.
+    parameters
+        Name of a feature's parameter -> ufl.variable.
+    cells, points
+        Numbers of cells, and points in the reference cell.
+    """
+
+    def __init__(
+        self, mesh: Any, moved: Mapping[str, Moved], parameters: Mapping[str, Any], cells: Any, points: Array
+    ) -> None:
+        self._mesh, self._cells = mesh, cells
+        self._shape = (len(cells), len(points))
+        self._moved = [
+            _One(one, {n: v for n, v in parameters.items() if n.startswith(f"{feature}.")}, points)
+            for feature, one in moved.items()
+        ]
+
+    def now(self) -> Place:
+        """Where it is with the present parameters; rates by parameter are kept for `rate`."""
+        parts = [one.evaluated(self._mesh, self._cells, self._shape) for one in self._moved]
+        displacement = sum((u for u, _, _ in parts), np.zeros(1))
+        d = displacement.shape[-1]
+        if len(parts) == 1:
+            inverse = parts[0][1]
+            gradient: Array = np.asarray(np.linalg.inv(inverse), dtype=np.float64)
+        else:
+            gradient = np.eye(d) + sum(np.linalg.inv(inverse) - np.eye(d) for _, inverse, _ in parts)
+            inverse = np.asarray(np.linalg.inv(gradient), dtype=np.float64)
+        self._rates: dict[str, Place] = {}
+        ratio = np.linalg.det(gradient)
+        for _, own, rates in parts:
+            M = np.linalg.inv(own)
+            for name, (u, change) in rates.items():
+                # Of the gradient, then of the inverse and the determinant of the sum.
+                slope = -M @ change @ M
+                turned = inverse @ slope
+                self._rates[name] = Place(u, -turned @ inverse, ratio * np.trace(turned, axis1=-2, axis2=-1))
+        return Place(displacement, inverse, ratio)
+
+    def rate(self, name: str) -> Place | None:
+        """Rate with a parameter at the place that `now` returned last; None where the parameter does not move it."""
+        return self._rates.get(name)
+
+
+class _One:
+    """What one feature moves: displacement and inverse gradient, and their derivatives by its parameters."""
+
+    def __init__(self, moved: Moved, parameters: Mapping[str, Any], points: Array) -> None:
+        self._names = tuple(parameters)
+        self._d = len(moved.displacement)
+        own = self._components(moved)
+        parts = own + [ufl.diff(part, v) for v in parameters.values() for part in own]
+        self._expression = fem.Expression(bare(ufl.as_vector(parts)), points, jit_options=options())
+
+    def _components(self, moved: Moved) -> list[Any]:
+        flat = [moved.displacement[i] for i in range(self._d)]
+        return flat + [ufl.as_ufl(part) for row in moved.inverse for part in row]
+
+    def evaluated(
+        self, mesh: Any, cells: Any, shape: Sequence[int]
+    ) -> tuple[Array, Array, dict[str, tuple[Array, Array]]]:
+        """Displacement, inverse, and by parameter the derivatives of both."""
+        d = self._d
+        values = np.asarray(self._expression.eval(mesh, cells)).reshape(*shape, -1, d + d * d)
+        pairs = [(v[..., :d], v[..., d:].reshape(*shape, d, d)) for v in np.moveaxis(values, 2, 0)]
+        return (*pairs[0], dict(zip(self._names, pairs[1:], strict=True)))

@@ -1,0 +1,202 @@
+"""Parameters of a model by name, and the numbers that kernels are given, which are made of them.
+
+A kernel knows its own parameters only. What it takes from others (the law's initial shear modulus, the compliance to
+which features add, the swelling) is computed here, and so are the derivatives of all that with respect to a parameter:
+exactly, by a complex step.
+
+References
+----------
+Squire and Trapp (1998), Using complex variables to estimate derivatives of real functions, SIAM Rev. 40:110-112,
+doi:10.1137/S003614459631241X.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from cases.feature import Installed
+from forms.law import Law
+from forms.potential import Attached
+from geometry.mesh import NamedMesh
+from geometry.shape import Sleeve
+
+Array = NDArray[np.float64]
+
+# Imaginary part of a complex step: so small that nothing but the first derivative is left in double precision.
+STEP = 1e-30
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What the kernels are given, or the derivative of it.
+
+    Attributes
+    ----------
+    law : shape (m,)
+        The law's parameters.
+    volumetric : shape (2,)
+        Compliance (1/MPa) and swelling (1).
+    branches : tuple of Array
+        Of each branch, its parameters, the law's initial shear modulus (MPa) and the duration of the step (s).
+    metals : tuple of Array
+        Of each elastic sleeve, shear and bulk modulus (MPa).
+    shear_modulus : float
+        The law's, MPa.
+    """
+
+    law: Array
+    volumetric: Array
+    branches: tuple[Array, ...]
+    metals: tuple[Array, ...]
+    shear_modulus: float
+
+
+class Parameters:
+    """Parameters of a model.
+
+    Attributes
+    ----------
+    constants
+        Every parameter by name: the law's, "compliance", and "feature.parameter".
+    marked
+        The same as UFL variables, by which forms can be differentiated.
+    duration, stage : Constant
+        Of the present step (s), and the share of the assembly that is done, 0 to 1.
+    """
+
+    def __init__(
+        self,
+        mesh: NamedMesh,
+        law: Law,
+        parameters: Mapping[str, float],
+        bulk_modulus: float,
+        features: Sequence[Installed],
+    ) -> None:
+        self._law, self._features, self._sleeves = law, features, tuple(mesh.sleeves.values())
+        self.law_names = tuple(parameters)
+        values = dict(parameters) | {"compliance": 1.0 / bulk_modulus}
+        for item in features:
+            values |= {f"{item.name}.{key}": value for key, value in item.values.items()}
+        self.constants = {name: _constant(mesh, value) for name, value in values.items()}
+        self.duration, self.stage = _constant(mesh, 0.0), _constant(mesh, 1.0)
+        self.marked = {name: ufl.variable(constant) for name, constant in self.constants.items()}
+        self._dimensions = {f"{item.name}.{key}" for item in features for key in item.feature.dimensions}
+        # Views of the constants' memory: asking a constant costs more than all the rest.
+        self._views = [c.value for c in (*self.constants.values(), self.stage, self.duration)]
+        self._kept: tuple[tuple[float, ...], Numbers] | None = None
+
+    @property
+    def state(self) -> tuple[float, ...]:
+        """All values, the stage and the duration: what `numbers` depends on."""
+        return tuple([view.item() for view in self._views])
+
+    def ufl_values(self, item: Installed) -> dict[str, Any]:
+        """A feature's parameters as UFL scalars; those of the assembly grow with the stage."""
+        share = self.stage if item.feature.assembled else 1
+        return {key: share * self.marked[f"{item.name}.{key}"] for key in item.values}
+
+    def set(self, values: Mapping[str, float]) -> None:
+        """Change parameters by name.
+
+        Raises
+        ------
+        ValueError
+            A parameter is a dimension of the mesh (`Feature.dimensions`).
+        """
+        for name, value in values.items():
+            if name in self._dimensions and value != float(self.constants[name].value):
+                raise ValueError(f"{name} is a dimension of the mesh: another value needs another model")
+            self.constants[name].value = value
+
+    def attached(self) -> list[Attached]:
+        """Branches of all features, with numbers as their parameters."""
+        return self._attached(self._present())
+
+    def numbers(self) -> Numbers:
+        """What the kernels are given now."""
+        state = self.state
+        if self._kept is None or self._kept[0] != state:
+            self._kept = (state, _parts(self._made(self._present()), np.real, 1.0))
+        return self._kept[1]
+
+    def rates(self, name: str) -> Numbers:
+        """Derivative of `numbers` with respect to a parameter."""
+        values = self._present()
+        if name in values:
+            values[name] = values[name] + 1j * STEP
+        return _parts(self._made(values), np.imag, STEP)
+
+    @property
+    def metal_modulus(self) -> float:
+        """Young's modulus of the stiffest sleeve, MPa; 0 without elastic sleeves."""
+        values = self._present()
+        return max((float(self._youngs_modulus(sleeve, values)) for sleeve in self._sleeves), default=0.0)
+
+    def _present(self) -> dict[str, Any]:
+        return {name: float(constant.value) for name, constant in self.constants.items()}
+
+    def _given(self, item: Installed, values: Mapping[str, Any]) -> dict[str, Any]:
+        share = float(self.stage.value) if item.feature.assembled else 1.0
+        return {key: share * values[f"{item.name}.{key}"] for key in item.values}
+
+    def _attached(self, values: Mapping[str, Any]) -> list[Attached]:
+        return [
+            branch
+            for item in self._features
+            if item.feature.branches is not None
+            for branch in item.feature.branches(self._given(item, values))
+        ]
+
+    def _youngs_modulus(self, sleeve: Sleeve, values: Mapping[str, Any]) -> Any:
+        for item in self._features:
+            if item.feature.metal is not None:
+                modulus = item.feature.metal(self._given(item, values), sleeve)
+                if modulus is not None:
+                    return modulus
+        return sleeve.youngs_modulus
+
+    def _made(self, values: Mapping[str, Any]) -> list[Any]:
+        """Law, volumetric, branches, metals, shear modulus: of floats, or of complex numbers."""
+        law = {name: values[name] for name in self.law_names}
+        shear = self._law.shear_modulus(**law)
+        compliance, swelling = values["compliance"], 1.0
+        for item in self._features:
+            if item.feature.compliance is not None:
+                compliance = compliance + item.feature.compliance(self._given(item, values))
+            if item.feature.swelling is not None:
+                swelling = swelling * item.feature.swelling(self._given(item, values))
+        branches = [
+            [*(one.parameters[name] for name in one.branch.parameters), shear, float(self.duration.value)]
+            for one in self._attached(values)
+        ]
+        metals = []
+        for sleeve in self._sleeves:
+            E, nu = self._youngs_modulus(sleeve, values), sleeve.poissons_ratio
+            metals.append([E / (2 * (1 + nu)), E / (3 * (1 - 2 * nu))])
+        return [list(law.values()), [compliance, swelling], branches, metals, shear]
+
+
+def _parts(made: Sequence[Any], part: Any, scale: float) -> Numbers:
+    def array(values: Sequence[Any]) -> Array:
+        return np.ascontiguousarray(part(np.array(values, dtype=np.complex128)) / scale)
+
+    law, volumetric, branches, metals, shear = made
+    return Numbers(
+        array(law),
+        array(volumetric),
+        tuple(map(array, branches)),
+        tuple(map(array, metals)),
+        float(part(complex(shear)) / scale),
+    )
+
+
+def _constant(mesh: NamedMesh, value: float) -> Any:
+    return fem.Constant(mesh.mesh, PETSc.ScalarType(value))

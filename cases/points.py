@@ -1,0 +1,295 @@
+"""Points of a group of cells: what gradients and pressure are there, and what forces stresses make of them.
+
+Shape functions are tabulated once, with the mesh's geometry in them. Where the stress-free body is not the mesh, their
+derivatives are those by its coordinates: nothing else knows of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import basix
+import basix.ufl
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.kernels import loops, pointer
+from cases.moved import Place
+from forms.setting import Setting
+from geometry.dolfinx_api import cell_nodes
+from geometry.mesh import NamedMesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Where the unknowns of cells stand in the vector of all.
+
+    Attributes
+    ----------
+    displaced : shape (cells, components, nodes)
+    pressed : shape (cells, corners)
+    """
+
+    displaced: Index
+    pressed: Index
+
+    @property
+    def of_cells(self) -> Index:
+        """All of each cell, shape (cells, n), in the order of element matrices."""
+        flat = (part.reshape(len(part), -1) for part in (self.displaced, self.pressed))
+        return np.ascontiguousarray(np.concatenate(list(flat), axis=1))
+
+    @classmethod
+    def of(cls, space: Any, components: int, cells: Index) -> Unknowns:
+        """Of cells of the mixed space (u, p, ...)."""
+        displaced, pressed = (_unknowns(space.sub(i), cells) for i in range(2))
+        by_node = displaced.reshape(len(cells), -1, components)
+        return cls(np.ascontiguousarray(by_node.transpose(0, 2, 1)), np.ascontiguousarray(pressed))
+
+
+def _unknowns(part: Any, cells: Index) -> Index:
+    """Of a part of a mixed space, those of a block one after the other."""
+    dofmap = part.dofmap
+    return np.array([dofmap.cell_dofs(cell) for cell in cells], dtype=np.int32).reshape(len(cells), -1)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Points in the reference cell (p, d), and weights (p,) where something is integrated."""
+
+    points: Array
+    weights: Array
+
+    @classmethod
+    def gauss(cls, mesh: NamedMesh, degree: int) -> Rule:
+        """The form compiler's own quadrature."""
+        return cls(*basix.make_quadrature(getattr(basix.CellType, mesh.mesh.topology.cell_name()), degree))
+
+    @classmethod
+    def at(cls, points: Array) -> Rule:
+        """Points where nothing is integrated."""
+        return cls(points, np.ones(len(points)))
+
+
+class Points:
+    """Points of some cells of a mesh.
+
+    Parameters
+    ----------
+    mesh, space
+        The latter mixed, displacement first and pressure second.
+    setting
+        How the deformation follows from gradients.
+    cells
+        Numbers of the cells, on this rank.
+    rule
+        Points in each of them.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Cells and points in each.
+    rows : int
+        Gradients, and the pressure as the last.
+    unknowns : Unknowns
+    """
+
+    def __init__(self, mesh: NamedMesh, space: Any, setting: Setting, cells: Index, rule: Rule) -> None:
+        self.setting, self.cells, self.rule = setting, cells, rule
+        self.shape = (len(cells), len(rule.points))
+        self.rows = len(setting.gradients) + 1
+        self.unknowns = Unknowns.of(space, setting.components, cells)
+        elements = [space.sub(i).element.basix_element for i in range(2)]
+        self._N, slopes = _tabulated(elements[0], rule.points)
+        self._pressure, _ = _tabulated(elements[1], rule.points)
+        self._x, slope = _geometry(mesh, cells, rule.points)
+        self._measure = np.abs(np.linalg.det(slope)) * rule.weights
+        # d(reference)_i / dx_j.
+        self._inverse: Array = np.asarray(np.linalg.inv(slope), dtype=np.float64)
+        self._half_plane = setting.gradients[-1][1] != "d2"
+        # The shape functions themselves are asked for in the half-plane only.
+        functions = np.stack([*slopes, self._N] if self._half_plane else [*slopes], axis=1)
+        self._reference = _filled(functions)
+        self._transposed = _filled(functions.reshape(-1, functions.shape[-1]).T)
+        self._names = tuple(dict.fromkeys(table for _, table in setting.gradients))
+        self._component = np.array([i for i, _ in setting.gradients], dtype=np.int32)
+        self._table = np.array([self._names.index(table) for _, table in setting.gradients], dtype=np.int32)
+        self.move(Place.rest(self._x.shape))
+
+    def move(self, place: Place, swelling: float = 1.0) -> None:
+        """Take the stress-free body to be where ``place`` says; its volume is ``swelling`` times that of this shape."""
+        self._place, self._swelling = place, swelling
+        self.weight = self._measure * place.ratio * swelling
+        self._radius = self._x[..., 0] + place.displacement[..., 0]
+        if self._half_plane:
+            self.weight = self.weight * 2 * np.pi * self._radius
+        self._slopes: Array = self._inverse if place.at_rest else self._inverse @ place.inverse
+        self._group = self._made(self._turn(self._slopes, self._radius, 1 / self._radius), self._pressure)
+
+    def rescale(self, swelling: float) -> None:
+        """Change the swelling alone."""
+        self.weight *= swelling / self._swelling
+        self._swelling = swelling
+
+    @property
+    def number(self) -> int:
+        """Of points, all cells together."""
+        return self.shape[0] * self.shape[1]
+
+    def gradients(self, x: Array, out: Array | None = None) -> Array:
+        """Gradients and pressure of a vector of unknowns, shape (number, rows)."""
+        g = np.empty((self.number, self.rows)) if out is None else out
+        loops().lib.gradients(self._group.struct, pointer(x), pointer(g))
+        return g
+
+    @property
+    def coordinates(self) -> Array:
+        """Of the points on the mesh, mm, shape (cells, points, d)."""
+        return self._x
+
+    def displacements(self, x: Array) -> Array:
+        """Displacement of a vector of unknowns, shape (cells, points, components)."""
+        return np.asarray(np.einsum("pn,cin->cpi", self._N, x[self.unknowns.displaced]))
+
+    def add_forces(self, P: Array, forces: Array) -> None:
+        """Add to a vector of unknowns the forces of P, shape (number, rows): energy density by each gradient."""
+        loops().lib.forces(self._group.struct, pointer(P), pointer(forces))
+
+    def add_stiffness(self, A: Array, place: Index, values: Array) -> None:
+        """Add element stiffnesses of A, shape (number, upper triangle), to ``values`` at ``place`` (`cases.matrix`)."""
+        loops().lib.stiffness(self._group.struct, pointer(A), pointer(place, "int32_t"), pointer(values))
+
+    def integral(self, density: Array) -> float:
+        """Of a density by volume of the stress-free body, shape (number,)."""
+        return float(self.weight.reshape(-1) @ density)
+
+    # -- a stress-free body that moves with a parameter ----------------------------------------------------------
+
+    def moving(self, rate: Place) -> Moving:
+        """What changes of these points when the stress-free body moves at this rate (displacement and inverse)."""
+        radial, R = rate.displacement[..., 0], self._radius
+        stretch = rate.ratio / self._place.ratio + (radial / R if self._half_plane else 0.0)
+        change = self._inverse @ rate.inverse
+        turn = self._turn(change, R, -radial / R**2)
+        for i, name in enumerate(self._names):
+            if name.startswith("radius_d"):
+                turn[:, :, i, : change.shape[2]] += radial[..., None] * self._slopes[..., int(name[-1])]
+        return Moving(self._made(turn, np.zeros_like(self._pressure)), stretch.reshape(-1), self)
+
+    # -- tables --------------------------------------------------------------------------------------------------
+
+    def _turn(self, slopes: Array, radius: Array, over_radius: Array) -> Array:
+        """What of the reference cell's functions makes each table, shape (cells, points, tables, functions).
+
+        Parameters
+        ----------
+        slopes : shape (cells, points, d, d)
+            Derivatives of the reference coordinates by those of the stress-free body, the latter last.
+        radius, over_radius : shape (cells, points)
+            Factors of "radius_d0" and "radius_d1", and of "over_radius".
+        """
+        d = slopes.shape[-1]
+        turn = np.zeros((*self.shape, len(self._names), self._reference.shape[1]))
+        for i, name in enumerate(self._names):
+            if name == "over_radius":
+                turn[:, :, i, d] = over_radius
+            else:
+                factor = radius[..., None] if name.startswith("radius") else 1.0
+                turn[:, :, i, :d] = factor * slopes[..., int(name[-1])]
+        return turn
+
+    def _made(self, turn: Array, pressure: Array) -> _Group:
+        return _Group.of(self, turn, pressure)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """The struct that the loops read, and the arrays in it, which have to live as long."""
+
+    struct: Any
+    kept: Sequence[Any]
+
+    @classmethod
+    def of(cls, points: Points, turn: Array, pressure: Array) -> _Group:
+        ffi = loops().ffi
+        cells, number, tables, _ = turn.shape
+        arrays = {
+            "component": points._component,
+            "table": points._table,
+            "reference": points._reference,
+            "transposed": points._transposed,
+            "turn": turn,
+            "pressure": np.ascontiguousarray(pressure),
+            "displaced": points.unknowns.displaced,
+            "pressed": points.unknowns.pressed,
+            "weight": points.weight,
+        }
+        struct = ffi.new("group *")
+        struct.cells, struct.points, struct.tables = cells, number, tables
+        struct.nodes = points.unknowns.displaced.shape[-1]
+        struct.gradients, struct.components = points.rows - 1, points.setting.components
+        struct.corners = pressure.shape[-1]
+        for name, array in arrays.items():
+            kind = "int32_t *" if array.dtype == np.int32 else "double *"
+            setattr(struct, name, ffi.cast(kind, array.ctypes.data))
+        return cls(struct, list(arrays.values()))
+
+
+@dataclass(frozen=True)
+class Moving:
+    """Change of points with a parameter that moves the stress-free body.
+
+    Attributes
+    ----------
+    stretch : shape (number,)
+        Relative change of the points' volumes.
+    """
+
+    group: _Group
+    stretch: Array
+    points: Points
+
+    def gradients(self, x: Array) -> Array:
+        """Change of the gradients of a vector of unknowns, shape (number, rows)."""
+        g = np.empty((self.points.number, self.points.rows))
+        loops().lib.gradients(self.group.struct, pointer(x), pointer(g))
+        return g
+
+    def add_forces(self, P: Array, forces: Array) -> None:
+        """Add the change of the forces that P makes by way of the gradients."""
+        loops().lib.forces(self.group.struct, pointer(P), pointer(forces))
+
+
+def _tabulated(element: Any, points: Array) -> tuple[Array, Array]:
+    """Values (p, nodes) and derivatives (d, p, nodes) of a scalar element's shape functions."""
+    table = element.tabulate(1, points)
+    return np.ascontiguousarray(table[0, :, :, 0]), np.ascontiguousarray(table[1:, :, :, 0])
+
+
+def _geometry(mesh: NamedMesh, cells: Index, points: Array) -> tuple[Array, Array]:
+    """Coordinates (cells, p, d), mm, and their derivatives by the reference ones (cells, p, d, d)."""
+    element = mesh.mesh.ufl_domain().ufl_coordinate_element().sub_elements[0]
+    N, dN = _tabulated(element.basix_element, points)
+    nodes = mesh.mesh.geometry.x[cell_nodes(mesh.mesh)[cells]][..., : mesh.dimension]
+    x = np.einsum("pn,cni->cpi", N, nodes, optimize=True)
+    return x, np.einsum("jpn,cni->cpij", dN, nodes, optimize=True)
+
+
+def _filled(table: Array) -> Array:
+    """The table with its last axis filled up with zeros to a multiple of four."""
+    short = -table.shape[-1] % 4
+    return np.ascontiguousarray(np.pad(table, [(0, 0)] * (table.ndim - 1) + [(0, short)]))
+
+
+def mixed_element(mesh: NamedMesh, components: int, followed: int) -> Any:
+    """Taylor-Hood element (u, p), with as many more displacements as there are motions of boundaries to be followed."""
+    cell, order = mesh.mesh.basix_cell(), mesh.displacement_order
+    displacement = basix.ufl.element("Lagrange", cell, order, shape=(components,))
+    pressure = ("DG", 0) if order == 1 else ("Lagrange", order - 1)
+    fields = [displacement, basix.ufl.element(pressure[0], cell, pressure[1])]
+    return basix.ufl.mixed_element([*fields, *[displacement] * followed])

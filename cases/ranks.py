@@ -1,0 +1,16 @@
+"""Sums over ranks, at no cost where there is one: MPI takes 10 microseconds to send a pickled number to itself."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def summed(comm: Any, values: Any) -> Any:
+    """Sum over all ranks of a number or an array, on each of them; collective."""
+    if comm.size == 1:
+        return values
+    total = np.array(values, dtype=np.float64)
+    comm.Allreduce(total.copy(), total)
+    return total if total.ndim else float(total)

@@ -1,0 +1,148 @@
+"""dx/dq along a path, with a factorisation of the tangent that is some steps old.
+
+The derivative of the state by q solves K v = 0 with the sleeve's own rate prescribed. Along a path v changes little,
+and the factorisation at hand still points the right way: GMRES, preconditioned by it and begun with what the last rates
+extrapolate to, needs a few back-substitutions and products with the tangent, which is applied at the quadrature points
+and never assembled. That is less than assembling and factorising it: in three dimensions a third.
+
+References
+----------
+Saad and Schultz (1986), GMRES: a generalized minimal residual algorithm for solving nonsymmetric linear systems, SIAM
+J. Sci. Stat. Comput. 7:856-869, doi:10.1137/0907058. Eisenstat, Elman and Schultz (1983), Variational iterative methods
+for nonsymmetric systems of linear equations, SIAM J. Numer. Anal. 20:345-357, doi:10.1137/0720023 (the form used here).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from cases.model import Model
+from cases.ranks import summed
+
+Array = NDArray[np.float64]
+
+# Iterations after which a fresh factorisation is cheaper: two dozen cost as much in three dimensions, six in the
+# half-plane.
+MOST = 8
+# Relative error of a rate over the march's tolerance, and the least, which rounding allows. The derivatives by
+# parameters were then within 4e-7 of their largest value at the usual tolerance (Yeoh and Ogden, four modes).
+LOOSER, SMALLEST = 100.0, 1e-11
+# Rates that are extrapolated from: a cubic. More of them carry on each other's errors.
+KEPT = 4
+
+
+@dataclass(frozen=True)
+class Found:
+    """A solution, and what is at hand there.
+
+    Attributes
+    ----------
+    model
+        Its moduli are those of the solution (`Model.stiffen`).
+    ksp
+        With a factorisation of some earlier tangent.
+    q, rate
+        Of the sleeve: its displacement, and the constrained unknowns' derivative by it.
+    tolerance
+        Of the march.
+    """
+
+    model: Model
+    ksp: PETSc.KSP
+    q: float
+    rate: Array
+    tolerance: float
+
+
+class Rates:
+    """The last rates along a path."""
+
+    def __init__(self) -> None:
+        self._known: list[tuple[float, Array]] = []
+
+    def add(self, q: float, rate: Array) -> None:
+        """Take the rate found at q."""
+        others = [(p, known) for p, known in self._known if p != q]
+        self._known = [*others[1 - KEPT :], (q, rate)]
+
+    def guess(self, q: float, rate: Array) -> Array:
+        """Lagrange's polynomial through the last rates; ``rate`` where there is none."""
+        if not self._known:
+            return rate.copy()
+        total = np.zeros_like(rate)
+        for p, known in self._known:
+            share = np.prod([(q - o) / (p - o) for o, _ in self._known if o != p])
+            total += share * known
+        return total
+
+    def iterated(self, at: Found) -> Array | None:
+        """The rate at a solution, all local unknowns; None where it was not found soon enough."""
+        model = at.model
+        prescribed = at.rate
+        rate = self.guess(at.q, prescribed)
+        dofs = model.motion.constrained.dofs
+        rate[dofs] = prescribed[dofs]
+        b, step = model.create_vector(), model.create_vector()
+        try:
+            found = self._improved(at, rate, b, step)
+        finally:
+            b.destroy()
+            step.destroy()
+        if found:
+            self.add(at.q, rate)
+            return rate
+        return None
+
+    def _improved(self, at: Found, rate: Array, b: PETSc.Vec, step: PETSc.Vec) -> bool:
+        """Bring the rate to its tolerance in place; whether that was possible."""
+        directions: list[tuple[Array, Array]] = []
+        left = self._preconditioned(at, rate, b, step)
+        left *= -1.0
+        close = max(LOOSER * at.tolerance, SMALLEST) * self._norm(at, rate)
+        while not self._norm(at, left) <= close:
+            if len(directions) == MOST:
+                return False
+            # The error left is the next direction; minimise what is left over all directions so far.
+            image, direction = self._preconditioned(at, left, b, step), left.copy()
+            for before, its_image in directions:
+                share = self._dot(at, its_image, image)
+                image -= share * its_image
+                direction -= share * before
+            size = self._norm(at, image)
+            if not np.isfinite(size) or size == 0.0:
+                return False
+            image /= size
+            direction /= size
+            directions.append((direction, image))
+            share = self._dot(at, image, left)
+            rate += share * direction
+            left = left - share * image
+        return True
+
+    @staticmethod
+    def _preconditioned(at: Found, vector: Array, b: PETSc.Vec, step: PETSc.Vec) -> Array:
+        """The tangent applied to a vector over all local unknowns, and the factorisation at hand applied to that."""
+        at.model.apply_tangent(b, vector)
+        b.array_w[at.model.owned_constrained] = 0.0
+        at.ksp.solve(b, step)
+        return ghosted(step)
+
+    @staticmethod
+    def _dot(at: Found, left: Array, right: Array) -> float:
+        owned = at.model.owned
+        return float(summed(at.model.comm, left[:owned] @ right[:owned]))
+
+    @classmethod
+    def _norm(cls, at: Found, vector: Array) -> float:
+        return float(np.sqrt(cls._dot(at, vector, vector)))
+
+
+def ghosted(vector: PETSc.Vec) -> Array:
+    """Entries of this rank of a vector, and those of its ghosts."""
+    vector.ghostUpdate(addv=PETSc.InsertMode.INSERT, mode=PETSc.ScatterMode.FORWARD)
+    with vector.localForm() as local:
+        return np.array(local.array_r)

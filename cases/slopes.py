@@ -1,0 +1,257 @@
+"""Derivatives of a body's forces with respect to parameters, at one state, from its points.
+
+A parameter changes the stresses at the points (law, volumetric part, branches, metal), the points' volumes (swelling),
+or where the stress-free body is, and with it volumes and gradients. All of it is an energy's second derivative: once by
+the parameter, and once by the gradients, along a direction (`work`) or by every unknown (`add_forces`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.body import Body, Part
+from cases.material import Held, Metal
+from cases.parameters import Numbers
+from cases.points import Moving
+
+Array = NDArray[np.float64]
+
+Memory = Sequence[Array | None]
+"""Derivative of each branch's memory at the points; None where nothing has changed yet."""
+
+
+class Slopes:
+    """A body at a state, whose second derivatives `Body.stiffen` has just computed there.
+
+    Parameters
+    ----------
+    body
+        The body.
+    state
+        This rank's unknowns.
+    """
+
+    def __init__(self, body: Body, state: Array) -> None:
+        self._body, self._state = body, state
+        for part in body.parts:
+            part.look(state)
+
+    @cached_property
+    def _held(self) -> Held:
+        return self._body.material.held()
+
+    def stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> list[list[Array | None]]:
+        """Changes of the stresses with each parameter, part by part: (points, variables), or None for none.
+
+        Parameters
+        ----------
+        rates, memory
+            For each parameter, derivatives of `Body.numbers` and of the memory at the beginning of the step.
+        """
+        rubber = self._rubber_stresses(rates, memory)
+        return [[own, *self._metal_stresses(change)] for own, change in zip(rubber, rates, strict=True)]
+
+    def _metal_stresses(self, rates: Numbers) -> Iterator[Array | None]:
+        for part, change in zip(self._body.parts[1:], rates.metals, strict=True):
+            assert isinstance(part.material, Metal)
+            yield part.material.changed(change) if change.any() else None
+
+    def work(self, name: str, rates: Numbers, along: Along) -> float:
+        """Work of the forces' derivative along a direction, on this rank; of a body without memory.
+
+        Parameters
+        ----------
+        rates
+            Derivative of `Body.numbers` by the parameter.
+        """
+        law, volumetric = along.work_slopes(self._body)
+        total = float(rates.law @ law + rates.volumetric @ volumetric)
+        return total + self.work_of(name, rates, [None, *self._metal_stresses(rates)], along)
+
+    def work_of(self, name: str, rates: Numbers, stresses: Sequence[Array | None], along: Along) -> float:
+        """The same of any body, with what `stresses` found."""
+        total = 0.0
+        for part, stress in zip(self._body.parts, stresses, strict=True):
+            if stress is not None:
+                total += part.points.integral(np.einsum("pa,pa->p", stress, along.strain(part)))
+            swollen, moving = self._moves(part, name, rates)
+            if swollen != 0.0:
+                density = np.einsum("pk,pk->p", self._P(part), along.gradients(part))
+                total += swollen * part.points.integral(density)
+            if moving is not None:
+                density = np.einsum("pk,pk->p", self._changed(part, moving), along.gradients(part))
+                density += np.einsum("pk,pk->p", self._P(part), moving.gradients(along.direction))
+                total += part.points.integral(density)
+        return total
+
+    def add_forces(self, name: str, rates: Numbers, stresses: Sequence[Array | None], forces: Array) -> None:
+        """Add the forces' derivative to a vector over this rank's unknowns."""
+        for part, stress in zip(self._body.parts, stresses, strict=True):
+            if stress is not None:
+                part.points.add_forces(part.by_gradients(stress), forces)
+            swollen, moving = self._moves(part, name, rates)
+            if swollen != 0.0:
+                part.points.add_forces(swollen * self._P(part), forces)
+            if moving is not None:
+                part.points.add_forces(self._changed(part, moving), forces)
+                moving.add_forces(self._P(part), forces)
+
+    def memory_after(
+        self,
+        names: Sequence[str],
+        rates: Sequence[Numbers],
+        memory: Sequence[Memory],
+        directions: Sequence[Array],
+    ) -> list[list[Array]]:
+        """Derivatives of each branch's memory at the end of the step with each parameter.
+
+        Parameters
+        ----------
+        directions
+            For each parameter, derivative of the state.
+        """
+        material, n = self._body.material, self._body.material.variables
+        strains = [self._strain_change(name, one) for name, one in zip(names, directions, strict=True)]
+        slopes = self._held.law[:, 1 : 1 + n]
+        energies = [
+            np.einsum("pa,pa->p", slopes, strain) + self._law_change(change)[:, 0]
+            for strain, change in zip(strains, rates, strict=True)
+        ]
+        after: list[list[Array]] = [[] for _ in names]
+        for i, branch in enumerate(material.branches):
+            changes = [
+                _changes(change.branches[i], own[i], energy) | {"strain": strain}
+                for change, own, energy, strain in zip(rates, memory, energies, strains, strict=True)
+            ]
+            found = branch.rates("end", branch.inputs(self._held.strain, self._held.law), changes)
+            for own, row in zip(after, found, strict=True):
+                own.append(row)
+        return after
+
+    def _strain_change(self, name: str, direction: Array) -> Array:
+        """Derivative of the rubber's strain variables by a parameter."""
+        part = self._body.rubber
+        change = part.points.gradients(direction)
+        moving = part.moving(name)
+        if moving is not None:
+            change += moving.gradients(self._state)
+        return part.strain_rates(change)
+
+    # -- pieces --------------------------------------------------------------------------------------------------
+
+    def _rubber_stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> list[Array | None]:
+        n = self._body.material.variables
+        laws = [self._law_change(change) if change.law.any() else None for change in rates]
+        found: list[Array | None] = [None if law is None else law[:, 1:].copy() for law in laws]
+
+        def add(which: int, own: Array) -> None:
+            before = found[which]
+            found[which] = own.copy() if before is None else before + own
+
+        for which, change in enumerate(rates):
+            if change.volumetric.any():
+                add(which, np.einsum("i,ipa->pa", change.volumetric, self._volumetric_slopes)[:, 1:])
+        for i, branch in enumerate(self._body.material.branches):
+            through = laws if branch.needs_energy else [None] * len(laws)
+            busy = [
+                which
+                for which, change in enumerate(rates)
+                if change.branches[i].any() or memory[which][i] is not None or through[which] is not None
+            ]
+            changes = [
+                _changes(rates[k].branches[i], memory[k][i], None if law is None else law[:, 0])
+                for k, law in ((k, through[k]) for k in busy)
+            ]
+            rows = branch.rates("stress", branch.inputs(self._held.strain, self._held.law), changes)
+            for which, row in zip(busy, rows, strict=True):
+                add(which, row[:, :n])
+                law = through[which]
+                if branch.needs_energy:
+                    add(which, row[:, n, None] * self._held.law[:, 1 : 1 + n])
+                if law is not None:
+                    add(which, self._body.material.by_energy(self._held, i)[:, None] * law[:, 1:])
+        return found
+
+    def _law_change(self, rates: Numbers) -> Array:
+        """Derivative of the law's [W, W_a]."""
+        if not rates.law.any():
+            return np.zeros((len(self._held.strain), 1 + self._body.material.variables))
+        return np.asarray(np.einsum("i,ipa->pa", rates.law, self._law_slopes))
+
+    @cached_property
+    def _law_slopes(self) -> Array:
+        return self._body.material.slopes(self._held)
+
+    @cached_property
+    def _volumetric_slopes(self) -> Array:
+        return self._body.material.volumetric_slopes(self._held)
+
+    def _moves(self, part: Part, name: str, rates: Numbers) -> tuple[float, Moving | None]:
+        """Relative change of all volumes of a part by swelling, and how its stress-free body moves."""
+        swollen = 0.0
+        if part is self._body.rubber:
+            swollen = float(rates.volumetric[1] / self._body.swelling)
+        return swollen, part.moving(name)
+
+    def _changed(self, part: Part, moving: Moving) -> Array:
+        """Change of the energy's derivatives by the gradients times the points' volumes, per volume."""
+        return moving.stretch[:, None] * self._P(part) + part.contracted(moving.gradients(self._state))
+
+    def _P(self, part: Part) -> Array:
+        """Energy's derivatives by the gradients."""
+        if id(part) not in self._kept:
+            self._kept[id(part)] = part.answer().copy()
+        return self._kept[id(part)]
+
+    @cached_property
+    def _kept(self) -> dict[int, Array]:
+        return {}
+
+    def along(self, direction: Array) -> Along:
+        """A direction, and what it means for the gradients and strains of each part."""
+        return Along(direction)
+
+
+def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> dict[str, Array]:
+    """Changes of what a branch depends on, by the names of its inputs."""
+    found = {"parameters": parameters}
+    if memory is not None:
+        found["memory"] = memory
+    if energy is not None:
+        found["law energy"] = energy[:, None]
+    return found
+
+
+class Along:
+    """A direction of the unknowns at the points, computed where it is asked for."""
+
+    def __init__(self, direction: Array) -> None:
+        self.direction = direction
+        self._gradients: dict[int, Array] = {}
+        self._strains: dict[int, Array] = {}
+        self._works: tuple[Array, Array] | None = None
+
+    def gradients(self, part: Part) -> Array:
+        """Of a part, shape (points, rows)."""
+        if id(part) not in self._gradients:
+            self._gradients[id(part)] = part.points.gradients(self.direction)
+        return self._gradients[id(part)]
+
+    def strain(self, part: Part) -> Array:
+        """Change of a part's strain variables, shape (points, variables)."""
+        if id(part) not in self._strains:
+            self._strains[id(part)] = part.strain_rates(self.gradients(part))
+        return self._strains[id(part)]
+
+    def work_slopes(self, body: Body) -> tuple[Array, Array]:
+        """Derivatives of the rubber's work on this direction by law parameters, and by compliance and swelling."""
+        if self._works is None:
+            part = body.rubber
+            densities = body.material.work_slopes(part.material.strain, self.strain(part))
+            weight = part.points.weight.reshape(-1)
+            self._works = (weight @ densities[0], weight @ densities[1])
+        return self._works

@@ -1,0 +1,152 @@
+"""Energies of surfaces in a model: forms of their own, added to what the body's points give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc
+from numpy.typing import NDArray
+from petsc4py import PETSc
+from ufl.algorithms import expand_derivatives
+
+from cases.feature import Installed, Place
+from cases.jit import options
+from cases.parameters import Parameters
+from forms.kinematics import Moved
+from forms.potential import Surfaces
+from geometry.mesh import NamedMesh
+
+Array = NDArray[np.float64]
+
+
+class SurfaceForms:
+    """Compiled energies of all surfaces and their derivatives; there may be none.
+
+    Parameters
+    ----------
+    state
+        The mixed function (u, p, ...).
+    energies
+        UFL forms of rank 0, N mm.
+    parameters
+        Of the model.
+    shear
+        ufl.variable of the law's initial shear modulus, which the energies may contain, and its constant.
+    """
+
+    def __init__(
+        self, state: Any, energies: Sequence[Any], parameters: Parameters, shear: tuple[Any, Any]
+    ) -> None:
+        self._state, self._parameters = state, parameters
+        self._shear, self._shear_constant = shear
+        self._surfaces = Surfaces(state, energies)
+        self._direction = fem.Function(state.function_space)
+        self._slopes: dict[str, Any] = {}
+        self.present = bool(energies)
+        if self.present:
+            self._energy = _compiled(self._surfaces.energy)
+            self._residual = _compiled(self._surfaces.residual)
+            self._tangent = _compiled(self._surfaces.tangent)
+
+    def take(self, shear_modulus: float) -> None:
+        """Take the law's present initial shear modulus, MPa."""
+        self._shear_constant.value = shear_modulus
+
+    def energy(self) -> float:
+        """On this rank, N mm."""
+        return float(fem.assemble_scalar(self._energy)) if self.present else 0.0
+
+    def add_forces(self, forces: Array) -> None:
+        """Add the derivative of the energy at the present state, over all local unknowns."""
+        if self.present:
+            fem.assemble_vector(forces, self._residual)
+
+    def add_stiffness(self, matrix: PETSc.Mat, bc: Any) -> None:
+        """Add the second derivative to a matrix, but for constrained unknowns."""
+        if self.present:
+            petsc.assemble_matrix(matrix, self._tangent, bcs=[bc])
+
+    def add_action(self, direction: Array, forces: Array) -> None:
+        """Add the second derivative applied to a direction."""
+        if self.present:
+            self._direction.x.array[:] = direction
+            fem.assemble_vector(forces, self._action)
+
+    def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
+        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes."""
+        if not self.present:
+            return
+        form = self._slope(name, self._parameters.marked[name])
+        if form is not None:
+            fem.assemble_vector(forces, form)
+        if shear_rate != 0.0:
+            form = self._slope("", self._shear)
+            if form is not None:
+                own = np.zeros_like(forces)
+                fem.assemble_vector(own, form)
+                forces += shear_rate * own
+
+    @cached_property
+    def _action(self) -> Any:
+        return _compiled(self._surfaces.action(self._direction))
+
+    def _slope(self, name: str, variable: Any) -> Any:
+        if name not in self._slopes:
+            form = expand_derivatives(self._surfaces.parameter_force(variable))
+            self._slopes[name] = None if form.empty() else _compiled(form)
+        return self._slopes[name]
+
+
+def surface_energies(
+    mesh: NamedMesh,
+    features: Sequence[Installed],
+    parameters: Parameters,
+    given: Mapping[str, Any],
+    moved: Moved | None,
+    degree: int,
+) -> list[Any]:
+    """UFL forms of the energies of all features.
+
+    Parameters
+    ----------
+    given
+        Of `cases.feature.Place`: u, motion, kinematics, shear_modulus.
+    moved
+        Where the stress-free body is.
+    degree
+        Of the quadrature.
+    """
+    x, normal = ufl.SpatialCoordinate(mesh.mesh), ufl.FacetNormal(mesh.mesh)
+    weight: Any = 1
+    if moved is not None:
+        weight, x = moved.area(normal), x + moved.displacement
+    if given["kinematics"] != "cartesian":
+        weight = 2 * ufl.pi * x[0] * weight
+    place = Place(**given, x=x, normal=normal, ds=_measure(mesh, degree), weight=weight, shape=mesh.shape)
+    return [
+        energy
+        for item in features
+        if item.feature.surface is not None
+        for energy in item.feature.surface(parameters.ufl_values(item), place)
+    ]
+
+
+def _measure(mesh: NamedMesh, usual: int) -> Callable[..., Any]:
+    def ds(name: str, degree: int = usual) -> Any:
+        if name not in mesh.boundary:
+            return None
+        metadata = {"quadrature_degree": degree}
+        return ufl.Measure("ds", mesh.mesh, subdomain_data=mesh.facets, metadata=metadata)(
+            mesh.boundary[name]
+        )
+
+    return ds
+
+
+def _compiled(form: Any) -> Any:
+    return fem.form(form, jit_options=options())

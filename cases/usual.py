@@ -1,0 +1,105 @@
+"""The kernels that bushings usually need, compiled before they are asked for: every law, branch and kinematics.
+
+    python -m cases.usual
+
+There are as many processes as processors. What depends on a mesh's elements or on an effect's own formula (a moved
+stress-free body, surfaces, pictures) is compiled when it is first used.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+
+from cases.kernels import kernel, loops
+from cases.material import BATCH
+from cases.stability import warm
+from forms import answers, gradients
+from forms.branch import branches
+from forms.branch_answers import branch_functions
+from forms.law import Law, laws
+from forms.point import PointFunction
+from forms.setting import SETTINGS
+
+
+def functions() -> list[PointFunction]:
+    """All of them, each once, those that take longest first."""
+    found = {function.key: function for function in _functions()}
+    return sorted(found.values(), key=_weight, reverse=True)
+
+
+def parameter_sets(law: Law) -> list[tuple[str, ...]]:
+    """Names of a law's parameters: without its optional ones, and with more and more pairs of them, as terms have."""
+    needed = [p.name for p in law.parameters if not p.optional]
+    optional = [p.name for p in law.parameters if p.optional]
+    return [(*needed, *optional[:count]) for count in range(0, len(optional) + 1, 2)]
+
+
+def compile_usual(processes: int | None = None) -> tuple[int, float]:
+    """Compile what is not compiled yet; the number of kernels looked at, and seconds.
+
+    Parameters
+    ----------
+    processes
+        At once; as many as processors if not given.
+    """
+    begin = time.perf_counter()
+    loops()
+    number = len(functions()) + len(_stable())
+    # A process that was forked from one that has started MPI cannot be relied on.
+    start = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes or os.cpu_count(), mp_context=start) as pool:
+        list(pool.map(_compile, range(number)))
+    return number, time.perf_counter() - begin
+
+
+def _compile(index: int) -> None:
+    made = functions()
+    if index < len(made):
+        kernel(made[index])
+    else:
+        law, names = _stable()[index - len(made)]
+        warm(law, names)
+
+
+def _stable() -> list[tuple[Law, tuple[str, ...]]]:
+    """Laws whose stability is judged, with their parameters."""
+    return [(law, names) for law in laws().values() for names in parameter_sets(law)]
+
+
+def _functions() -> Iterator[PointFunction]:
+    for name, setting in SETTINGS.items():
+        yield from (make(name, setting) for make in (gradients.strains, gradients.strain_rates))
+        yield from (make(name, setting) for make in (gradients.forces, gradients.moduli))
+        for moduli in (False, True):
+            yield answers.volumetric_answer(setting, moduli)
+        volumetric = answers.volumetric_slopes(setting)
+        yield from (volumetric, answers.work_slopes(volumetric, 2), answers.metal_answer(setting))
+        for law, names in _stable():
+            for moduli in (False, True):
+                yield answers.law_answer(setting, law, names, moduli)
+            slopes = answers.law_slopes(setting, law, names)
+            yield from (slopes, answers.work_slopes(slopes, len(names)))
+        for branch in branches().values():
+            made = branch_functions(setting, branch)
+            yield from (made.stress, made.moduli, made.end)
+            for directions in (1, BATCH):
+                yield from (made.stress_rate(directions), made.end_rate(directions))
+
+
+def _weight(function: PointFunction) -> int:
+    """Longer to compile, larger: by strain variables, parameters, and second derivatives."""
+    return (
+        function.blocks.get("strain", 1)
+        * sum(function.blocks.values())
+        * (2 if "moduli" in function.key else 1)
+    )
+
+
+if __name__ == "__main__":
+    count, seconds = compile_usual()
+    sys.stdout.write(f"{count} kernels in {seconds:.0f} s\n")

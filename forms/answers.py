@@ -1,0 +1,118 @@
+"""Answers (`forms.point`) of a law, of the volumetric part and of metal, and their derivatives by parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import ufl
+
+from forms.kinematics import strain_of
+from forms.law import Law, Scalar
+from forms.point import PointFunction, answer, named, variables
+from forms.potential import sleeve_energy
+from forms.setting import Setting
+from forms.volumetric import mixed_energy
+
+
+def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool) -> PointFunction:
+    """Answer of a law with these parameters, of which some may be absent."""
+
+    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(given["strain"])
+        strain = strain_of(y[:-1])
+        W = law.energy(strain, **named(names, given["parameters"]))
+        return answer(W, strain.measures, y, given, moduli)
+
+    return PointFunction(
+        ("law", law.energy, *names, "moduli" if moduli else "stress", str(len(setting.names))),
+        {"strain": len(setting.names) + 1, "parameters": len(names)},
+        make,
+    )
+
+
+def law_slopes(setting: Setting, law: Law, names: tuple[str, ...]) -> PointFunction:
+    """Derivatives of [W, W_a] with respect to the law's parameters, one row after the other."""
+
+    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(given["strain"])
+        strain = strain_of(y[:-1])
+        marked = {name: ufl.variable(given["parameters"][i]) for i, name in enumerate(names)}
+        W = law.energy(strain, **marked)
+        slopes = [ufl.diff(W, variable) for variable in marked.values()]
+        return [part for slope in slopes for part in answer(slope, strain.measures, y, given, moduli=False)]
+
+    return PointFunction(
+        ("law", law.energy, *names, "slopes", str(len(setting.names))),
+        {"strain": len(setting.names) + 1, "parameters": len(names)},
+        make,
+    )
+
+
+def volumetric_answer(setting: Setting, moduli: bool) -> PointFunction:
+    """Answer of the mixed volumetric part; parameters compliance (1/MPa) and swelling (1)."""
+
+    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(given["strain"])
+        J = strain_of(y[:-1]).J
+        compliance, swelling = given["parameters"]
+        W = mixed_energy(J / swelling, y[-1], compliance)
+        return answer(W, (J, y[-1]), y, given, moduli)
+
+    return PointFunction(
+        ("volumetric", "moduli" if moduli else "stress", str(len(setting.names))),
+        {"strain": len(setting.names) + 1, "parameters": 2},
+        make,
+    )
+
+
+def volumetric_slopes(setting: Setting) -> PointFunction:
+    """Derivatives of [W, W_a] with respect to compliance and swelling."""
+
+    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(given["strain"])
+        J = strain_of(y[:-1]).J
+        marked = [ufl.variable(value) for value in given["parameters"]]
+        slopes = [ufl.diff(mixed_energy(J / marked[1], y[-1], marked[0]), value) for value in marked]
+        return [part for slope in slopes for part in answer(slope, (J, y[-1]), y, given, moduli=False)]
+
+    return PointFunction(
+        ("volumetric", "slopes", str(len(setting.names))),
+        {"strain": len(setting.names) + 1, "parameters": 2},
+        make,
+    )
+
+
+def work_slopes(function: PointFunction, rows: int) -> PointFunction:
+    """Derivatives by parameters as `law_slopes` has them, of the work W_a dy_a on a change dy of the strain variables.
+
+    Parameters
+    ----------
+    function
+        Of rows [W, W_a].
+    rows
+        How many.
+    """
+
+    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+        parts, change = function.make(given), given["change"]
+        width = len(parts) // rows
+        return [
+            sum((parts[i * width + 1 + a] * change[a] for a in range(width - 1)), ufl.as_ufl(0))
+            for i in range(rows)
+        ]
+
+    blocks = dict(function.blocks) | {"change": function.blocks["strain"]}
+    return PointFunction(("work", *function.key), blocks, make)
+
+
+def metal_answer(setting: Setting) -> PointFunction:
+    """Answer of a metal sleeve; parameters shear and bulk modulus (MPa), in both of which it is linear."""
+
+    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+        y = variables(given["strain"])
+        strain = strain_of(y[:-1])
+        return answer(sleeve_energy(strain, *given["parameters"]), strain.measures, y, given, moduli=True)
+
+    return PointFunction(
+        ("metal", str(len(setting.names))), {"strain": len(setting.names) + 1, "parameters": 2}, make
+    )

@@ -1,0 +1,182 @@
+"""Answers (`forms.point`) of a path-dependent branch, its memory at the end of a step, and the rates of both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import ufl
+
+from forms.branch import Branch, Contribution, Internal, Step
+from forms.kinematics import Kinematics, strain_of
+from forms.law import Scalar
+from forms.point import PointFunction, answer, named, variables
+from forms.setting import Setting
+from forms.symmetric import Symmetric, unpacked
+
+#: Parts of a branch's parameters that are not its own: the law's initial shear modulus (MPa), and the step (s).
+GIVEN = ("shear modulus", "duration")
+
+
+@dataclass(frozen=True)
+class BranchFunctions:
+    """What is compiled of a branch.
+
+    Attributes
+    ----------
+    memory : int
+        Numbers that a point remembers.
+    virgin : tuple of float
+        What they are in virgin rubber.
+    needs_energy : bool
+        Whether its answer has the part for the law's energy.
+    stress, moduli : PointFunction
+        Answer, without and with moduli (and part for the law's energy).
+    end : PointFunction
+        [stored energy, memory at the end of the step].
+    stress_rate : callable
+        Number of directions -> function of the derivatives of [V_a, V_e if needed], one row after the other, along
+        changes of all inputs but the strains ("d0 memory", ..., "d1 memory", ...).
+    end_rate : callable
+        The same of the memory at the end, along changes of all inputs.
+    """
+
+    memory: int
+    virgin: tuple[float, ...]
+    needs_energy: bool
+    stress: PointFunction
+    moduli: PointFunction
+    end: PointFunction
+    stress_rate: Callable[[int], PointFunction]
+    end_rate: Callable[[int], PointFunction]
+
+
+def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
+    """Functions of a branch in the kinematics of a setting."""
+    places = memory_places(strain_of([ufl.variable(ufl.as_ufl(1.0)) for _ in setting.names]))
+    virgin = [value for kind in branch.internal.values() for value in _virgin(kind, places)]
+    blocks = {
+        "strain": len(setting.names) + 1,
+        "law energy": 1,
+        "memory": len(virgin),
+        "parameters": len(branch.parameters) + len(GIVEN),
+    }
+
+    def made(given: Mapping[str, Scalar]) -> _Made:
+        return _Made.of(branch, places, given)
+
+    def key(what: str) -> tuple[Hashable, ...]:
+        return ("branch", branch.contribution, branch.update, what, str(len(setting.names)))
+
+    def end(given: Mapping[str, Scalar]) -> list[Scalar]:
+        one = made(given)
+        return [one.contribution.stored, *one.end]
+
+    def rates(
+        what: str, names: Sequence[str], vector: Callable[[_Made], list[Scalar]]
+    ) -> Callable[[int], PointFunction]:
+        def function(directions: int) -> PointFunction:
+            changes = {f"d{i} {name}": blocks[name] for i in range(directions) for name in names}
+
+            def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+                whole = ufl.as_vector(vector(made(given)))
+                rows = [
+                    sum(ufl.derivative(whole, given[name], given[f"d{i} {name}"]) for name in names)
+                    for i in range(directions)
+                ]
+                return [row[j] for row in rows for j in range(len(whole))]
+
+            return PointFunction(key(f"{what} {directions}"), blocks | changes, make)
+
+        return function
+
+    others = [name for name in blocks if name != "strain"]
+    return BranchFunctions(
+        len(virgin),
+        tuple(virgin),
+        _needs_energy(branch, places, blocks),
+        PointFunction(key("stress"), blocks, lambda given: made(given).answer(moduli=False)),
+        PointFunction(key("moduli"), blocks, lambda given: made(given).answer(moduli=True)),
+        PointFunction(key("end"), blocks, end),
+        rates("stress rate", others, _Made.slopes),
+        rates("end rate", list(blocks), lambda one: one.end),
+    )
+
+
+def _needs_energy(branch: Branch, places: Sequence[int], blocks: Mapping[str, int]) -> bool:
+    # Marked, so that UFL does not compute with them.
+    numbers = {
+        name: ufl.as_vector([ufl.variable(ufl.as_ufl(1.0)) for _ in range(n)]) for name, n in blocks.items()
+    }
+    return _Made.of(branch, places, numbers).contribution.measures is None
+
+
+def memory_places(strain: Kinematics) -> tuple[int, ...]:
+    """Components of a symmetric tensor that do not vanish in these kinematics."""
+    assert strain.metric is not None
+    return tuple(i for i, c in enumerate(strain.metric.components) if not isinstance(c, int))
+
+
+@dataclass(frozen=True)
+class _Made:
+    """A branch at a point: contribution, memory at the end, variables."""
+
+    contribution: Contribution
+    end: list[Scalar]
+    y: list[Scalar]
+    energy: Scalar
+    measures: tuple[Scalar, ...]
+    given: Mapping[str, Scalar]
+
+    @classmethod
+    def of(cls, branch: Branch, places: Sequence[int], given: Mapping[str, Scalar]) -> _Made:
+        y = variables(given["strain"])
+        strain, energy = strain_of(y[:-1]), ufl.variable(given["law energy"][0])
+        own = named(branch.parameters, given["parameters"])
+        shear, duration = (given["parameters"][len(own) + i] for i in range(len(GIVEN)))
+        step = Step(strain, energy, shear, _unpacked(branch, places, given["memory"]), duration)
+        made = branch.contribution(step, **own)
+        ends = branch.update(step, **own)
+        end = [part for name in branch.internal for part in _components(ends[name])]
+        measures = (*strain.measures, energy) if made.measures is None else made.measures
+        return cls(made, end, y, energy, measures, given)
+
+    def slopes(self) -> list[Scalar]:
+        """V_a, and V_e where it is needed."""
+        row = self.answer(moduli=False)
+        n = len(self.y)
+        return [*row[1 : 1 + n], *row[1 + n : 2 + n]]
+
+    def answer(self, moduli: bool) -> list[Scalar]:
+        """The answer, with the part for the law's energy where the branch asks for it."""
+        own = answer(self.contribution.incremental, self.measures, self.y, self.given, moduli)
+        own[0] = ufl.as_ufl(0)
+        if self.contribution.measures is not None:
+            return own
+        both = [*self.y, self.energy]
+        n = len(self.y)
+        row = answer(self.contribution.incremental, self.measures, both, self.given, moduli=True)
+        second = dict(zip(combinations_with_replacement(range(n + 1), 2), row[2 + n :], strict=True))
+        tail = [row[1 + n], second[n, n], *(second[a, n] for a in range(n))]
+        return [*own, *tail] if moduli else [*own, tail[0]]
+
+
+def _virgin(kind: str, places: Sequence[int]) -> list[float]:
+    return [0.0] if kind == "scalar" else [1.0 if place < 3 else 0.0 for place in places]
+
+
+def _unpacked(branch: Branch, places: Sequence[int], values: Scalar) -> Internal:
+    first, found = 0, dict[str, Scalar | Symmetric]()
+    for name, kind in branch.internal.items():
+        size = 1 if kind == "scalar" else len(places)
+        parts = [values[first + i] for i in range(size)]
+        found[name] = parts[0] if kind == "scalar" else unpacked(parts, places)
+        first += size
+    return found
+
+
+def _components(value: Scalar | Symmetric) -> list[Scalar]:
+    if isinstance(value, Symmetric):
+        return [c for c in value.components if not isinstance(c, int)]
+    return [value]

@@ -1,0 +1,74 @@
+"""Functions of a few numbers at a point, in UFL: what kernels are compiled from, and how a material answers.
+
+An energy W is a function of the strain variables y of its `forms.setting.Setting` and of the pressure, which stands
+last. Law, volumetric part, metal and branches each have functions of their own (`forms.answers`,
+`forms.branch_answers`), so that each is compiled once and serves every mesh, every element and every combination: their
+answers are added where they are evaluated (`cases.material`). Parameters, memory and time step are inputs like the
+strains.
+
+An *answer* is the row [W, W_a, W_ab], b >= a. A branch that depends on the law's energy e has the row
+[V_e, V_ee, V_ae] after it, V its incremental energy; for such a branch the law's own W_a and W_ab are needed to add it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import ufl
+
+from forms.chain import collapse
+from forms.law import Scalar
+
+
+@dataclass(frozen=True)
+class PointFunction:
+    """A function of blocks of numbers at a point.
+
+    Attributes
+    ----------
+    key : tuple
+        What it is: one that has been made need not be made again.
+    blocks : mapping
+        Name of an input -> how many numbers it has.
+    make : callable
+        The inputs by name, each a UFL vector -> list of UFL scalars.
+    """
+
+    key: tuple[Hashable, ...]
+    blocks: Mapping[str, int]
+    make: Callable[[Mapping[str, Scalar]], Sequence[Scalar]]
+
+
+def length(n: int, moduli: bool) -> int:
+    """Numbers in an answer with n variables."""
+    return 1 + n + (n * (n + 1) // 2 if moduli else 0)
+
+
+def answer(
+    W: Scalar, measures: Sequence[Scalar], y: Sequence[Scalar], given: Mapping[str, Scalar], moduli: bool
+) -> list[Scalar]:
+    """[W, W_a, W_ab]; zero by variables that W does not depend on."""
+    collapsed = collapse(W, measures, given["strain"])
+    place = {variable.label(): a for a, variable in enumerate(collapsed.y)}
+    slopes = dict(enumerate(slope for _, slope in collapsed.slopes()))
+    at = [place.get(variable.label()) for variable in y]
+    zero = ufl.as_ufl(0)
+    row = [W, *(zero if a is None else slopes[a] for a in at)]
+    if moduli:
+        row += [
+            zero if a is None or b is None else collapsed.curvature(a, b)
+            for a, b in combinations_with_replacement(at, 2)
+        ]
+    return row
+
+
+def variables(values: Scalar) -> list[Scalar]:
+    """The numbers of an input as ufl.variable."""
+    return [ufl.variable(values[i]) for i in range(len(values))]
+
+
+def named(names: Iterable[str], values: Scalar) -> dict[str, Scalar]:
+    """The numbers of an input by name."""
+    return {name: values[i] for i, name in enumerate(names)}

@@ -1,0 +1,85 @@
+"""Kernels of a point: one for each law, branch and kinematics, and no more for their combinations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cases import kernels
+from cases.feature import Feature, Installed
+from cases.march import march
+from cases.mode import modes
+from cases.program import Program
+from cases.rates import Rates
+from cases.simulate import prepare
+from cases.usual import functions, parameter_sets
+from forms.branch import branches
+from forms.law import law
+from forms.potential import Attached
+from geometry.shape import Refinement, shapes
+
+COARSE = Refinement(across=2, along=4, around=8)
+
+
+def attached(name, title):
+    branch = branches()[name]
+    return Installed(title, Feature(branches=lambda values: [Attached(branch, values)]), branch.typical)
+
+
+def test_a_combination_of_effects_needs_the_usual_kernels_only(monkeypatch, reference_bushing, rubber):
+    monkeypatch.setattr(kernels, "_KERNELS", {})
+    features = [
+        attached("maxwell", "a"),
+        attached("ogden_roxburgh", "b"),
+        attached("elastoplastic", "c"),
+        attached("maxwell", "d"),
+    ]
+    model = prepare(reference_bushing, modes()["axial"], rubber("yeoh", 200.0), COARSE, features=features)
+    program = Program(np.array([1.0, 0.5]), np.array([1.0, 2.0]))
+    march(model, program, sensitivity=("C10", "compliance", "a.tau", "b.m", "c.slip"))
+    needed = set(kernels._KERNELS)
+    assert needed <= {function.key for function in functions()}
+    # Kinematics 4, law 3, volumetric part 3, branches 5, 4 or 5 each: the second Maxwell branch brings nothing.
+    assert len(needed) <= 25
+
+
+def test_laws_with_terms_are_compiled_with_one_after_the_other():
+    assert parameter_sets(law("yeoh")) == [("C10", "C20", "C30")]
+    assert [len(names) for names in parameter_sets(law("ogden"))] == [2, 4, 6]
+
+
+@pytest.mark.parametrize(("mode", "reach"), [("axial", 6.0), ("torsional", 0.3), ("radial", 1.8)])
+def test_rates_with_an_old_factorisation_are_those_of_a_fresh_one(
+    mode, reach, reference_bushing, rubber, monkeypatch
+):
+    """To what `cases.rates` says of the derivatives: 4e-7 of their largest value."""
+    chosen = rubber("yeoh", 2000.0)
+    model = prepare(reference_bushing, modes()[mode], chosen, COARSE)
+    program = Program(np.linspace(0, reach, 9)[1:])
+    names = tuple(chosen.parameters)
+    found = march(model, program, sensitivity=names).sensitivity
+    monkeypatch.setattr(Rates, "iterated", lambda *_: None)
+    exact = march(model, program, sensitivity=names).sensitivity
+    assert np.abs((found - exact) / np.abs(exact).max(axis=0)).max() < 2e-6
+    assert np.abs(found - exact).max() > 0
+
+
+def test_springs_of_a_bond_follow_the_law_s_shear_modulus(rubber):
+    """A bond's springs are stiff in units of it; Ogden's is made of two parameters."""
+    from bushcli.case.catalogue import effects
+    from bushcli.effects.active import ActiveEffect
+    from bushcli.effects.assembly import installed
+
+    active = [ActiveEffect(effects()["debonding"], {"length": 3.0, "bond": 0.0})]
+    shape = shapes()["plain"](inner_radius=9.0, outer_radius=18.0, length=20.0)
+    chosen = rubber("ogden", 500.0)
+    model = prepare(shape, modes()["axial"], chosen, COARSE, features=installed(active))
+    program = Program(np.array([1.0]))
+    exact = march(model, program, tolerance=1e-10, sensitivity=("mu1", "alpha1")).sensitivity[0]
+    for name, slope in zip(("mu1", "alpha1"), exact, strict=True):
+        value, forces = chosen.parameters[name], []
+        for h in (1e-4, -1e-4):
+            model.set_parameters({name: value * (1 + h)})
+            forces.append(march(model, program, tolerance=1e-10).force[0])
+        model.set_parameters({name: value})
+        assert slope == pytest.approx((forces[0] - forces[1]) / (2e-4 * value), rel=1e-4)
