@@ -25,6 +25,7 @@ from bushcli.case.schema import (
 from bushcli.effects.active import ActiveEffect
 from bushcli.errors import nearest
 from bushcli.recording.source import UNITS, Quantity, Source, dimension
+from bushcli.recording.units import find_unit
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import Shape, shapes
@@ -228,6 +229,7 @@ class Builder:
                     decimal=table.decimal,
                     reverse=tuple(sorted(set(table.reverse or ()))),
                     cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
+                    accept=tuple(sorted(set(table.accept or ()))),
                     largest_stretch=table.largest_stretch if isinstance(table, CouponTable) else None,
                 )
             )
@@ -240,8 +242,9 @@ class Builder:
             unit = getattr(table.units, quantity)
             if unit is None:
                 continue
-            known = UNITS[dimension(quantity, mode.specimen, mode.rotational)]
-            if unit not in known:
+            measured = dimension(quantity, mode.specimen, mode.rotational)
+            known, found = UNITS[measured], find_unit(unit, measured)
+            if found is None or found.measured != measured:
                 kind = f"unit of {quantity} for mode {table.mode}"
                 self.findings.append(unknown_name((*keys, "units", quantity), unit, known, kind))
             units[quantity] = unit

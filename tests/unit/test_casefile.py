@@ -262,7 +262,7 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ("recordings.0.cycles=[]", "recordings[0].cycles = [] needs at least 1 entries"),
         ("recordings.0.decimal=';'", 'recordings[0].decimal = ";" is not allowed (".", ",")'),
         (
-            "recordings.0.units.force=kn",
+            "recordings.0.units.force=knn",
             'is not a unit of force for mode axial; did you mean "kN"? (N, kN, lbf)',
         ),
         ("recordings.0.units.displacement=deg", "is not a unit of displacement for mode axial"),
