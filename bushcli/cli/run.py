@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
-from bushcli.errors import InputError
+from bushcli.errors import InputError, printable
 from bushcli.runtime.interrupt import is_interrupt, listen
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class Run:
     def say(self, text: str) -> None:
         """Narrate on stderr, unless quiet."""
         if not self.quiet and speaks():
-            click.echo(text, err=True)
+            click.echo(printable(text), err=True)
 
     def show(self, *renderables: Any) -> None:
         """Print results for people on stdout; nothing where JSON is asked for."""
@@ -199,7 +199,7 @@ def _mistaken(error: Exception) -> int:
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
 
     if speaks():
-        click.echo(f"internal error: {type(error).__name__}: {error}", err=True)
+        click.echo(printable(f"internal error: {type(error).__name__}: {error}"), err=True)
         click.echo("this is a mistake in bushcli; --debug shows where", err=True)
         for possible in untried_dolfinx(installed_dolfinx()):
             click.echo(f"perhaps because {possible.message}\n  remedy: {possible.remedy}", err=True)
