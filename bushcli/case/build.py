@@ -146,10 +146,13 @@ class Builder:
             return None
         try:
             rest = {key: value for key, value in raw.items() if key != "shape"}
-            return model.model_validate(rest, strict=True)
+            shape = model.model_validate(rest, strict=True)
         except ValidationError as error:
             self.findings += explain(error, model, ("geometry",), f'[geometry] with shape "{name}"')
             return None
+        found = list(checks.dimensions(shape))
+        self.findings += found
+        return None if found else shape
 
     def _material(self, data: dict[str, Any]) -> Material | None:
         if "material" not in data:

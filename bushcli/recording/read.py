@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 _FEWEST_BUSHING = 5
 _FEWEST_COUPON = 3
 _FEWEST_PROGRAM = 2
+#: mm, rad, N, N mm, MPa: below this nothing was measured, and quotients leave the range of floating-point numbers.
+_SMALLEST = 1e-12
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
         if len(force) < fewest:
             what = f"has only {len(force)} different rows"
             raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
-    if np.ptp(force) == 0.0:
+    if np.ptp(force) <= _SMALLEST:
         what = f"{table.label(forced.index)} is {table.rows[0][forced.index]} throughout: was the sensor connected?"
         raise RecordingError(Problem(str(table.path), what))
     if source.largest_stretch is not None:
@@ -288,7 +290,7 @@ def _moving(table: TextTable, source: Source, mode: Mode, fewest: int) -> Column
     if len(displacement) < fewest:
         what = f"has only {len(displacement)} point{'s' if len(displacement) > 1 else ''}"
         raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
-    if np.ptp(displacement) <= 1e-12 * np.abs(displacement).max():
+    if np.ptp(displacement) <= max(1e-12 * np.abs(displacement).max(), _SMALLEST):
         what = f"{table.label(index)} is {table.rows[0][index]} throughout: nothing moves"
         raise RecordingError(Problem(str(table.path), what))
     return found

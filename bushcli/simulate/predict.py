@@ -12,6 +12,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, LoadCase, Material, load_case_names
+from bushcli.case.unit import outside, unit
 from bushcli.effects.active import acting, require_time, require_values
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.errors import InputError, Problem
@@ -177,6 +178,8 @@ def predict(
     _check_travel(case, recordings, faults)
     channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
     channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
+    for channel in channels:
+        _check_play(case, channel)
     run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in _conditions(channel))
@@ -280,6 +283,22 @@ def _check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[
                         "unit",
                     ),
                 )
+            )
+
+
+def _check_play(case: Case, channel: _Channel) -> None:
+    """Refuse free play as large as the travel of a channel: the bushing would not move."""
+    travel = float(np.abs(channel.displacement).max())
+    for one in acting(case.effects, channel.name, channel.mode):
+        width = one.values.get("half_width", 0.0) if one.effect.name == "free_play" else 0.0
+        if width >= travel:
+            rotational = modes()[channel.mode].rotational
+            (parameter,) = one.effect.parameters
+            known = outside(parameter, width, rotational)
+            largest = f"{outside(parameter, travel, rotational):g} {unit(parameter, rotational)}"
+            what = f"free_play.half_width = {known:g} takes up all of the travel of {channel.name}, {largest}"
+            raise InputError(
+                Problem(case.path.name, what, "", f"less than {largest}, or the bushing does not move")
             )
 
 
