@@ -16,7 +16,7 @@ from bushcli.errors import CaseError, Problem
 
 _SEGMENT = re.compile(r"([A-Za-z0-9_-]+(?:@[^\[\]@]+)?)((?:\[\d+\])*)\Z")
 
-_SHOWN = 200
+_SHOWN = 300
 
 
 @dataclass(frozen=True)

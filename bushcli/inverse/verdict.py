@@ -8,7 +8,7 @@ import numpy as np
 
 from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.door import at_door
-from bushcli.inverse.local import Minimum
+from bushcli.inverse.local import STAYED, Minimum
 from bushcli.inverse.result import EndPoint, Fit, FittedCurve
 from bushcli.inverse.task import Task
 from bushcli.runtime.condition import Condition
@@ -103,7 +103,7 @@ def start_replaced(instead: Mapping[str, float]) -> Condition:
 
 def _stuck(fit: Fit, best: Minimum) -> list[Condition]:
     moved = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
-    if moved > 1e-6 or fit.iterations > 2 or not _is_poor(fit):
+    if moved > STAYED or best.stationary or fit.iterations > 2 or not _is_poor(fit):
         return []
     return [
         Condition(
