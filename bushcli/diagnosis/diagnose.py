@@ -39,6 +39,7 @@ from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
 from bushcli.faults import DataFault, find_faults, masks
 from bushcli.inverse.identify import fit_coupons
+from bushcli.inverse.verdict import history_not_kept
 from bushcli.recording import Recording, read_recording
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
@@ -174,11 +175,22 @@ def diagnose(
         next_test=extras.test,
         maps=extras.maps,
         faults=faults,
-        conditions=(*interrupted, *extras.conditions, *answer.doubts(case, channels, best, search)),
+        conditions=(
+            *interrupted,
+            *extras.conditions,
+            *answer.doubts(case, channels, best, search),
+            *_not_kept(store),
+        ),
         forward_solves=search.solves + plain.solves,
         failed_solves=search.failed + plain.failed,
         seconds=time.perf_counter() - begin,
     )
+
+
+def _not_kept(store: Store | None) -> tuple[Condition, ...]:
+    """The folder of results is full: the diagnosis is complete, but cannot be gone on with."""
+    failure = "" if store is None else store.failure()
+    return (history_not_kept(failure),) if failure else ()
 
 
 # -- the question --------------------------------------------------------------------------------------------------

@@ -90,6 +90,15 @@ def profiles_cut_short() -> Condition:
     )
 
 
+def history_not_kept(reason: str) -> Condition:
+    """The evaluations could not be written for `--resume`."""
+    return Condition(
+        "history_not_kept",
+        f"the history for --resume could not be written: {reason}; the result is complete",
+        "free some space, or another -o, if the run is to be gone on with",
+    )
+
+
 def start_replaced(instead: Mapping[str, float]) -> Condition:
     """The start values could not be solved, and others were taken."""
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())

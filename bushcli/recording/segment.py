@@ -216,7 +216,7 @@ def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> I
 
 
 def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> int:
-    """Return the sign of the displacement of a turning point at which a recording begins; 0 where it begins elsewhere."""
+    """Return the sign of the displacement of a turning point at which a recording begins; 0 where it does not."""
     moving = [(start, stop) for start, stop, held in pieces if not held]
     if not moving:
         return 0
@@ -229,7 +229,7 @@ def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float)
 
 
 def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> float:
-    """Return the size up to which a piece's end beyond zero is an overshoot, no excursion: small beside both neighbours'.
+    """Return the size up to which a piece's end beyond zero is an overshoot: small beside both neighbours'.
 
     0.1 is one in 4, -0.1, 4; in 0.1, -0.1, 4 it is a cycle of its own.
     """

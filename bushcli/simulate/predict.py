@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from bushcli.faults import condition as fault_condition
 from bushcli.recording import Recording, displacement_noise, matching, read_program, read_recording
 from bushcli.recording.curve import Curve
 from bushcli.runtime.condition import Condition
+from bushcli.runtime.names import file_names
 from bushcli.simulate.simulation import Answer, Simulation
 from cases.fields import write_fields
 from cases.march import Attempt, History, NotConverged, march, unsolved
@@ -88,6 +90,8 @@ class Simulated:
         does not depend on the path.
     along : bool
         The curve is the force at the recording's samples, one by one.
+    unwritten : str
+        Why its fields could not be written; empty where they were, or were not asked for.
     """
 
     name: str
@@ -106,6 +110,7 @@ class Simulated:
     mesh_error: float | None = None
     step_error: float | None = None
     along: bool = False
+    unwritten: str = ""
 
     @property
     def newton(self) -> int:
@@ -302,6 +307,19 @@ def _check_play(case: Case, channel: _Channel) -> None:
             )
 
 
+def _write_fields(model: Model, history: History, file: Path) -> str:
+    """Write the field file of a channel, and return why that failed; then nothing is left of it."""
+    assert history.states is not None
+    try:
+        write_fields(model, history.displacement, history.states, file)
+    except (OSError, RuntimeError) as error:  # HDF5 says so where the disk is full
+        with suppress(OSError):
+            for part in (file, file.with_suffix(".h5")):
+                part.unlink(missing_ok=True)
+        return str(error).splitlines()[0] if str(error) else type(error).__name__
+    return ""
+
+
 @dataclass(frozen=True)
 class _Run:
     """What all channels of a prediction share."""
@@ -345,8 +363,10 @@ class _Run:
             reach = target = 0.0
         done = time.perf_counter()
         stretches, unstable = _stability(model, history, self.rubber)
+        unwritten = ""
         if self.fields is not None and history.states is not None:
-            write_fields(model, history.displacement, history.states, self.fields / f"{channel.name}.xdmf")
+            name = file_names(one for one, _ in self.case.channels)[channel.name]
+            unwritten = _write_fields(model, history, self.fields / f"{name}.xdmf")
         error = None
         if self.mesh_check and not stopped:
             error = self._mesh_error(channel, history.force if answer is None else answer.force)
@@ -367,6 +387,7 @@ class _Run:
             mesh_error=error,
             step_error=step_error,
             along=answer is not None and channel.recording is not None,
+            unwritten=unwritten,
         )
 
     def simulation(self, channel: _Channel, factor: float = 1.0) -> Simulation | None:
@@ -479,6 +500,14 @@ def _conditions(channel: Simulated) -> list[Condition]:
                 f"that the rubber reaches (principal stretches {channel.stretches[0]:.2f} to "
                 f"{channel.stretches[1]:.2f})",
                 "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
+            )
+        )
+    if channel.unwritten:
+        found.append(
+            Condition(
+                "fields_not_written",
+                f"{channel.name}: the field file could not be written ({channel.unwritten}); the curve is complete",
+                "free some space and run again, or use another -o; --no-fields leaves fields out",
             )
         )
     if channel.mesh_error is not None and channel.mesh_error > 1.0:
