@@ -198,8 +198,6 @@ def minimise(
     finally:
         problem.trial = None
     beside = watched.failed > 0 and loss == "linear" and promise(problem, x, lower, upper) > STATIONARY
-    stayed = bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12)))
-    stationary = stayed and loss == "linear" and promise(problem, x, lower, upper) <= STATIONARY
     return Minimum(
         start,
         x,
@@ -209,8 +207,14 @@ def minimise(
         message,
         bool(beside),
         bool(problem.instability(x).max(initial=0.0) > ACTIVE),
-        stationary,
+        loss == "linear" and _is_minimum_already(problem, start, x, lower, upper),
     )
+
+
+def _is_minimum_already(problem: Problem, start: Array, x: Array, lower: Array, upper: Array) -> bool:
+    """Whether a search ended where it began because no step lowers the misfit."""
+    stayed = bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12)))
+    return stayed and promise(problem, x, lower, upper) <= STATIONARY
 
 
 def promise(problem: Problem, x: Array, lower: Array, upper: Array) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, LoadCase, Material, load_case_names
-from bushcli.case.unit import outside, unit
 from bushcli.effects.active import acting, require_time, require_values
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.errors import InputError, Problem
@@ -23,8 +21,9 @@ from bushcli.recording import Recording, displacement_noise, matching, read_prog
 from bushcli.recording.curve import Curve
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.names import file_names
+from bushcli.simulate import fields as field_files
+from bushcli.simulate.play import check_play
 from bushcli.simulate.simulation import Answer, Simulation
-from cases.fields import write_fields
 from cases.march import Attempt, History, NotConverged, march, unsolved
 from cases.march import Progress as StepProgress
 from cases.mode import modes
@@ -184,7 +183,7 @@ def predict(
     channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
     channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     for channel in channels:
-        _check_play(case, channel)
+        check_play(case, channel.name, channel.mode, channel.displacement)
     run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in _conditions(channel))
@@ -291,35 +290,6 @@ def _check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[
             )
 
 
-def _check_play(case: Case, channel: _Channel) -> None:
-    """Refuse free play as large as the travel of a channel: the bushing would not move."""
-    travel = float(np.abs(channel.displacement).max())
-    for one in acting(case.effects, channel.name, channel.mode):
-        width = one.values.get("half_width", 0.0) if one.effect.name == "free_play" else 0.0
-        if width >= travel:
-            rotational = modes()[channel.mode].rotational
-            (parameter,) = one.effect.parameters
-            known = outside(parameter, width, rotational)
-            largest = f"{outside(parameter, travel, rotational):g} {unit(parameter, rotational)}"
-            what = f"free_play.half_width = {known:g} takes up all of the travel of {channel.name}, {largest}"
-            raise InputError(
-                Problem(case.path.name, what, "", f"less than {largest}, or the bushing does not move")
-            )
-
-
-def _write_fields(model: Model, history: History, file: Path) -> str:
-    """Write the field file of a channel, and return why that failed; then nothing is left of it."""
-    assert history.states is not None
-    try:
-        write_fields(model, history.displacement, history.states, file)
-    except (OSError, RuntimeError) as error:  # HDF5 says so where the disk is full
-        with suppress(OSError):
-            for part in (file, file.with_suffix(".h5")):
-                part.unlink(missing_ok=True)
-        return str(error).splitlines()[0] if str(error) else type(error).__name__
-    return ""
-
-
 @dataclass(frozen=True)
 class _Run:
     """What all channels of a prediction share."""
@@ -366,7 +336,7 @@ class _Run:
         unwritten = ""
         if self.fields is not None and history.states is not None:
             name = file_names(one for one, _ in self.case.channels)[channel.name]
-            unwritten = _write_fields(model, history, self.fields / f"{name}.xdmf")
+            unwritten = field_files.written(model, history, self.fields / f"{name}.xdmf")
         error = None
         if self.mesh_check and not stopped:
             error = self._mesh_error(channel, history.force if answer is None else answer.force)
