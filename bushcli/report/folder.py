@@ -109,7 +109,7 @@ def write_files(
     ----------
     directory : Path
     files : mapping of str to Content
-        By name; the result.json last, when the files that it lists are there.
+        By name; the result.json first, so that after a failure half way the files beside it are known as bushcli's.
     inputs : collection of Path
         Files that the case reads.
     beside : iterable of str

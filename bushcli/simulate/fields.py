@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from cases.fields import write_fields
 from cases.march import History
 from cases.model import Model
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """HDF5 prints its whole stack on the process's stderr before it raises; what it raises says enough."""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    try:
+        with Path(os.devnull).open("w") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+            yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
 
 
 def written(model: Model, history: History, file: Path) -> str:
@@ -28,7 +45,8 @@ def written(model: Model, history: History, file: Path) -> str:
     """
     assert history.states is not None
     try:
-        write_fields(model, history.displacement, history.states, file)
+        with _silent():
+            write_fields(model, history.displacement, history.states, file)
     except (OSError, RuntimeError) as error:  # HDF5 says so where the disk is full
         with suppress(OSError):
             for part in (file, file.with_suffix(".h5")):
