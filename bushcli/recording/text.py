@@ -201,7 +201,8 @@ def _lines(path: Path, text: str) -> list[Line]:
 def _split(text: str, delimiter: str) -> list[str]:
     if delimiter == " ":
         text = text.replace("\t", " ").strip()
-    if '"' in text:
+    # A single quotation mark is the unit of an inch, in a row of units.
+    if text.count('"') % 2 == 0 and '"' in text:
         try:
             fields = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True))
             return [f.strip() for f in fields if f.strip() or delimiter != " "]

@@ -131,6 +131,12 @@ HEADS = [
     "Time,Displacement,Force\n(s),(inches),(lbs)",
     "# Time,Displacement,Force\n# [s],[inches],[lbs]",
     "Time [s],Displacement [inches],Force\n,,lbs",
+    'Time,Displacement,Force\ns,",lbs',
+    'Time,Displacement,Force\n[s],["],[lbs]',
+    '"Time","Displacement","Force"\n"(s)","(in)","(lbf)"',
+    "TIME (SEC),DISPLACEMENT (IN),FORCE (LBF)",
+    "Running Time (s),Ch 1 Displacement (in),Ch 1 Force (lbf)",
+    "MTS793|MPT|1|0|A\n\nData Header:,Time:,3.0 Sec\nTime,Axial Displacement,Axial Force\nSec,in,lbf",
 ]
 
 
