@@ -9,6 +9,8 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,7 @@ from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.run import unwritable
 from bushcli.cli.tool import doctor, init, list_
-from bushcli.errors import nearest
+from bushcli.errors import nearest, printable
 
 
 class _Group(click.Group):
@@ -34,6 +36,14 @@ class _Group(click.Group):
         except OSError as error:
             sys.exit(unwritable(error))
 
+    def make_context(self, *args: Any, **extra: Any) -> click.Context:
+        with _printable_usage():
+            return super().make_context(*args, **extra)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        with _printable_usage():
+            return super().invoke(ctx)
+
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
@@ -44,6 +54,16 @@ class _Group(click.Group):
             if close:
                 error.message += f' Did you mean "{close}"?'
             raise
+
+
+@contextmanager
+def _printable_usage() -> Iterator[None]:
+    """Click repeats what was typed; control characters in it would act on the terminal."""
+    try:
+        yield
+    except click.UsageError as error:
+        error.message = printable(error.message)
+        raise
 
 
 def _home() -> str:

@@ -7,7 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
+
+from bushcli.cli import main
 
 ROOT = Path(__file__).parents[2]
 
@@ -93,3 +96,22 @@ def test_a_field_file_that_is_the_users_is_not_replaced(small, tmp_path):
     done = run("direct", small, "-q", "-o", tmp_path / "out")
     assert refused(done)
     assert (tmp_path / "out" / "axial.h5").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "arguments", [["a\x1bb"], ["check", "case", "--a\x1bb"], ["list", "a\x1bb"], ["--a\x1bb"]]
+)
+def test_usage_errors_write_escape_characters_out(arguments):
+    """On a terminal; elsewhere Click takes them away."""
+    with pytest.raises(click.UsageError) as caught:
+        main.main(arguments, standalone_mode=False)
+    assert "\x1b" not in caught.value.message
+    assert "\\x1b" in caught.value.format_message()
+
+
+def test_the_example_is_not_written_through_a_link(tmp_path):
+    (tmp_path / "case.toml").symlink_to(tmp_path / "elsewhere")
+    done = run("init", tmp_path)
+    assert refused(done)
+    assert "case.toml: exists already and is not overwritten" in done.stderr
+    assert not (tmp_path / "elsewhere").exists()
