@@ -19,7 +19,7 @@ from bushcli.cli import main
 
 #: Documented exit codes; 70, a mistake in bushcli, is none of them.
 CODES = {0, 1, 2, 3, 130}
-#: Seconds for a file that is refused, imports aside.
+#: Seconds of work for a file that is refused, imports aside.
 PROMPT = 2.0
 CASE = {
     "title": "made by a test",
@@ -259,9 +259,9 @@ BIG = {
 def test_a_large_recording_ends_promptly(tmp_path, name):
     case = CASE | {"coupons": [], "effects": []}
     run(tmp_path, "check", document(case))  # imports
-    start = time.perf_counter()
+    start = time.process_time()
     result = run(tmp_path, "check", document(case), axial=BIG[name])
-    assert time.perf_counter() - start < PROMPT
+    assert time.process_time() - start < PROMPT
     assert result.exit_code == (0 if name in ("blanks", "brackets", "quotes") else 2)
     assert len(result.stderr) < 2_000
 
@@ -284,9 +284,9 @@ DEEP = {
 @pytest.mark.parametrize("name", DEEP)
 def test_a_large_case_file_ends_promptly(tmp_path, name):
     run(tmp_path, "check", document(CASE))
-    start = time.perf_counter()
+    start = time.process_time()
     result = run(tmp_path, "check", DEEP[name] + document(CASE))
-    assert time.perf_counter() - start < PROMPT
+    assert time.process_time() - start < PROMPT
     assert result.exit_code == 2
     assert len(result.stderr) < 10_000
 
@@ -305,7 +305,8 @@ def test_what_is_no_file_is_refused_promptly(tmp_path, device):
         result = call(*arguments)
         assert result.exit_code == 2
         assert "is a device or a pipe" in result.stderr
-    assert time.perf_counter() - start < PROMPT
+    # A pipe waits without working: here the clock on the wall counts, on a machine that may be busy.
+    assert time.perf_counter() - start < 10 * PROMPT
 
 
 @pytest.mark.parametrize(
@@ -318,11 +319,11 @@ def test_what_is_no_file_is_refused_promptly(tmp_path, device):
 )
 @pytest.mark.parametrize("command", ["check", "mesh", "direct", "inverse", "diagnose"])
 def test_a_mesh_without_bounds_is_refused_before_it_is_made(tmp_path, command, overrides):
-    start = time.perf_counter()
+    start = time.process_time()
     result = run(tmp_path, command, document(CASE), *(f"--set={one}" for one in overrides))
     assert result.exit_code == 2
     assert "elements (" in result.stderr
-    assert time.perf_counter() - start < 10 * PROMPT
+    assert time.process_time() - start < 10 * PROMPT
 
 
 SEEN = [
