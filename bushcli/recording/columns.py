@@ -63,7 +63,9 @@ def column(table: TextTable, source: Source, mode: Mode, quantity: Quantity) -> 
     if index is None:
         return None
     read = find_unit(given, measured) if given else _unit(table, mode, quantity, index)
-    assert read is not None, given  # the case was checked
+    if read is None or read.measured != measured:
+        what = f'{table.label(index)}: "{given}" is not a unit of {_KIND[measured]}'
+        raise _refused(table, quantity, index, what)
     values = table.numbers(index, source.accept) * read.factor
     if measured == "strain" and read.name == "stretch":
         if (values <= 0).any():

@@ -288,3 +288,9 @@ def test_usual_units_do_not_import_pint(tmp_path):
         f"read_recording(Source('axial', Path({str(file)!r})))\nassert 'pint' not in sys.modules\n"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+@pytest.mark.parametrize("unit", ["mm", "zoink", "kg", "ton"])
+def test_a_unit_of_the_case_that_is_none_is_refused(tmp_path, unit):
+    with pytest.raises(RecordingError, match=f'column 3 .*"{unit}" is not a unit of force'):
+        read(tmp_path, "t,disp,load\n" + table((T, Q, F)), units={"force": unit})
