@@ -6,8 +6,12 @@ They are raised anywhere in `bushcli` and shown by the command line alone, which
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+
+# C0 without tab and line feed, DEL, C1, and the signs that reverse or hide what follows them (Unicode TR 9).
+_CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,12 @@ class Problem:
             text += f'; did you mean "{self.nearest}"?'
         if self.expected:
             text += f" ({self.expected})"
-        return text
+        return printable(text)
+
+
+def printable(text: str) -> str:
+    r"""Return a text with its control characters written out, such as ``\x1b``: they would act on a terminal."""
+    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 class InputError(Exception):

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from bushcli.case import checks, effects
 from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
+from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
     CouponTable,
     EffectTable,
@@ -23,8 +24,9 @@ from bushcli.case.schema import (
     Table,
 )
 from bushcli.effects.active import ActiveEffect
-from bushcli.errors import nearest
+from bushcli.errors import nearest, printable
 from bushcli.recording.source import UNITS, Quantity, Source, dimension
+from bushcli.recording.units import find_unit
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import Shape, shapes
@@ -49,8 +51,8 @@ class Builder:
         self.findings += [
             unknown_key((key,), _SECTIONS, "a case file") for key in data if key not in _SECTIONS
         ]
-        self.findings += _impossible_numbers(data)
-        title = data.get("title", path.stem)
+        self.findings += _impossible_values(data)
+        title = data.get("title", printable(path.stem))
         if not isinstance(title, str):
             self.findings.append(Finding(("title",), f"title = {shown(title)} is not a text in quotes"))
         shape = self._shape(data)
@@ -76,11 +78,16 @@ class Builder:
             )
         if self.findings or shape is None or mesh is None or material is None:
             return None
+        options = MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around)
+        used = [load.mode for load in load_cases if load] + [source.mode for source in recordings]
+        self.findings += mesh_size(shape, options, used)
+        if self.findings:
+            return None
         return Case(
             title=title,
             path=path,
             geometry=shape,
-            mesh=MeshOptions(mesh.elements_across, mesh.elements_along, mesh.elements_around),
+            mesh=options,
             material=material,
             load_cases=tuple(item for item in load_cases if item),
             recordings=recordings,
@@ -110,6 +117,10 @@ class Builder:
 
     def _entries(self, data: dict[str, Any], name: str) -> list[tuple[Any, Keys]]:
         raw = data.get(name, [])
+        if isinstance(raw, list) and len(raw) > MOST_ENTRIES:
+            what = f"{name} has {len(raw)} entries"
+            self.findings.append(Finding((name,), what, expected=f"at most {MOST_ENTRIES}"))
+            return []
         if isinstance(raw, list):
             return [(item, (name, index)) for index, item in enumerate(raw)]
         self.findings.append(
@@ -135,10 +146,13 @@ class Builder:
             return None
         try:
             rest = {key: value for key, value in raw.items() if key != "shape"}
-            return model.model_validate(rest, strict=True)
+            shape = model.model_validate(rest, strict=True)
         except ValidationError as error:
             self.findings += explain(error, model, ("geometry",), f'[geometry] with shape "{name}"')
             return None
+        found = list(checks.dimensions(shape))
+        self.findings += found
+        return None if found else shape
 
     def _material(self, data: dict[str, Any]) -> Material | None:
         if "material" not in data:
@@ -228,6 +242,7 @@ class Builder:
                     decimal=table.decimal,
                     reverse=tuple(sorted(set(table.reverse or ()))),
                     cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
+                    accept=tuple(sorted(set(table.accept or ()))),
                     largest_stretch=table.largest_stretch if isinstance(table, CouponTable) else None,
                 )
             )
@@ -240,8 +255,9 @@ class Builder:
             unit = getattr(table.units, quantity)
             if unit is None:
                 continue
-            known = UNITS[dimension(quantity, mode.specimen, mode.rotational)]
-            if unit not in known:
+            measured = dimension(quantity, mode.specimen, mode.rotational)
+            known, found = UNITS[measured], find_unit(unit, measured)
+            if found is None or found.measured != measured:
                 kind = f"unit of {quantity} for mode {table.mode}"
                 self.findings.append(unknown_name((*keys, "units", quantity), unit, known, kind))
             units[quantity] = unit
@@ -280,6 +296,8 @@ class Builder:
             folder = file.parent
             beside = [p.name for p in folder.iterdir() if p.is_file()] if folder.is_dir() else []
             reason = "is a directory" if file.is_dir() else "does not exist"
+            if file.exists() and not file.is_dir():
+                beside, reason = [], "is a device or a pipe, not a file"
         except (OSError, ValueError):
             beside, reason = [], "is no name of a file"
         near = nearest(file.name, beside)
@@ -296,14 +314,18 @@ def _unused(name: str, taken: Sequence[str]) -> str:
     return candidate
 
 
-def _impossible_numbers(value: Any, keys: Keys = ()) -> Iterator[Finding]:
-    """Yield nan, infinities (but for the bulk modulus) and numbers too large to compute with."""
+def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:
+    """Yield nan, infinities (but for the bulk modulus), numbers too large to compute with, and control characters."""
     if isinstance(value, dict):
         for key, item in value.items():
-            yield from _impossible_numbers(item, (*keys, key))
+            yield from _impossible_values(item, (*keys, key))
     elif isinstance(value, list):
         for index, item in enumerate(value):
-            yield from _impossible_numbers(item, (*keys, index))
+            yield from _impossible_values(item, (*keys, index))
+    elif isinstance(value, str) and printable(value) != value:
+        yield Finding(
+            keys, f"{dotted(keys)} = {shown(value)} has a control character, which would act on a terminal"
+        )
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
         infinite = keys == ("material", "bulk_modulus") and value == math.inf
         if not infinite and not abs(value) <= _LARGEST:

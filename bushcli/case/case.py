@@ -229,6 +229,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "decimal": source.decimal,
         "reverse": list(source.reverse) or None,
         "cycles": list(source.cycles) if source.cycles else None,
+        "accept": list(source.accept) or None,
     } | ({} if source.largest_stretch is None else {"largest_stretch": source.largest_stretch})
 
 

@@ -13,6 +13,16 @@ from forms.law import Law, Parameter, laws
 from geometry.shape import Shape
 
 _PARAMETERS: Keys = ("material", "parameters")
+# MPa; four decades beyond any rubber on both sides, so that residuals and tolerances stay well above rounding.
+SHEAR = (1e-5, 1e5)
+# Bulk over shear modulus at a Poisson's ratio of zero.
+LEAST_BULK = 2.0 / 3.0
+# mm: below it dimensions are in metres.
+SMALLEST_SHAPE = 0.5
+# mm, MPa: below it a mesh has elements that no solver resolves.
+SMALLEST_DIMENSION, SOFTEST_SLEEVE = 1e-3, 1.0
+# mm, rad, or stretch - 1: below it forces drown in the rounding of displacements.
+SMALLEST_TRAVEL = 1e-6
 
 
 def parameters(material: Material) -> Iterator[Finding]:
@@ -39,10 +49,53 @@ def parameters(material: Material) -> Iterator[Finding]:
         known = law.parameter(name)
         what = f"{dotted((*_PARAMETERS, name))} is missing"
         yield Finding((*_PARAMETERS, name), what, expected=f"{law.name}: {known.meaning}, {_bounds(known)}")
-    if sound and not law.shear_modulus(**material.parameters) > 0:
-        stiffness = law.shear_modulus(**material.parameters)
-        what = f"material.parameters give an initial shear modulus of {stiffness:.3g} MPa"
+    if sound:
+        yield from _stiffness(material, law.shear_modulus(**material.parameters))
+
+
+def _stiffness(material: Material, shear: float) -> Iterator[Finding]:
+    """Check the moduli at rest."""
+    what = f"material.parameters give an initial shear modulus of {shear:.3g} MPa"
+    if not shear > 0:
         yield Finding(_PARAMETERS, what, expected="it must be positive, or the rubber is unstable at rest")
+    elif not SHEAR[0] <= shear <= SHEAR[1]:
+        expected = f"{SHEAR[0]:g} to {SHEAR[1]:g} MPa: rubber has 0.1 to 10 MPa; are the parameters in MPa?"
+        yield Finding(_PARAMETERS, what, expected=expected)
+    elif material.bulk_modulus < LEAST_BULK * shear:
+        keys = ("material", "bulk_modulus")
+        what = f"{dotted(keys)} = {shown(material.bulk_modulus)} is too small beside a shear modulus of {shear:.3g} MPa"
+        expected = f"at least {LEAST_BULK * shear:.3g} MPa, or Poisson's ratio is negative; rubber has 1000 to 3000 MPa"
+        yield Finding(keys, what, expected=expected)
+
+
+def dimensions(shape: Shape) -> Iterator[Finding]:
+    """Check that the dimensions can be millimetres."""
+    sizes = {
+        name: value
+        for name, field in type(shape).model_fields.items()
+        if isinstance(value := getattr(shape, name), float) and "mm" in (field.description or "")
+    }
+    sleeves = {f"{name}.thickness": sleeve.thickness for name, sleeve in shape.elastic_sleeves.items()}
+    for name, value in (sizes | sleeves).items():
+        if 0.0 < abs(value) < SMALLEST_DIMENSION:
+            what = f"geometry.{name} = {shown(value)} is too small to mesh"
+            yield Finding(
+                ("geometry", *name.split(".")), what, expected=f"at least {SMALLEST_DIMENSION:g} mm"
+            )
+            return
+    for name, sleeve in shape.elastic_sleeves.items():
+        if sleeve.youngs_modulus < SOFTEST_SLEEVE:
+            what = f"geometry.{name}.youngs_modulus = {shown(sleeve.youngs_modulus)} is softer than rubber"
+            expected = f"at least {SOFTEST_SLEEVE:g} MPa; aluminium has 70000"
+            yield Finding(("geometry", name, "youngs_modulus"), what, expected=expected)
+            return
+    if not sizes:
+        return
+    name, largest = max(sizes.items(), key=lambda size: abs(size[1]))
+    if abs(largest) < SMALLEST_SHAPE:
+        what = f"geometry.{name} = {shown(largest)} is the largest dimension: no bushing is so small"
+        expected = f"dimensions in mm; {1e3 * largest:g} mm, if they are in metres"
+        yield Finding(("geometry", name), what, expected=expected)
 
 
 def _terms(material: Material) -> Iterator[Finding]:
@@ -97,6 +150,12 @@ def mode(
 def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
     """Check that a path leaves room for the rubber."""
     kind = modes()[load_case.mode]
+    if 0.0 < load_case.amplitude < SMALLEST_TRAVEL:
+        unit = "rad" if kind.rotational else "of stretch" if kind.specimen == "coupon" else "mm"
+        what = f"{dotted(keys)}: a travel of {load_case.amplitude:g} {unit} is too small to simulate"
+        yield Finding(
+            keys, what, expected=f"at least {SMALLEST_TRAVEL:g} {unit}; the initial stiffness needs no less"
+        )
     thickness = getattr(shape, "thickness", None)  # a coupon has none
     if kind.specimen == "coupon" and min(load_case.path, default=0.0) <= -1.0:
         what = f"{dotted(keys)} = {min(load_case.path):g} presses the specimen to nothing"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from bushcli.errors import InputError, Problem
@@ -31,7 +32,8 @@ def write_example(directory: Path) -> tuple[Path, ...]:
     """
     sources = sorted(path for path in example_directory().iterdir() if path.is_file())
     targets = [directory / source.name for source in sources]
-    present = [target for target in targets if target.exists()]
+    # A link that leads nowhere would be written through.
+    present = [target for target in targets if os.path.lexists(target)]
     if present:
         raise InputError(
             *(Problem(str(target), "exists already and is not overwritten") for target in present)

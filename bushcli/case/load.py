@@ -11,8 +11,10 @@ from typing import Any
 from bushcli.case.build import Builder
 from bushcli.case.case import Case
 from bushcli.case.finding import Finding, Keys
+from bushcli.case.limits import DEEPEST, LARGEST_CASE, MOST_PROBLEMS, is_too_deep, too_deep_line
 from bushcli.case.override import Override, apply
 from bushcli.errors import CaseError, Problem, nearest
+from bushcli.runtime.bounded import TooLarge, read_bounded
 
 
 def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
@@ -31,6 +33,10 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     """
     path = Path(path)
     data, done = apply(_read(path), overrides)
+    if is_too_deep(data):
+        raise CaseError(
+            Problem(str(path), f"has tables more than {DEEPEST} deep", "", "see docs/case-file.md")
+        )
     builder = Builder(path.parent)
     case = builder.case(data, path)
     if case is None:
@@ -41,7 +47,11 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
 def _read(path: Path) -> dict[str, Any]:
     text = ""
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_bounded(path, LARGEST_CASE).decode("utf-8-sig")
+        deep = too_deep_line(text)
+        if deep is not None:
+            what = f"has a key of more than {DEEPEST + 1} parts"
+            raise CaseError(Problem(f"{path}:{deep}", what, "", "see docs/case-file.md"))
         return tomllib.loads(text)
     except FileNotFoundError:
         beside = [p.name for p in path.parent.glob("*.toml")] if path.parent.is_dir() else []
@@ -61,6 +71,8 @@ def _read(path: Path) -> dict[str, Any]:
         ) from None
     except tomllib.TOMLDecodeError as error:
         raise CaseError(_syntax(path, text, str(error))) from None
+    except TooLarge as error:
+        raise CaseError(Problem(str(path), str(error), expected="a case file in TOML")) from None
     except (ValueError, RecursionError) as error:
         # A name with a null byte, numbers of thousands of digits, brackets nested as deep.
         what = "is not valid TOML" if text else "cannot be read"
@@ -92,6 +104,10 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
         owner = next((o for o in reversed(overrides) if o.owns(finding.keys)), None)
         where = owner.where if owner else str(path)
         problems.append(Problem(where, finding.what, finding.nearest, finding.expected))
+        if len(problems) == MOST_PROBLEMS:
+            left = len({one.keys for one in findings}) - len(seen)
+            problems += [Problem(str(path), f"has {left} more problems")] if left else []
+            break
     changed = next((o for o in overrides if o.keys == ("material", "law")), None)
     if any(o.keys[:2] == ("material", "parameters") for o in overrides):
         changed = None  # the user has thought of them

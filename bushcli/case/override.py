@@ -10,10 +10,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from bushcli.case.finding import Keys, dotted, shown
+from bushcli.case.limits import DEEPEST
 from bushcli.effects.effect import effect_name, rig_of
 from bushcli.errors import CaseError, Problem
 
 _SEGMENT = re.compile(r"([A-Za-z0-9_-]+(?:@[^\[\]@]+)?)((?:\[\d+\])*)\Z")
+
+_SHOWN = 300
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ class Override:
     @property
     def where(self) -> str:
         """How a message names it."""
-        return f"--set {self.text}"
+        return _where(self.text)
 
     def owns(self, keys: Keys) -> bool:
         """Whether what stands at ``keys`` comes from this override."""
@@ -60,12 +63,21 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
     for text in texts:
         name, equals, value = text.partition("=")
         keys = _keys(name.strip())
+        if len(keys) > DEEPEST:
+            raise CaseError(
+                Problem(_where(text), f"has a key of {len(keys)} parts", expected=f"at most {DEEPEST}")
+            )
         if not equals or not keys:
-            raise CaseError(Problem(f"--set {text}", "is not KEY=VALUE", expected="e.g. geometry.length=38"))
+            raise CaseError(Problem(_where(text), "is not KEY=VALUE", expected="e.g. geometry.length=38"))
         keys, added = _by_name(data, keys, text)
-        created = _put(data, keys, _value(value.strip()), f"--set {text}")
+        created = _put(data, keys, _value(value.strip()), _where(text))
         done.append(Override(text, keys, added or created))
     return data, done
+
+
+def _where(text: str) -> str:
+    """Return how a message names an override: as it was written, cut to a length that fits one."""
+    return f"--set {text if len(text) <= _SHOWN else text[:_SHOWN] + ' ...'}"
 
 
 def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
@@ -96,7 +108,7 @@ def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
     if named:
         known = ", ".join(f"effects.{name}@{few[0]}" for few in channels.values() if few)
         what = f"several effects are called {name}" if there else f"no {name} has the channel {rig}"
-        raise CaseError(Problem(f"--set {text}", what, expected=known))
+        raise CaseError(Problem(_where(text), what, expected=known))
     added: Keys = ("effects", len(entries)) if "effects" in data else ("effects",)
     data["effects"] = [*entries, {"name": name, **({"channels": [rig]} if rig else {})}]
     return ("effects", len(entries), *rest), added

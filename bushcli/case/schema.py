@@ -111,6 +111,9 @@ class RecordingTable(Table):
         default=None, min_length=1, description="columns whose sign is turned round"
     )
     cycles: list[Annotated[int, Field(ge=1)]] | None = Field(default=None, min_length=1)
+    accept: list[float] | None = Field(
+        default=None, description="values that look like codes for missing ones and were measured"
+    )
 
 
 class CouponTable(RecordingTable):

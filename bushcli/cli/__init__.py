@@ -6,18 +6,43 @@ at once. Under MPI every rank does the same and the first one speaks.
 
 from __future__ import annotations
 
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
 import click
 
 from bushcli import __version__
 from bushcli.cli.case import check, direct, mesh
 from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.identification import fit, inverse
+from bushcli.cli.run import unwritable
 from bushcli.cli.tool import doctor, init, list_
-from bushcli.errors import nearest
+from bushcli.errors import nearest, printable
 
 
 class _Group(click.Group):
-    """A group that knows the nearest command."""
+    """A group that knows the nearest command, and says in a sentence where its own words cannot be written."""
+
+    def main(self, *args: Any, **extra: Any) -> Any:
+        # Open MPI does not start without it, and Python knows it from the system's list of users.
+        os.environ.setdefault("HOME", _home())
+        try:
+            return super().main(*args, **extra)
+        except OSError as error:
+            sys.exit(unwritable(error))
+
+    def make_context(self, *args: Any, **extra: Any) -> click.Context:
+        with _printable_usage():
+            return super().make_context(*args, **extra)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        with _printable_usage():
+            return super().invoke(ctx)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -29,6 +54,23 @@ class _Group(click.Group):
             if close:
                 error.message += f' Did you mean "{close}"?'
             raise
+
+
+@contextmanager
+def _printable_usage() -> Iterator[None]:
+    """Click repeats what was typed; control characters in it would act on the terminal."""
+    try:
+        yield
+    except click.UsageError as error:
+        error.message = printable(error.message)
+        raise
+
+
+def _home() -> str:
+    try:
+        return str(Path.home())
+    except RuntimeError:  # no such user, as in a container with a number for one
+        return tempfile.gettempdir()
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

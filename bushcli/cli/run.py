@@ -8,14 +8,15 @@ import json as json_format
 import os
 import sys
 import time
+import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
-from bushcli.errors import InputError
+from bushcli.errors import InputError, Problem, printable
 from bushcli.runtime.interrupt import is_interrupt, listen
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class Run:
     def say(self, text: str) -> None:
         """Narrate on stderr, unless quiet."""
         if not self.quiet and speaks():
-            click.echo(text, err=True)
+            click.echo(printable(text), err=True)
 
     def show(self, *renderables: Any) -> None:
         """Print results for people on stdout; nothing where JSON is asked for."""
@@ -173,8 +174,7 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
     except InputError as error:
         if debug:
             raise
-        if speaks():
-            click.echo(f"error: {error}", err=True)
+        _complain(f"error: {error}")
         code = WRONG_INPUT
     except KeyboardInterrupt:
         code = _interrupted()
@@ -182,6 +182,10 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
         # A pipeline that ends early (`| head`) is no error of ours.
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - the interpreter flushes it at exit
         code = DONE
+    except OSError as error:
+        if debug:
+            raise
+        code = unwritable(error)
     except Exception as error:  # the last line of defence between a traceback and a user
         if debug:
             raise
@@ -195,11 +199,36 @@ def _interrupted() -> int:
     return INTERRUPTED
 
 
+def _complain(text: str) -> None:
+    """Say on stderr, if anybody can be told, what went wrong."""
+    if speaks():
+        with suppress(OSError):
+            click.echo(text, err=True)
+
+
+def unwritable(error: OSError) -> int:
+    """Say which file or stream the operating system refused: a full disk, a cache that is a file, a name too long."""
+    place, expected = str(error.filename or "standard output"), ""
+    if "cases.jit" in sys.modules:
+        cache = str(sys.modules["cases.jit"].cache_directory())
+        # A write that fails knows no name: the form compiler writes into the cache, everything else here to the output.
+        frames = [frame.f_code.co_filename for frame, _ in traceback.walk_tb(error.__traceback__)]
+        if error.filename is None and any("ffcx" in frame or "cffi" in frame for frame in frames):
+            place = cache
+        if place.startswith(cache) or cache.startswith(f"{place}/"):
+            expected = "compiled kernels are kept there; another folder: BUSHCLI_CACHE=/path"
+    what = f"cannot be read or written: {error.strerror or error}"
+    _complain(f"error: {Problem(place[:300], what, '', expected)}")
+    # The interpreter flushes it at exit, and would fail again.
+    sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115
+    return WRONG_INPUT
+
+
 def _mistaken(error: Exception) -> int:
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
 
     if speaks():
-        click.echo(f"internal error: {type(error).__name__}: {error}", err=True)
+        click.echo(printable(f"internal error: {type(error).__name__}: {error}"), err=True)
         click.echo("this is a mistake in bushcli; --debug shows where", err=True)
         for possible in untried_dolfinx(installed_dolfinx()):
             click.echo(f"perhaps because {possible.message}\n  remedy: {possible.remedy}", err=True)

@@ -28,6 +28,7 @@ from bushcli.diagnosis.where.missing import missing
 from bushcli.diagnosis.where.record import locate
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
+from bushcli.inverse.verdict import history_not_kept
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.store import Store
@@ -128,7 +129,9 @@ def diagnose(
         if not found.interrupted and not asked.fatal:
             extras.make(problem, found.plain, found.models, crew, maps, notify)
     named = None if effects is None else tuple(effects)
-    return replace(_answer(asked, found, extras), asked=named, seconds=time.perf_counter() - begin)
+    said = _answer(asked, found, extras)
+    conditions = (*said.conditions, *_not_kept(store))
+    return replace(said, asked=named, conditions=conditions, seconds=time.perf_counter() - begin)
 
 
 def _rough(asked: Question, crew: Workers) -> Fitted:
@@ -198,6 +201,12 @@ def _answer(asked: Question, found: _Found, extras: Extras) -> Diagnosis:
         failed_solves=search.failed + plain.failed,
         seconds=0.0,
     )
+
+
+def _not_kept(store: Store | None) -> tuple[Condition, ...]:
+    """The folder of results is full: the diagnosis is complete, but cannot be gone on with."""
+    failure = "" if store is None else store.failure()
+    return (history_not_kept(failure),) if failure else ()
 
 
 def _announce(store: Store | None, resume: bool, notify: Progress) -> None:

@@ -27,6 +27,7 @@ from bushcli.faults.signal import slope
 from bushcli.faults.stiffness import unit_stiffness
 from bushcli.recording import Recording
 from bushcli.recording.source import UNITS, Quantity, dimension
+from bushcli.recording.units import find_unit
 from cases.mode import modes
 from geometry.ring import Ring
 from geometry.shape import Shape
@@ -306,7 +307,7 @@ def _changes(recording: Recording) -> Iterator[_Change]:
     si = {"length": ("m", "kN"), "angle": ("rad", "Nm")}.get(displacement)
     if si is not None and all(read):
         factors = [
-            UNITS[kind][new] / UNITS[kind][old]
+            UNITS[kind][new] / _factor(kind, old)
             for kind, new, old in zip((displacement, force), si, read, strict=True)
         ]
         if 1.0 not in factors:
@@ -323,6 +324,13 @@ def _others(kind: str, read: str, common: set[str]) -> Iterator[tuple[str, float
     if not read:
         return
     for name, size in UNITS[kind].items():
-        factor = size / UNITS[kind][read]
+        factor = size / _factor(kind, read)
         if factor != 1.0:
             yield name, factor, 0.0 if name in common else 0.6
+
+
+def _factor(kind: str, name: str) -> float:
+    """Return the factor of a unit that a column was read in to the internal one."""
+    unit = find_unit(name, kind)
+    assert unit is not None, name
+    return unit.factor

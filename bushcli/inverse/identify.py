@@ -28,7 +28,7 @@ from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
 from bushcli.inverse.result import EndPoint, Estimate, Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
-from bushcli.inverse.verdict import conditions, profiles_cut_short, start_replaced
+from bushcli.inverse.verdict import conditions, history_not_kept, profiles_cut_short, start_replaced
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
@@ -276,6 +276,8 @@ def _result(
         ),
     )
     found = conditions(fit, task, best, interrupted)
+    if problem.journal is not None and problem.journal.failure:
+        found += (history_not_kept(problem.journal.failure),)
     return replace(fit, conditions=(profiles_cut_short(), *found) if cut else found)
 
 

@@ -11,6 +11,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,11 @@ class Journal:
     resume
         Use what the file holds; otherwise a new one is begun.
 
+    Attributes
+    ----------
+    failure : str
+        Why the last evaluation could not be kept on disk; empty where it was.
+
     Raises
     ------
     InputError
@@ -46,12 +52,13 @@ class Journal:
         self.identity = hashlib.sha256(json.dumps(identity, sort_keys=True, default=str).encode()).hexdigest()
         self._lines = [json.dumps({"identity": self.identity})]
         self._known: dict[bytes, list[Answer]] = {}
+        self.failure = ""
         if resume and file.exists():
             self._read()
 
     def _read(self) -> None:
-        lines = self.file.read_text(encoding="utf-8").splitlines()
         try:
+            lines = self.file.read_text(encoding="utf-8").splitlines()
             head, *rest = (json.loads(line) for line in lines)
             if head["identity"] != self.identity:
                 raise InputError(
@@ -65,8 +72,10 @@ class Journal:
             for row in rest:
                 answers = [Answer(*(np.array(part) for part in answer)) for answer in row["answers"]]
                 self._known[np.array(row["x"]).tobytes()] = answers
-        except (ValueError, KeyError, TypeError) as error:
-            raise InputError(Problem(str(self.file), f"is not a history of a run ({error})")) from None
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OSError) as error:
+            what = f"is damaged, or not a history of a run ({str(error)[:200]})"
+            expected = "the file as the run left it; or go without --resume, which begins a new one"
+            raise InputError(Problem(str(self.file), what, "", expected)) from None
         self._lines = lines
 
     def find(self, x: Array) -> list[Answer] | None:
@@ -74,17 +83,24 @@ class Journal:
         return self._known.get(np.ascontiguousarray(x, dtype=float).tobytes())
 
     def add(self, x: Array, answers: list[Answer]) -> None:
-        """Keep an evaluation, on disk before this returns."""
+        """Keep an evaluation, on disk before this returns; where that fails, `failure` says so."""
         self._known[np.ascontiguousarray(x, dtype=float).tobytes()] = answers
         parts = [
             [p.tolist() for p in (a.displacement, a.force, a.slope, a.states) if p is not None]
             for a in answers
         ]
         self._lines.append(json.dumps({"x": x.tolist(), "answers": parts}))
-        self.file.parent.mkdir(parents=True, exist_ok=True)
         fresh = self.file.with_suffix(f".{os.getpid()}.part")
-        with fresh.open("w", encoding="utf-8") as out:
-            out.write("\n".join(self._lines) + "\n")
-            out.flush()
-            os.fsync(out.fileno())
-        fresh.replace(self.file)
+        try:
+            self.file.parent.mkdir(parents=True, exist_ok=True)
+            with fresh.open("w", encoding="utf-8") as out:
+                out.write("\n".join(self._lines) + "\n")
+                out.flush()
+                os.fsync(out.fileno())
+            fresh.replace(self.file)
+            self.failure = ""
+        except OSError as error:
+            # What was computed is worth more than the means of going on with it.
+            self.failure = error.strerror or str(error)
+            with suppress(OSError):
+                fresh.unlink(missing_ok=True)

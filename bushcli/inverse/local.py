@@ -24,6 +24,8 @@ ROBUST_AT = 2.0
 # A search that a full step would still improve by more than this share of the cost has not ended in a minimum: a
 # tenth of a unit of chi square in a hundred samples.
 STATIONARY = 1e-3
+# Relative change of all parameters below which a search has not left its start.
+STAYED = 1e-6
 # Cost below which there is nothing left to improve: a hundredth of the noise, or 0.001 % of the force range.
 NOTHING = 1e-4
 
@@ -45,6 +47,9 @@ class Minimum:
         Steps that would lower the misfit further lead to parameters that cannot be solved.
     at_edge : bool
         The law's stability holds the search back from a lower misfit.
+    stationary : bool
+        The search did not move, because its start is the minimum already: no step promises a lower misfit. A law
+        that is linear in its parameters is solved exactly before the search begins.
     """
 
     start: Array
@@ -55,6 +60,7 @@ class Minimum:
     message: str
     beside_failure: bool = False
     at_edge: bool = False
+    stationary: bool = False
 
 
 class Stopped(Exception):
@@ -201,7 +207,14 @@ def minimise(
         message,
         bool(beside),
         bool(problem.instability(x).max(initial=0.0) > ACTIVE),
+        loss == "linear" and _is_minimum_already(problem, start, x, lower, upper),
     )
+
+
+def _is_minimum_already(problem: Problem, start: Array, x: Array, lower: Array, upper: Array) -> bool:
+    """Whether a search ended where it began because no step lowers the misfit."""
+    stayed = bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12)))
+    return stayed and promise(problem, x, lower, upper) <= STATIONARY
 
 
 def promise(problem: Problem, x: Array, lower: Array, upper: Array) -> float:

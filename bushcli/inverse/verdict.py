@@ -8,7 +8,7 @@ import numpy as np
 
 from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.door import at_door
-from bushcli.inverse.local import Minimum
+from bushcli.inverse.local import STAYED, Minimum
 from bushcli.inverse.result import EndPoint, Fit, FittedCurve
 from bushcli.inverse.task import Task
 from bushcli.runtime.condition import Condition
@@ -90,6 +90,15 @@ def profiles_cut_short() -> Condition:
     )
 
 
+def history_not_kept(reason: str) -> Condition:
+    """The evaluations could not be written for `--resume`."""
+    return Condition(
+        "history_not_kept",
+        f"the history for --resume could not be written: {reason}; the result is complete",
+        "free some space, or another -o, if the run is to be gone on with",
+    )
+
+
 def start_replaced(instead: Mapping[str, float]) -> Condition:
     """The start values could not be solved, and others were taken."""
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())
@@ -103,7 +112,7 @@ def start_replaced(instead: Mapping[str, float]) -> Condition:
 
 def _stuck(fit: Fit, best: Minimum) -> list[Condition]:
     moved = np.max(np.abs(best.x - best.start) / np.maximum(np.abs(best.start), 1e-12))
-    if moved > 1e-6 or fit.iterations > 2 or not _is_poor(fit):
+    if moved > STAYED or best.stationary or fit.iterations > 2 or not _is_poor(fit):
         return []
     return [
         Condition(

@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 
 _CLOSED_NOISE = 8.0  # as `bushcli.recording.segment` tells a turning point from noise
 _CLOSED_SHARE = 0.01
+_OVERSHOOT = 0.05  # as `bushcli.recording.segment` tells an overshoot from an excursion
 _END = 0.01  # as `Curve.secant_stiffness`
 
 
@@ -181,11 +182,16 @@ def _loop(q: Array, force: Array, begin: int, end: int, slack: float) -> tuple[b
     start = float(q_path[0])
     if abs(q_path[-1] - start) <= slack:
         return True, q_path, force_path
-    # The end is between the last two samples, or between the last and the next cycle's first.
-    for i, kept in ((end - 1, -1), (end, None)):
+    # The end is between the last and the next cycle's first sample, between the last two, or, where the motion went on
+    # beyond the start before it turned, a little earlier.
+    near = _OVERSHOOT * float(np.ptp(q_path))
+    for i in range(end, begin + 1, -1):
         there = _force_at(start, q, force, i)
         if there is not None:
+            kept = len(q_path) - (end - i)
             return True, np.append(q_path[:kept], start), np.append(force_path[:kept], there)
+        if i < end and abs(q[i] - start) > near:
+            break
     return False, q_path, force_path
 
 

@@ -6,7 +6,10 @@ import codecs
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
+from bushcli.runtime.bounded import TooLarge, read_bounded
 
+#: Bytes. Two million rows of three columns; reading them takes about a quarter of a minute.
+LARGEST_FILE = 64_000_000
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),  # before UTF-16, whose mark it begins with
@@ -25,11 +28,15 @@ def decoded(path: Path) -> str:
         When there is no such file, it cannot be read, is no text, or is empty.
     """
     try:
-        content = path.read_bytes()
+        content = read_bounded(path, LARGEST_FILE)
     except FileNotFoundError:
         raise RecordingError(Problem(str(path), "no such file")) from None
     except IsADirectoryError:
         raise RecordingError(Problem(str(path), "is a directory", expected="a CSV file")) from None
+    except TooLarge as error:
+        raise RecordingError(
+            Problem(str(path), str(error), "", "every tenth row will do for a fit")
+        ) from None
     except (OSError, ValueError) as error:
         raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None
     encodings = [encoding for mark, encoding in _BOMS if content.startswith(mark)][:1] or [

@@ -4,33 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-#: Ways to write a unit (lower case, without blanks and brackets) -> (what it measures, its name in
-#: `source.UNITS`).
-_SPELLINGS = {
-    "time": {
-        "s": "s", "sec": "s", "sek": "s", "second": "s", "seconds": "s", "ms": "ms", "min": "min", "h": "h",
-    },
-    "length": {
-        "mm": "mm", "m": "m", "cm": "cm", "um": "um", "µm": "um", "μm": "um", "in": "in", "inch": "in",
-    },
-    "angle": {
-        "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "grad": "deg",
-        "rad": "rad", "mrad": "mrad",
-    },
-    "force": {"n": "N", "kn": "kN", "lbf": "lbf", "lb": "lbf"},
-    "moment": {
-        "nmm": "Nmm", "n*mm": "Nmm", "n.mm": "Nmm", "n·mm": "Nmm", "n-mm": "Nmm",
-        "nm": "Nm", "n*m": "Nm", "n.m": "Nm", "n·m": "Nm", "n-m": "Nm",
-        "knm": "kNm", "ncm": "Ncm", "lbfin": "lbfin", "lbf*in": "lbfin", "lbf-in": "lbfin", "in-lbf": "lbfin",
-    },
-    "strain": {"%": "percent", "percent": "percent", "pct": "percent", "mm/mm": "strain", "m/m": "strain"},
-    "stress": {
-        "mpa": "MPa", "n/mm2": "MPa", "n/mm²": "MPa", "n/mm^2": "MPa", "n/mm**2": "MPa",
-        "kpa": "kPa", "pa": "Pa", "gpa": "GPa", "psi": "psi",
-    },
-}  # fmt: skip
-_NO_UNIT = ("-", "1", "")
+from bushcli.recording.units import NO_UNIT, plain_unit, usual_unit
+
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
 
 #: Words for a column, the column names of this project first.
 _WORDS = {
@@ -55,69 +36,189 @@ _ENDINGS = {
     "time": "zeit", "length": "weg", "angle": "winkel", "force": "kraft", "moment": "moment",
     "strain": "dehnung", "stress": "spannung",
 }  # fmt: skip
-#: Words that change the meaning: a true stress is no nominal one, a set value is not a measured one.
-_FOREIGN = (
-    "true",
-    "wahre",
-    "cauchy",
-    "log",
-    "logarithmic",
-    "hencky",
-    "set",
-    "setpoint",
-    "command",
-    "soll",
-    "sollwert",
+#: Words that change the meaning: a true stress is no nominal one, a set value, a rate, an error, an extreme, a
+#: counter is no measured value.
+_FOREIGN = _set(
+    "true wahre cauchy log logarithmic hencky set setpoint command cmd soll sollwert demand target reference ref "
+    "desired rate speed velocity acceleration error err deviation fehler abweichung step steps schritt count counts "
+    "counter number index id cycle cycles zyklus segment limit status mode min max minimum maximum minimal maximal "
+    "mean avg average mittelwert peak valley rms std range amplitude frequency temperature temp work energy power "
+    "stiffness integral derivative offset remaining date noise geschwindigkeit delta tolerance"
 )
+_FOREIGN_BEGINNINGS = ("soll", "max", "min", "grenz", "rest", "höchst", "bruch")
+#: Words that say that a value was measured.
+_MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwert response")
+#: Words beside the one for a quantity that are neither units nor change the meaning.
+_BESIDE = _MEASURED_WORDS | _set(
+    "axial radial torsional conical x y z r a b c u v w i ii l q ch chan channel kanal raw filt corr cell dose sensor "
+    "lvdt mts hbm pcb ni daq dic cam cyl rig test part dut mess main top bot left right up down vert hor lin rot rad "
+    "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao adc sig no nr mid low high "
+    "probe prüf inner outer sleeve filtered corrected calibrated smoothed"
+)
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}|<([^<>]*)>")
+#: A factor beside a unit: "x10 N", "1000 N".
+_POWER = re.compile(r"[x×*]?10+|1[eE]\d")
+#: Longer texts are no names of columns; what they say is not looked at.
+_LONGEST_NAME = 200
 
 
-def unit_of(text: str) -> tuple[str, str] | None:
-    """Return (what it measures, unit as in `bushcli.recording.source.UNITS`) for ``[N/mm**2]``, None for no unit."""
-    plain = re.sub(r"[\s\[\](){}]", "", text).lower()
-    if plain.startswith("%"):
-        plain = "%"  # "%-ext": percent by extensometer
-    for measured, spellings in _SPELLINGS.items():
-        if plain in spellings:
-            return measured, spellings[plain]
-    return None
+@dataclass(frozen=True)
+class Heading:
+    """The name of a column, taken apart.
+
+    Attributes
+    ----------
+    words : tuple of str
+        The name without unit, in lower case.
+    written : tuple of str
+        The units, as they are written; more than one is a contradiction, unless they are the same.
+    doubtful : tuple of str
+        Words, as written, that are not known and could be units.
+    """
+
+    words: tuple[str, ...]
+    written: tuple[str, ...]
+    doubtful: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """The name without unit, in lower case."""
+        return " ".join(self.words)
+
+
+def heading(text: str) -> Heading:
+    """Take ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` apart."""
+    text = text.strip()
+    if len(text) > _LONGEST_NAME:
+        return Heading((), (), ())
+    bracketed = [next(group for group in m.groups() if group is not None) for m in _BRACKETS.finditer(text)]
+    rest = _BRACKETS.sub(" ", text)
+    timed = any(word in _WORDS["time"] for word in _plain(rest).split())
+    remarks = [inside for inside in bracketed if _is_remark(inside, rest, timed)]
+    written = [inside for inside in bracketed if inside.strip() and inside not in remarks]
+    if not written:
+        rest, unit = _unit_at_end(rest, timed)
+        written = [unit] if unit else []
+    shown = [word for part in (rest, *remarks) for word in re.split(r"[\W_]+", part) if word]
+    units = [] if written else [word for word in shown[1:-1] if _inner_unit(word)]
+    if units:
+        shown, written = [word for word in shown if word not in units], units
+    doubtful = [] if written else [word for word in shown if not _known_word(word)]
+    if timed and not written and any(word.lower() == "min" for word in shown):
+        doubtful += [word for word in shown if word.lower() == "min"]
+        shown = [word for word in shown if word.lower() != "min"]
+    return Heading(tuple(word.lower() for word in shown), tuple(written), tuple(doubtful))
+
+
+def _is_remark(inside: str, rest: str, timed: bool) -> bool:
+    """Whether what stands in brackets is words, such as ``(Max)``, and no unit."""
+    words = _plain(inside).split()
+    if words == ["min"]:
+        # (Min) beside (Max) is the smallest value; over a time it may be minutes, which `heading` leaves in doubt.
+        return not timed or inside.strip() != "min"
+    if usual_unit(inside) is not None:
+        return False
+    if len(words) == 1 and len(words[0]) == 1 and words[0].isalpha():
+        # "Force (F)" gives the symbol; "Force (t)" may be in tonnes.
+        kinds = [kind for kind, known in _WORDS.items() if words[0] in known]
+        return any(_quality(_plain(rest), kind) for kind in kinds) or words[0] in "xyz"
+    return bool(words) and all(_known_word(word) for word in words)
+
+
+def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
+    """Split ``force_kN``, ``Kraft in N``, ``F / N``, ``Moment N mm`` into the name and its unit, or an empty text."""
+    slash = re.fullmatch(r"\s*([^\s_/]+|\S.*?\s)/\s*(\S.*)", text)
+    if slash and not _names_something(slash[2]):
+        return slash[1].strip(), slash[2]
+    tokens = [token for token in re.split(r"[_\s,;|]+", text) if token]
+    for count in (2, 1):
+        unit = "".join(tokens[-count:])
+        found = usual_unit(unit) if len(tokens) > count else None
+        if found is None or (count == 2 and found.measured != "moment"):
+            continue
+        if unit.lower() == "min" and not (timed and unit == "min"):
+            continue  # the smallest value, or in doubt
+        if _POWER.fullmatch(tokens[-count - 1]):
+            return " ".join(tokens[: -count - 1]), " ".join(tokens[-count - 1 :])  # "Force x10 N" is not in N
+        return " ".join(token for token in tokens[:-count] if token not in ("in", "/")), unit
+    match = re.fullmatch(r"(\S.*?)\s+in\s+(\S+)", text.strip())
+    if match and not _names_something(match[2]):
+        return match[1], match[2]
+    match = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
+    if match and usual_unit(match[2]) is not None and match[2].lower() != "min":
+        return match[1], match[2]
+    return text, ""
+
+
+def _names_something(text: str) -> bool:
+    """Whether a text holds a word of a name, and so is no unit: the "unload force" of "load/unload force"."""
+    return any(_known_word(word) and len(word) > 1 for word in re.findall(r"[^\W\d_]+", text))
+
+
+def _inner_unit(word: str) -> bool:
+    """Whether a word between others is surely a unit: the kN of ``force_kN_filtered``."""
+    return (len(word) > 1 or word == "N") and not _known_word(word) and usual_unit(word) is not None
+
+
+def _known_word(word: str) -> bool:
+    if _POWER.fullmatch(word):
+        return False
+    plain = word.lower().strip("0123456789")
+    return (
+        not plain
+        or plain in _ALL_WORDS
+        or plain in _FOREIGN
+        or plain in _BESIDE
+        or any(len(plain) > len(end) and plain.endswith(end) for end in _ENDINGS.values())
+    )
 
 
 def is_units_row(fields: Sequence[str]) -> bool:
     """Whether a line over a table holds units only, such as ``s;mm;N`` or ``[-] [MPa]``."""
-    known = [unit_of(field) is not None for field in fields]
-    blank = [re.sub(r"[\s\[\](){}]", "", field) in _NO_UNIT for field in fields]
+    known = [usual_unit(field) is not None for field in fields]
+    blank = [plain_unit(field) in NO_UNIT for field in fields]
     bracketed = [field.startswith(("[", "(")) or field.endswith(("]", ")")) for field in fields]
     # "t;F;s"? A row of units is all units; in brackets, unknown ones may be among them.
     plain = all(k or b for k, b in zip(known, blank, strict=True)) and any(known)
     return plain or (
-        all(re.match(r"[\[(%]", f) or f in _NO_UNIT for f in fields) and all(bracketed) and any(known)
+        all(re.match(r"[\[(%]", f) or f in NO_UNIT for f in fields) and all(bracketed) and any(known)
     )
 
 
-def name_and_unit(text: str) -> tuple[str, tuple[str, str] | None]:
-    """Split ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N`` into the plain name and its unit."""
-    bracket = re.fullmatch(r"(.*?)\s*[\[(]([^\])]*)[\])]\s*", text)
-    if bracket:
-        return _plain(bracket[1]), unit_of(bracket[2])
-    for pattern in (r"(.+?)\s+in\s+(\S+)", r"(.+?)\s*/\s*(\S+)", r"(.+)[_,\s]\s*([^\s_,]+)"):
-        match = re.fullmatch(pattern, text.strip())
-        if match and (unit := unit_of(match[2])):
-            return _plain(match[1]), unit
-    return _plain(text), None
+def named_columns(fields: Sequence[str]) -> int:
+    """Return how many fields of a line have a word for a quantity, and so are names of columns."""
+    heads = [heading(field) for field in fields]
+    return sum(any(word_quality(head, kind) for kind in _WORDS) for head in heads)
 
 
 def match_quality(text: str, kind: str) -> int:
     """Return how surely a column name means ``kind``, a key of the words above.
 
-    0 no; 1 a German compound; 2 the word among others; 3 a word for it; 4 this project's own name.
+    0 no; 1 a German compound; 2 the word among others; 3 a word for it; 4 this project's own name. A unit of another
+    quantity that is in the table of `units` makes it 0.
     """
-    name, unit = name_and_unit(text)
-    words = name.split()
-    if any(word in _FOREIGN for word in words):
+    head = heading(text)
+    for written in head.written:
+        unit = usual_unit(written)
+        if unit is not None and unit.measured != _MEASURED.get(kind, kind):
+            return 0
+    return word_quality(head, kind)
+
+
+def word_quality(head: Heading, kind: str) -> int:
+    """Return `match_quality` of the words alone, whatever the unit."""
+    if any(word in _FOREIGN for word in head.words):
         return 0
-    if unit and unit[0] != _MEASURED.get(kind, kind):
-        return 0
-    known = _WORDS[kind]
+    return _quality(head.name, kind)
+
+
+def says_measured(head: Heading) -> bool:
+    """Whether a name says that the column was measured, beside others that were demanded."""
+    return any(word in _MEASURED_WORDS for word in head.words)
+
+
+def _quality(name: str, kind: str) -> int:
+    words, known = name.split(), _WORDS[kind]
     if name == known[0]:
         return 4
     if name in known:
@@ -125,10 +226,13 @@ def match_quality(text: str, kind: str) -> int:
     if any(len(word) > 1 and word in words for word in known):
         # "extension ratio" holds a word for a length but is a stretch.
         return 0 if any(name in _WORDS[other] for other in _WORDS if other != kind) else 2
-    return 1 if kind in _ENDINGS and name.endswith(_ENDINGS[kind]) else 0
+    if kind not in _ENDINGS or name.startswith(_FOREIGN_BEGINNINGS):
+        return 0
+    return 1 if name.endswith(_ENDINGS[kind]) else 0
 
 
 _MEASURED = {"stretch": "strain"}
+_ALL_WORDS = frozenset(word for names in _WORDS.values() for name in names for word in name.split())
 
 
 def _plain(name: str) -> str:

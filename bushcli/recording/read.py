@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
-from bushcli.recording.columns import column, unit
+from bushcli.recording.columns import Column, column
 from bushcli.recording.curve import Curve
 from bushcli.recording.noise import noise
 from bushcli.recording.segment import Branch, segment
@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 _FEWEST_BUSHING = 5
 _FEWEST_COUPON = 3
 _FEWEST_PROGRAM = 2
+#: mm, rad, N, N mm, MPa: below this nothing was measured, and quotients leave the range of floating-point numbers.
+_SMALLEST = 1e-12
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class Recording(Curve):
     cycles : tuple of int
         Numbers, in the file, of the cycles that were taken of it; empty where all were.
     units : (str, str)
-        Of displacement and force in the file, as in `bushcli.recording.source.UNITS`; empty where they are not known.
+        Of displacement and force in the file, see `bushcli.recording.units`; empty where they are not known.
     repeated : tuple of int
         Lines of the file that repeat the row before them, time and all; they were left out.
     """
@@ -76,21 +78,21 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
     table = read_table(source.file, source.delimiter, source.decimal)
     stamps = column(table, source, mode, "time")
-    displacement = _moving(table, source, mode, fewest)
-    found = column(table, source, mode, "force")
-    assert found is not None
-    index, force = found
-    time, repeated = None if stamps is None else stamps[1], np.zeros(len(force), dtype=bool)
+    moved = _moving(table, source, mode, fewest)
+    forced = column(table, source, mode, "force")
+    assert forced is not None
+    displacement, force = moved.values, forced.values
+    time, repeated = None if stamps is None else stamps.values, np.zeros(len(force), dtype=bool)
     if stamps is not None and time is not None:
         rows = np.column_stack([time, displacement, force])
         repeated[1:] = (rows[1:] == rows[:-1]).all(axis=1)
-        _refuse_standing_clock(table, stamps[0], time, repeated)
+        _refuse_standing_clock(table, stamps.index, time, repeated)
         time, displacement, force = time[~repeated], displacement[~repeated], force[~repeated]
         if len(force) < fewest:
             what = f"has only {len(force)} different rows"
             raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
-    if np.ptp(force) == 0.0:
-        what = f"{table.label(index)} is {table.rows[0][index]} throughout: was the sensor connected?"
+    if np.ptp(force) <= _SMALLEST:
+        what = f"{table.label(forced.index)} is {table.rows[0][forced.index]} throughout: was the sensor connected?"
         raise RecordingError(Problem(str(table.path), what))
     if source.largest_stretch is not None:
         kept = displacement <= source.largest_stretch - 1.0
@@ -106,7 +108,7 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
         time,
         name=source.label,
         source=source.file,
-        units=(unit(table, source, mode, "displacement"), unit(table, source, mode, "force")),
+        units=(moved.unit, forced.unit),
         repeated=tuple(table.lines[i] for i in np.flatnonzero(repeated)),
     )
     return recording if whole or source.cycles is None else select_cycles(recording, source.cycles)
@@ -137,7 +139,7 @@ def read_program(source: Source) -> tuple[Array | None, Array]:
     """
     mode = _mode(source)
     table = read_table(source.file, source.delimiter, source.decimal)
-    return _time(table, source, mode), _moving(table, source, mode, _FEWEST_PROGRAM)
+    return _time(table, source, mode), _moving(table, source, mode, _FEWEST_PROGRAM).values
 
 
 def branches(recording: Curve) -> tuple[Branch, ...]:
@@ -258,9 +260,8 @@ def _time(table: TextTable, source: Source, mode: Mode) -> Array | None:
     found = column(table, source, mode, "time")
     if found is None:
         return None
-    index, time = found
-    _refuse_standing_clock(table, index, time, np.zeros(len(time), dtype=bool))
-    return time
+    _refuse_standing_clock(table, found.index, found.values, np.zeros(len(found.values), dtype=bool))
+    return found.values
 
 
 def _refuse_standing_clock(table: TextTable, index: int, time: Array, repeated: NDArray[np.bool_]) -> None:
@@ -282,14 +283,14 @@ def _refuse_standing_clock(table: TextTable, index: int, time: Array, repeated: 
     raise RecordingError(Problem(f"{table.path}:{table.lines[row]}", what, "", expected))
 
 
-def _moving(table: TextTable, source: Source, mode: Mode, fewest: int) -> Array:
+def _moving(table: TextTable, source: Source, mode: Mode, fewest: int) -> Column:
     found = column(table, source, mode, "displacement")
     assert found is not None
-    index, displacement = found
+    index, displacement = found.index, found.values
     if len(displacement) < fewest:
         what = f"has only {len(displacement)} point{'s' if len(displacement) > 1 else ''}"
         raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
-    if np.ptp(displacement) <= 1e-12 * np.abs(displacement).max():
+    if np.ptp(displacement) <= max(1e-12 * np.abs(displacement).max(), _SMALLEST):
         what = f"{table.label(index)} is {table.rows[0][index]} throughout: nothing moves"
         raise RecordingError(Problem(str(table.path), what))
-    return displacement
+    return found

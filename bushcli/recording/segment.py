@@ -9,8 +9,10 @@ The rules, all relative to the noise of the displacement, which is estimated fro
   trend, reached and left abruptly: the displacement moves by one more such band in 0.3 of its duration.
 - *Loading* leads away from zero displacement, *unloading* towards it; a stretch that crosses zero is cut
   there.
+- An *overshoot* is no excursion: where the motion turns back within 5 % of the neighbouring excursions beyond
+  zero, it is not cut there.
 - A *cycle* is one excursion: it begins with a loading branch that follows an unloading one. 0, 4, 0, -4, 0
-  are two.
+  are two. A recording that begins at a turning point is counted from there, in whole loops: 4, -4, 4 is one.
 """
 
 from __future__ import annotations
@@ -34,6 +36,10 @@ _HALF_BAND = 4.0
 _SMALLEST_TURN = 2e-3
 _SMALLEST_NOISE = 1.25e-4
 _SHORTEST_HOLD = 5
+# Rigs overshoot zero by some per cent of the stroke; a recording cut at its turning points begins within noise and
+# control error of the extreme.
+_OVERSHOOT = 0.05
+_AT_THE_TURN = 0.9
 
 
 @dataclass(frozen=True)
@@ -188,25 +194,63 @@ def _merge(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> l
 
 
 def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> Iterator[Branch]:
-    cycle, unloaded = 1, False
-    for start, stop, held in pieces:
+    cycle, turned = 1, False
+    side = _first_side(pieces, q, threshold)
+    for place, (start, stop, held) in enumerate(pieces):
         if held:
             yield Branch("hold", start, stop, cycle, 0)
             continue
         before = max(start - 1, 0)
         direction = 1 if q[stop - 1] > q[before] else -1
-        for first, last in _cut_at_zero(q, before, start, stop, threshold):
-            kind: Kind = "loading" if abs(q[last - 1]) > abs(q[max(first - 1, 0)]) else "unloading"
-            if kind == "loading" and unloaded:
-                cycle, unloaded = cycle + 1, False
-            unloaded = unloaded or kind == "unloading"
+        small = max(threshold, _overshoot(pieces, place, q))
+        for first, last in _cut_at_zero(q, before, start, stop, small):
+            end = q[last - 1]
+            kind: Kind = "loading" if abs(end) > abs(q[max(first - 1, 0)]) else "unloading"
+            # A cycle ends where the next one begins: back at rest, or at the turning point that the file began with.
+            if kind == ("unloading" if side else "loading") and turned:
+                cycle, turned = cycle + 1, False
+            turned = turned or (
+                end * side > 0 if side and kind == "loading" else not side and kind == "unloading"
+            )
             yield Branch(kind, first, last, cycle, direction)
 
 
-def _cut_at_zero(q: Array, before: int, start: int, stop: int, threshold: float) -> list[tuple[int, int]]:
+def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> int:
+    """Return the sign of the displacement of a turning point at which a recording begins; 0 where it does not."""
+    moving = [(start, stop) for start, stop, held in pieces if not held]
+    if not moving:
+        return 0
+    start, stop = moving[0]
+    begin, end = float(q[max(start - 1, 0)]), float(q[stop - 1])
+    side = 1 if begin > 0 else -1
+    furthest = float((side * q).max())
+    away = side * (end - begin) < 0 and abs(begin) > threshold
+    return side if away and abs(begin) >= _AT_THE_TURN * furthest else 0
+
+
+def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> float:
+    """Return the size up to which a piece's end beyond zero is an overshoot: small beside both neighbours'.
+
+    0.1 is one in 4, -0.1, 4; in 0.1, -0.1, 4 it is a cycle of its own.
+    """
+    ends = [float(q[max(pieces[0][0] - 1, 0)])]
+    at = 0
+    for i, (_, stop, held) in enumerate(pieces):
+        if not held:
+            ends.append(float(q[stop - 1]))
+        if i == place:
+            at = len(ends) - 1
+    begin, end = ends[at - 1], ends[at]
+    small = at if abs(end) < abs(begin) else at - 1
+    beside = [abs(ends[i]) for i in (small - 1, small + 1) if 0 <= i < len(ends)]
+    same_side = all(ends[i] * ends[small] < 0 for i in (small - 1, small + 1) if 0 <= i < len(ends))
+    return _OVERSHOOT * min(beside) if beside and same_side else 0.0
+
+
+def _cut_at_zero(q: Array, before: int, start: int, stop: int, small: float) -> list[tuple[int, int]]:
     """Return the stretch as one or, where it crosses zero, two: the sample nearest to zero ends the first."""
     begin, end = q[before], q[stop - 1]
-    if begin * end < 0 and min(abs(begin), abs(end)) > threshold:
+    if begin * end < 0 and min(abs(begin), abs(end)) > small:
         middle = start + int(np.argmin(np.abs(q[start:stop]))) + 1
         if start < middle < stop:
             return [(start, middle), (middle, stop)]

@@ -29,7 +29,7 @@ class Source:
     columns : mapping of Quantity to str or int
         Column by name or by 1-based number; what is not given is found by its name.
     units : mapping of Quantity to str
-        Unit by quantity; it overrides what the file says. See `UNITS`.
+        Unit by quantity; it overrides what the file says. See `UNITS` and `bushcli.recording.units`.
     delimiter : str, optional
         "," ";" "\t" or " " (any white space); found out when None.
     decimal : {".", ","}, optional
@@ -40,6 +40,8 @@ class Source:
         1-based numbers of the cycles to use; all when None.
     largest_stretch : float, optional
         Points of a coupon beyond it are left out.
+    accept : tuple of float
+        Values that look like codes for missing ones, such as -9999, and were measured all the same.
     """
 
     mode: str
@@ -52,6 +54,7 @@ class Source:
     cycles: tuple[int, ...] | None = None
     largest_stretch: float | None = None
     reverse: tuple[Quantity, ...] = ()
+    accept: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", Path(self.file))

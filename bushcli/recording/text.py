@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,19 +18,25 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.decode import decoded
-from bushcli.recording.header import is_units_row
+from bushcli.recording.fields import (
+    ambiguous_thousands,
+    begins_with_missing,
+    is_number,
+    says_missing,
+    sentinel,
+    to_float,
+)
+from bushcli.recording.header import is_units_row, named_columns
 
-_NUMBER = {
-    ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?", re.ASCII),
-    ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eEdD][+-]?\d+)?", re.ASCII),
-}
-#: What programs write for a value that is none; it belongs to the table, so that it is refused by line and
-#: column.
-_NO_NUMBER = re.compile(r"[+-]?(nan|inf|infinity|-?1[.,]#\w+|#n/a|#nv|n/a|null)", re.IGNORECASE)
 #: A slip or a code for an error; far below the largest float, so that products of measured values stay
 #: finite.
 _LARGEST = 1e100
 _COMMENTS = ("#", "%", "//")
+#: Bounds on the work: a line of a thousand columns has some ten thousand characters.
+LONGEST_LINE, MOST_COLUMNS = 20_000, 1_000
+#: Lines, spread over the file, by which delimiter and decimal sign are found out.
+_SAMPLE = 4_000
+_SHOWN = 40
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,8 @@ class TextTable:
     lines : list of int
         Line number of each row, from 1.
     decimal : str
+    header_line : int
+        Line number of the units, or of the names where they have no row of their own; 0 without a header.
     """
 
     path: Path
@@ -64,45 +72,60 @@ class TextTable:
     rows: list[list[str]]
     lines: list[int]
     decimal: str
+    header_line: int = 0
 
     def label(self, column: int) -> str:
         """Return how a message names a column (from 0): ``column 2 (force_N)``."""
         name = self.names[column]
-        return f"column {column + 1} ({name})" if name else f"column {column + 1}"
+        return f"column {column + 1} ({name[:_SHOWN]})" if name else f"column {column + 1}"
 
-    def numbers(self, column: int) -> NDArray[np.float64]:
+    def numbers(self, column: int, accepted: Collection[float] = ()) -> NDArray[np.float64]:
         """Return a column (from 0) as numbers, (n,).
+
+        Parameters
+        ----------
+        column : int
+        accepted : collection of float
+            Values that look like codes for missing ones and are measured.
 
         Raises
         ------
         RecordingError
-            At the first field that is empty, not a number, or not finite, with line and column.
+            At the first field that is empty, not a number, not finite, or looks like a code for a missing value,
+            with line and column.
         """
-        values = np.empty(len(self.rows))
-        for i, row in enumerate(self.rows):
-            field = row[column] if column < len(row) else ""
+        fields = [row[column] if column < len(row) else "" for row in self.rows]
+        values = np.empty(len(fields))
+        for i, field in enumerate(fields):
             if not is_number(field, self.decimal):
-                what = f'"{field}" is not a number' if field else "is empty"
+                what = f'"{field[:_SHOWN]}" is not a number' if field else "is empty"
                 raise self._refused(i, column, what)
-            values[i] = _to_float(field, self.decimal)
+            if says_missing(field):
+                raise self._refused(i, column, f"{field} is a missing value")
+            values[i] = to_float(field, self.decimal)
             if not np.isfinite(values[i]):
-                raise self._refused(i, column, f"{field} is not a finite number")
+                raise self._refused(i, column, f"{field[:_SHOWN]} is not a finite number")
             if abs(values[i]) > _LARGEST:
-                raise self._refused(i, column, f"{field} is no measurement")
+                raise self._refused(i, column, f"{field[:_SHOWN]} is no measurement")
+        code = sentinel(fields, values, accepted)
+        if code is not None:
+            where = f"{self.path}:{self.lines[code]}"
+            what = f"{self.label(column)}: {fields[code]} looks like a code for a missing value"
+            expected = (
+                "if it is one, delete the row or put # in front of it; if it was measured, "
+                f"accept = [{values[code]:g}] in the table of the case file"
+            )
+            raise RecordingError(Problem(where, what, "", expected))
         return values
 
     def _refused(self, row: int, column: int, what: str) -> RecordingError:
         sign = "comma" if self.decimal == "," else "point"
         expected = f"numbers with a decimal {sign} and without thousands separators"
+        if "missing value" in what:
+            expected = "delete the row, or put # and a blank in front of it"
         return RecordingError(
             Problem(f"{self.path}:{self.lines[row]}", f"{self.label(column)}: {what}", "", expected)
         )
-
-
-def is_number(field: str, decimal: str) -> bool:
-    """Whether a field is a number, including the ways in which programs write that it is none."""
-    field = field.replace("\u2212", "-")
-    return bool(_NUMBER[decimal].fullmatch(field) or _NO_NUMBER.fullmatch(field))
 
 
 def read_table(path: Path, delimiter: str | None = None, decimal: str | None = None) -> TextTable:
@@ -121,8 +144,9 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     RecordingError
         When the file cannot be read, has no table of numbers, or has a line that does not fit.
     """
-    lines = _lines(decoded(path))
+    lines = _lines(path, decoded(path))
     body = [line for line in lines if not line.comment]
+    given = decimal
     delimiter, decimal = _dialect(path, body, delimiter, decimal)
     split = [_split(line.text, delimiter) for line in body]
     start, raw, filled = _start(path, split, decimal)
@@ -133,27 +157,52 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
             expected = f"{filled} numbers; delete the line or put # in front of it"
             raise RecordingError(Problem(f"{path}:{line.number}", what + last, "", expected))
     width = max(len(_trimmed(fields)) for fields in split[start:])
-    names, units = _header(path, lines, body[start].number, width, delimiter, decimal)
-    return TextTable(path, names, units, split[start:], [line.number for line in body[start:]], decimal)
+    if width > MOST_COLUMNS:
+        what = f"has {width} columns"
+        raise RecordingError(
+            Problem(str(path), what, "", f"at most {MOST_COLUMNS}: leave out those not needed")
+        )
+    names, units, place = _header(path, lines, body[start].number, width, delimiter, decimal)
+    numbers = [line.number for line in body[start:]]
+    if given is None and (decimal == "," or delimiter in ";\t"):
+        _refuse_thousands(path, split[start:], numbers, decimal)
+    return TextTable(path, names, units, split[start:], numbers, decimal, place)
 
 
-def _to_float(field: str, decimal: str) -> float:
-    text = field.replace("\u2212", "-").replace(decimal, ".").replace("D", "e").replace("d", "e")
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
+def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decimal: str) -> None:
+    """Refuse numbers of which each could as well have a separator of thousands."""
+    found = ambiguous_thousands(rows, decimal)
+    if found is None:
+        return
+    row, column = found
+    text = rows[row][column]
+    plain = text.replace(decimal, "")
+    what = f"column {column + 1}: {text} may be {text.replace(',', '.')} or {plain}, and no other number tells which"
+    other = "comma" if decimal == "," else "point"
+    expected = (
+        f'decimal = "{decimal}" in the table of the case file, if it is a decimal {other}; else write {plain}'
+    )
+    raise RecordingError(Problem(f"{path}:{lines[row]}", what, "", expected))
 
 
-def _lines(text: str) -> list[Line]:
-    numbered = enumerate(re.split(r"\r\n|\n|\r", text), start=1)
-    return [Line(i, line, line.lstrip().startswith(_COMMENTS)) for i, line in numbered if line.strip()]
+def _lines(path: Path, text: str) -> list[Line]:
+    lines = []
+    for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1):
+        if len(line) > LONGEST_LINE:
+            what = f"has {len(line)} characters"
+            expected = f"at most {LONGEST_LINE} in a line: is this a recording, and are its lines ended?"
+            raise RecordingError(Problem(f"{path}:{number}", what, "", expected))
+        if line.strip():
+            comment = line.lstrip().startswith(_COMMENTS) and not begins_with_missing(line)
+            lines.append(Line(number, line, comment))
+    return lines
 
 
 def _split(text: str, delimiter: str) -> list[str]:
     if delimiter == " ":
         text = text.replace("\t", " ").strip()
-    if '"' in text:
+    # A single quotation mark is the unit of an inch, in a row of units.
+    if text.count('"') % 2 == 0 and '"' in text:
         try:
             fields = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True))
             return [f.strip() for f in fields if f.strip() or delimiter != " "]
@@ -183,6 +232,7 @@ def _is_row(fields: list[str], decimal: str) -> bool:
 def _dialect(path: Path, body: Sequence[Line], delimiter: str | None, decimal: str | None) -> tuple[str, str]:
     """Return the delimiter and decimal sign that make the most lines rows of numbers."""
     best, score = None, 0.0
+    body = body[:: len(body) // _SAMPLE + 1]
     for sep in (delimiter,) if delimiter else (";", "\t", ",", " "):
         split = [_split(line.text, sep) for line in body]
         for sign in (decimal,) if decimal else (".", ","):
@@ -215,29 +265,35 @@ def _start(path: Path, split: list[list[str]], decimal: str) -> tuple[int, int, 
 
 def _header(
     path: Path, lines: Sequence[Line], first: int, width: int, delimiter: str, decimal: str
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return names and units by column, from the lines above the first row of numbers (its line number)."""
+) -> tuple[tuple[str, ...], tuple[str, ...], int]:
+    """Return names and units by column and their line, from the lines above the first row of numbers (its line)."""
     empty = ("",) * width
-    units, passed = empty, []
+    units, place, passed = empty, 0, []
     above = [line for line in lines if line.number < first]
+    full: list[tuple[Line, list[str]]] = []
     for line in reversed(above):
-        text = re.sub(r"^\s*(#|%(?=\s)|//)+", "", line.text)
-        fields = _header_fields(text, delimiter, width)
-        if (
-            fields is None
-            or _numeric(fields, decimal)
-            or not any(re.search(r"[^\W\d_]|[%°]", f) for f in fields)
-        ):
+        fields = _header_fields(re.sub(r"^\s*(#|%(?=\s)|//)+", "", line.text), delimiter, width)
+        texts = fields is not None and any(re.search(r"[^\W\d_]|[%°\"']", f) for f in fields)
+        if fields is None or not texts or _numeric(fields, decimal):
             passed += [] if line.comment else [line]
-        elif units == empty and is_units_row(fields):
-            units = tuple(fields)
         else:
-            _no_data(path, passed, delimiter, decimal)
-            return tuple(fields), units
-    just_above = [line for line in above if not line.comment][-1:]
-    if just_above and len(_trimmed(_split(just_above[0].text, delimiter))) == width:
-        _no_data(path, just_above, delimiter, decimal)
-    return empty, units
+            full.append((line, fields))
+    for i, (line, fields) in enumerate(full):
+        further = [other for _, other in full[i + 1 :]]
+        if units == empty and (is_units_row(fields) or _are_unknown_units(fields, further)):
+            units, place = tuple(fields), line.number
+        else:
+            _no_data(path, [one for one in passed if one.number > line.number])
+            return tuple(fields), units, place or line.number
+    rows = [line for line in above if not line.comment]
+    lost = [line for line in rows if len(_trimmed(_split(line.text, delimiter))) == width]
+    _no_data(path, [line for line in lost if _numeric(_split(line.text, delimiter), decimal)])
+    return empty, units, place
+
+
+def _are_unknown_units(fields: list[str], above: Sequence[list[str]]) -> bool:
+    """Whether a line is a row of units that are not known: it names no quantity, and a line above it does."""
+    return not named_columns(fields) and any(named_columns(other) >= 2 for other in above)
 
 
 def _header_fields(text: str, delimiter: str, width: int) -> list[str] | None:
@@ -256,10 +312,10 @@ def _header_fields(text: str, delimiter: str, width: int) -> list[str] | None:
     return None
 
 
-def _no_data(path: Path, lines: Sequence[Line], delimiter: str, decimal: str) -> None:
-    """Refuse lines with numbers between the header and the first row: they would be dropped silently."""
+def _no_data(path: Path, lines: Sequence[Line]) -> None:
+    """Refuse lines between the header and the first row: they would be dropped silently."""
     for line in lines:
-        if _numeric(_split(line.text, delimiter), decimal):
-            what = f'"{line.text.strip()[:40]}" is neither a header nor a row of numbers'
-            expected = "numbers in all columns; put # in front of a remark"
+        if re.search(r"\w|[%°\"']", line.text):
+            what = f'"{line.text.strip()[:_SHOWN]}" is neither a header nor a row of numbers'
+            expected = "names, units or numbers in all columns; put # in front of a remark"
             raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))

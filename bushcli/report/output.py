@@ -1,16 +1,11 @@
 """Results -> files in a folder: result.json, curves as CSV, pictures, report.html. The one place that writes.
 
-Every file is written beside its place and then renamed, so that a reader never sees half of one. A folder
-of results may be written again, for parameter sweeps; files of other names in it are left alone. What the
-tool would replace but cannot have written itself is refused: an input of the case, and files in a folder that
-holds no result of an earlier run.
+A folder of results may be written again, for parameter sweeps; files of other names in it are left alone. What the
+tool would replace but has not written itself is refused (`bushcli.report.folder`).
 """
 
 from __future__ import annotations
 
-import json
-import os
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,16 +14,17 @@ import numpy as np
 
 from bushcli.case import Case
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
-from bushcli.errors import InputError, Problem
 from bushcli.inverse import Fit
 from bushcli.recording import write_curve_csv
+from bushcli.report.folder import RESULT, Content, check_folder, refuse_others, write_files
 from bushcli.report.quantity import quantities
+from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.predict import Response, Simulated
 
-RESULT = "result.json"
 REPORT = "report.html"
+_FIELDS = (".xdmf", ".h5")
 # What the name of a curve's file ends with, by command.
 _CURVES = {
     "direct": ("", "-comparison"),
@@ -46,7 +42,7 @@ def write_check(directory: Path, result: Mapping[str, Any], case: Case) -> tuple
     InputError
         As `write_direct`.
     """
-    return _write(directory, {RESULT: _json(result)}, case)
+    return _write(directory, {RESULT: result}, case)
 
 
 def write_direct(
@@ -81,7 +77,7 @@ def write_direct(
     from bushcli.report.html import direct_html
 
     names = file_names([channel.name for channel in response.channels])
-    files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
+    files: dict[str, Content] = {RESULT: result}
     for channel in response.channels:
         name = names[channel.name]
         files[f"{name}.csv"] = _curve(channel)
@@ -92,7 +88,9 @@ def write_direct(
         files[f"{picture.name}.png"] = _bytes(picture.png)
         files[f"{picture.name}.svg"] = _bytes(picture.svg)
     files[REPORT] = _text(direct_html(result, response, misfits, fit, pictures))
-    return _write(directory, files, response.case)
+    return _write(
+        directory, files, response.case, [f"{name}{end}" for name in names.values() for end in _FIELDS]
+    )
 
 
 def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) -> tuple[Path, ...]:
@@ -107,7 +105,7 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
     from bushcli.report.html import fit_html
 
     names = file_names([curve.name for curve in fit.curves])
-    files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
+    files: dict[str, Content] = {RESULT: result}
     for curve in fit.curves:
         shown = quantities(curve.recording.mode)
         q, force = shown.csv_names
@@ -142,7 +140,7 @@ def write_inverse(
     fits = [at_door(fit) for fit in fits]
     best = fits[0]
     names = file_names([curve.name for curve in best.curves])
-    files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
+    files: dict[str, Content] = {RESULT: result}
     for curve in best.curves:
         shown = quantities(curve.recording.mode)
         q, force = shown.csv_names
@@ -173,7 +171,7 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
     from bushcli.report.figures.diagnosis import diagnosis_figures
 
     names = file_names([*(one.name for one in found.channels), *(one.name for one in found.maps)])
-    files: dict[str, Callable[[Path], None]] = {RESULT: _json(result)}
+    files: dict[str, Content] = {RESULT: result}
     for channel in found.channels:
         missing = None if found.missing is None else found.missing.force.get(channel.name)
         files[f"{names[channel.name]}-diagnosis.csv"] = _diagnosed(channel, missing)
@@ -199,11 +197,12 @@ def write_meshes(
     """
     from bushcli.report.figures import mesh_figures
 
-    files: dict[str, Callable[[Path], None]] = {} if result is None else {RESULT: _json(result)}
+    files: dict[str, Content] = {} if result is None else {RESULT: result}
     for picture in mesh_figures(meshes):
         files[f"{picture.name}.png"] = _bytes(picture.png)
         files[f"{picture.name}.svg"] = _bytes(picture.svg)
-    return _write(directory, files, None)
+    fields = [file.name for file in directory.glob("mesh-*") if file.suffix in _FIELDS]
+    return _write(directory, files, None, fields)
 
 
 def check_output(directory: Path, case: Case, command: str = "direct") -> None:
@@ -212,90 +211,36 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     Raises
     ------
     InputError
-        It is a file, or lies below one, or cannot be written to; or a result would replace an input of the case.
+        It is a file, or lies below one, or cannot be written to; or a result would replace a file that is not
+        bushcli's.
     """
-    existing = next(path for path in (directory, *directory.absolute().parents) if path.exists())
-    if not existing.is_dir():
-        raise InputError(Problem(str(existing), "is a file", "", "a folder for the results"))
-    if not os.access(existing, os.W_OK | os.X_OK):
-        raise InputError(Problem(str(existing), "is not writable", "", "another -o"))
+    check_folder(directory)
     channels = [source.label for source in (case.coupons if command == "fit" else case.recordings)]
     if command == "direct":
-        channels = [load.mode for load in case.load_cases] + channels
-    endings = _CURVES.get(command, ())
-    curves = [f"{name}{ending}.csv" for name in file_names(channels).values() for ending in endings]
-    _refuse_others(directory, [RESULT, REPORT, *curves], case)
+        channels = [name for name, _ in case.channels]
+    endings = [f"{ending}.csv" for ending in _CURVES.get(command, ())]
+    endings += [".xdmf", ".h5"] if command == "direct" else []
+    curves = [f"{name}{ending}" for name in file_names(channels).values() for ending in endings]
+    meshes = (
+        [file.name for file in directory.glob("mesh-*") if file.suffix in _FIELDS]
+        if command == "mesh"
+        else []
+    )
+    refuse_others(directory, [RESULT, REPORT, *curves, *meshes], _inputs(case))
 
 
-def file_names(channels: Iterable[str]) -> dict[str, str]:
-    """Return channel -> a name for its files: nothing in it leaves the folder or troubles a file system."""
-    names: dict[str, str] = {}
-    for channel in dict.fromkeys(channels):
-        safe = re.sub(r"[^\w.-]+", "_", channel).strip("._-")[:100] or "channel"
-        number, name = 1, safe
-        while name.casefold() in {taken.casefold() for taken in names.values()}:
-            number += 1
-            name = f"{safe}_{number}"
-        names[channel] = name
-    return names
+def _inputs(case: Case | None) -> list[Path]:
+    """Return the files that a case reads."""
+    if case is None:
+        return []
+    inputs = [case.path, *(source.file for source in (*case.recordings, *case.coupons))]
+    return inputs + [load.source.file for load in case.load_cases if load.source is not None]
 
 
 def _write(
-    directory: Path, files: Mapping[str, Callable[[Path], None]], case: Case | None
+    directory: Path, files: Mapping[str, Content], case: Case | None, beside: Iterable[str] = ()
 ) -> tuple[Path, ...]:
-    if directory.exists() and not directory.is_dir():
-        raise InputError(Problem(str(directory), "is a file", "", "a folder for the results"))
-    if case is not None:
-        _refuse_others(directory, files, case)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        for name, write in files.items():
-            _replace(directory / name, write)
-    except OSError as error:
-        place = str(error.filename or directory)
-        raise InputError(Problem(place, f"cannot be written: {error.strerror or error}")) from None
-    return tuple(directory / name for name in files)
-
-
-def _refuse_others(directory: Path, files: Iterable[str], case: Case) -> None:
-    """Refuse to replace inputs of the case, or anything in a folder that holds no earlier result."""
-    inputs = [case.path, *(source.file for source in (*case.recordings, *case.coupons))]
-    inputs += [load.source.file for load in case.load_cases if load.source is not None]
-    read = {path.resolve() for path in inputs}
-    there = [directory / name for name in files if (directory / name).exists()]
-    lost = [path for path in there if path.resolve() in read]
-    if lost:
-        raise InputError(
-            *(
-                Problem(str(path), "is an input of the case, and a result would replace it", "", "another -o")
-                for path in lost
-            )
-        )
-    if there and not (directory / RESULT).exists():
-        raise InputError(
-            *(
-                Problem(
-                    str(path),
-                    "is there already, and not by an earlier run (the folder has no result.json)",
-                    "",
-                    "another -o",
-                )
-                for path in there
-            )
-        )
-
-
-def _replace(path: Path, write: Callable[[Path], None]) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        write(part)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def _json(result: Mapping[str, Any]) -> Callable[[Path], None]:
-    return _text(json.dumps(result, indent=2, allow_nan=False) + "\n")
+    return write_files(directory, files, _inputs(case), beside)
 
 
 def _text(content: str) -> Callable[[Path], None]:

@@ -168,11 +168,11 @@ def _cache() -> Examination:
     forms = sum(1 for p in files if p.suffix == ".so")
     facts = {"form cache": f"{cache}: {forms} compiled forms, {size / 1e6:.1f} MB"}
     existing = next(p for p in (cache, *cache.parents) if p.exists())
-    if os.access(existing, os.W_OK):
+    if existing.is_dir() and os.access(existing, os.W_OK):
         return Examination(facts, ())
     problem = Condition(
         "cache_not_writable",
-        f"compiled forms cannot be kept: {existing} is not writable",
+        f"compiled forms cannot be kept: {existing} is {'not writable' if existing.is_dir() else 'a file'}",
         "make it writable, or choose another folder with BUSHCLI_CACHE=/path",
     )
     return Examination(facts, (problem,))

@@ -13,6 +13,7 @@ import os
 import struct
 import zipfile
 import zlib
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
@@ -23,6 +24,8 @@ from bushcli.errors import InputError, Problem
 from bushcli.runtime.canonical import canonical
 
 SUFFIX = ".npz"
+# Bytes; as much as a result may need.
+_PROBE = 100_000
 PACKAGES = ("bushcli", "cases", "forms", "geometry")
 # What NumPy, its archives and our own reading make of bytes that were overwritten.
 _DAMAGED = (
@@ -118,12 +121,35 @@ class Store:
             return False, None
 
     def write(self, file: Path, answer: Any) -> None:
-        """Keep an answer; the file appears whole or not at all."""
+        """Keep an answer; the file appears whole or not at all.
+
+        On a full disk the run goes on without it: the answer is worth more than the means of going on with the run.
+        """
         content = io.BytesIO()
         np.savez(content, **self.codec.encoded(answer))
         fresh = file.with_suffix(f".{os.getpid()}.part")
-        with fresh.open("wb") as out:
-            out.write(content.getvalue())
-            out.flush()
-            os.fsync(out.fileno())
-        fresh.replace(file)
+        try:
+            with fresh.open("wb") as out:
+                out.write(content.getvalue())
+                out.flush()
+                os.fsync(out.fileno())
+            fresh.replace(file)
+        except OSError:
+            # `failure` says so at the end; here it may be another process.
+            with suppress(OSError):
+                fresh.unlink(missing_ok=True)
+
+    def failure(self) -> str:
+        """Return why answers cannot be kept in the folder now; empty where they can."""
+        probe = self.folder / f"probe.{os.getpid()}.part"
+        try:
+            with probe.open("wb") as out:
+                out.write(bytes(_PROBE))
+                out.flush()
+                os.fsync(out.fileno())
+        except OSError as error:
+            return error.strerror or str(error)
+        finally:
+            with suppress(OSError):
+                probe.unlink(missing_ok=True)
+        return ""

@@ -9,6 +9,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from bushcli.case import Case
+from bushcli.errors import InputError, Problem
 from cases.fields import write_mesh
 from cases.mode import modes
 from cases.model import setting_for
@@ -77,7 +78,11 @@ def _build(
     mesh = build(case.geometry, dimension, mirrors, case.mesh.refinement, comm)  # type: ignore[arg-type]
     kind = "solid" if dimension == 3 else "section" if isinstance(case.geometry, Ring) else "half-plane"
     name = "-".join([kind, *(f"cut-{plane}" for plane in sorted(mirrors))])
-    write_mesh(mesh, directory / f"mesh-{name}.xdmf")
+    file = directory / f"mesh-{name}.xdmf"
+    try:
+        write_mesh(mesh, file)
+    except (OSError, RuntimeError) as error:  # HDF5 says so where the disk is full
+        raise InputError(Problem(str(file), f"cannot be written: {error}", "", "another -o")) from None
     topology = mesh.mesh.topology
 
     def count(tags: object, tag: int, owned: int) -> int:

@@ -20,8 +20,10 @@ from bushcli.faults import condition as fault_condition
 from bushcli.recording import Recording, displacement_noise, matching, read_program, read_recording
 from bushcli.recording.curve import Curve
 from bushcli.runtime.condition import Condition
+from bushcli.runtime.names import file_names
+from bushcli.simulate import fields as field_files
+from bushcli.simulate.play import check_play
 from bushcli.simulate.simulation import Answer, Simulation
-from cases.fields import write_fields
 from cases.march import Attempt, History, NotConverged, march, unsolved
 from cases.march import Progress as StepProgress
 from cases.mode import modes
@@ -87,6 +89,8 @@ class Simulated:
         does not depend on the path.
     along : bool
         The curve is the force at the recording's samples, one by one.
+    unwritten : str
+        Why its fields could not be written; empty where they were, or were not asked for.
     """
 
     name: str
@@ -105,6 +109,7 @@ class Simulated:
     mesh_error: float | None = None
     step_error: float | None = None
     along: bool = False
+    unwritten: str = ""
 
     @property
     def newton(self) -> int:
@@ -177,6 +182,8 @@ def predict(
     _check_travel(case, recordings, faults)
     channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
     channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
+    for channel in channels:
+        check_play(case, channel.name, channel.mode, channel.displacement)
     run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in _conditions(channel))
@@ -326,8 +333,10 @@ class _Run:
             reach = target = 0.0
         done = time.perf_counter()
         stretches, unstable = _stability(model, history, self.rubber)
+        unwritten = ""
         if self.fields is not None and history.states is not None:
-            write_fields(model, history.displacement, history.states, self.fields / f"{channel.name}.xdmf")
+            name = file_names(one for one, _ in self.case.channels)[channel.name]
+            unwritten = field_files.written(model, history, self.fields / f"{name}.xdmf")
         error = None
         if self.mesh_check and not stopped:
             error = self._mesh_error(channel, history.force if answer is None else answer.force)
@@ -348,6 +357,7 @@ class _Run:
             mesh_error=error,
             step_error=step_error,
             along=answer is not None and channel.recording is not None,
+            unwritten=unwritten,
         )
 
     def simulation(self, channel: _Channel, factor: float = 1.0) -> Simulation | None:
@@ -460,6 +470,14 @@ def _conditions(channel: Simulated) -> list[Condition]:
                 f"that the rubber reaches (principal stretches {channel.stretches[0]:.2f} to "
                 f"{channel.stretches[1]:.2f})",
                 "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
+            )
+        )
+    if channel.unwritten:
+        found.append(
+            Condition(
+                "fields_not_written",
+                f"{channel.name}: the field file could not be written ({channel.unwritten}); the curve is complete",
+                "free some space and run again, or use another -o; --no-fields leaves fields out",
             )
         )
     if channel.mesh_error is not None and channel.mesh_error > 1.0:

@@ -40,6 +40,7 @@ STEPS, SOLID_STEPS, CONTACT_STEPS = 8, 6, 16
 # How far the force may be from that with twice the steps, as a share of its range, before the steps are made finer.
 ACCURATE = 2e-3
 FINEST = 4.0
+STANDS_STILL = "the rig takes up all of the travel: the bushing does not move"
 # The last curve or march of each body, and what it was asked with.
 _last: WeakKeyDictionary[Model, tuple[object, History]] = WeakKeyDictionary()
 
@@ -182,6 +183,8 @@ class Simulation:
         travel = rig.Travel(self.path, self.time)
         driven = rig.bushing_path(active, travel, ()).value
         low, high = min(0.0, float(driven.min())), max(0.0, float(driven.max()))
+        if low == high:
+            raise rig.NoEquilibrium(STANDS_STILL)
         if self.odd:
             low, high = 0.0, max(high, -low)
         inner = tuple(name for name in names if name in self.model.constants)
@@ -219,6 +222,8 @@ class Simulation:
     ) -> Answer:
         steps = self.steps
         driven = rig.bushing_path(active, rig.Travel(steps.displacement, steps.time), names)
+        if not driven.value.any():
+            raise rig.NoEquilibrium(STANDS_STILL)
         compliance = rig.spring(active, names)
         series = None
         if float(compliance.value) != 0.0 or np.any(compliance.slope):

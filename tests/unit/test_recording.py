@@ -206,7 +206,7 @@ def bad(row: int, old: str, new: str) -> str:
             table(),
             r"the table has no header \(or choose a column by name or number: columns = \{displacement",
         ),
-        ("time_s,displacement_deg,force_N\n" + table(), "no column displacement_mm"),
+        ("time_s,displacement_deg,force_N\n" + table(), "is in deg, but mode axial needs a length"),
         (HEAD + "0.0,x,0.0\n" + table((T + 1, Q, F)), r'rig.csv:2: column 2 .*"x" is not a number'),
         (
             "Weg;Kraft\n0,0;x\n" + table((Q, F), sep=";", decimal=","),

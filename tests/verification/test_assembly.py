@@ -337,3 +337,21 @@ def test_what_was_assembled_has_exact_slopes_with_memory_and_by_the_law():
         np.testing.assert_allclose(
             found, exact[:, column], atol=1e-5 * np.abs(exact[:, column]).max(), rtol=0, err_msg=name
         )
+
+
+def test_swaging_to_where_the_model_ends():
+    """Axial stiffness over that without reduction, from FElupe: three fields, 8 x 28 biquadratic axisymmetric elements.
+
+    Its meshes of 4 x 14 to 12 x 44 elements differ by 4 % at a reduction of a ninth of the thickness, and fail or give
+    negative stiffness beyond an eighth.
+    """
+    shape = shapes()["plain"](inner_radius=9.0, outer_radius=18.0, length=34.0)
+    neo = Rubber(law("neo_hookean"), {"C10": 0.3}, 2000.0)
+    reference = {0.25: 166.910 / 173.989, 0.5: 157.088 / 173.989, 1.0: 130.623 / 173.989}
+    plain = curve(shape, "axial", neo, [0.01], Refinement()).force[0]
+    for reduction, expected in reference.items():
+        swaged = features(swaging={"reduction": reduction})
+        found = curve(shape, "axial", neo, [0.01], Refinement(), swaged).force[0] / plain
+        assert found == pytest.approx(expected, rel=0.015 if reduction < 1 else 0.04)
+    highest = effect("swaging").parameter("reduction").bounds(shape)[1]
+    assert 1.0 < highest < 9.0 / 8

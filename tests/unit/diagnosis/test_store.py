@@ -185,3 +185,18 @@ def test_a_new_run_begins_with_an_empty_folder_and_says_what_was_there(tmp_path)
     # What is not a result is somebody's.
     assert [one.name for one in tmp_path.iterdir()] == ["notes.txt"]
     assert Store(tmp_path, FitCodec()).there == 0
+
+
+def test_a_full_disk_does_not_end_a_diagnosis(store, monkeypatch):
+    """The answer goes on without the file; what is there stays, and the end of the run says that nothing was kept."""
+
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    assert store.failure() == ""
+    monkeypatch.setattr("bushcli.runtime.store.os.fsync", full)
+    file = store.file("fit", QUESTION)
+    store.write(file, fitted())
+    assert not file.exists()
+    assert store.failure() == "No space left on device"
+    assert list(store.folder.glob("*.part")) == []

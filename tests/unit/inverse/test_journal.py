@@ -77,3 +77,47 @@ def test_what_is_not_a_history_is_refused(tmp_path, text):
     file.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="not a history"):
         Journal(file, {}, resume=True)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        *(b"", b"\xff\xfe\0", b"\0", b"not json\n", b"[]\n", b"{}\n", b"[" * 100_000),
+        *(b'{"identity": 5}\n', b'null\n{"x": 1}\n'),
+    ],
+)
+def test_a_damaged_history_is_refused_and_left_as_it_is(tmp_path, content):
+    file = tmp_path / "h.jsonl"
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=r"h\.jsonl: is (damaged|of another case)"):
+        Journal(file, {}, resume=True)
+    assert file.read_bytes() == content
+
+
+@pytest.mark.parametrize("keep", [0.3, 0.6, 0.95])
+def test_a_history_that_was_cut_off_is_refused(tmp_path, keep):
+    file = tmp_path / "h.jsonl"
+    Journal(file, {}, resume=False).add(X, [ANSWER])
+    content = file.read_bytes()
+    file.write_bytes(content[: int(keep * len(content))])
+    with pytest.raises(InputError, match=r"is damaged.*without --resume"):
+        Journal(file, {}, resume=True)
+
+
+def test_a_folder_in_place_of_the_history_is_refused(tmp_path):
+    with pytest.raises(InputError, match="is damaged, or not a history"):
+        Journal(tmp_path, {}, resume=True)
+
+
+def test_a_full_disk_does_not_end_the_search(tmp_path):
+    """What was written before stays, and the answer is still known."""
+    file = tmp_path / "run" / "h.jsonl"
+    (tmp_path / "run").write_text("a file where the folder should be")
+    journal = Journal(file, {}, resume=False)
+    journal.add(X, [ANSWER])
+    assert journal.failure
+    assert journal.find(X) == [ANSWER]
+    (tmp_path / "run").unlink()
+    journal.add(X + 1, [ANSWER])
+    assert not journal.failure
+    assert len(file.read_text(encoding="utf-8").splitlines()) == 3

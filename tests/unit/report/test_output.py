@@ -9,7 +9,7 @@ from bushcli.errors import InputError
 from bushcli.recording import read_recording
 from bushcli.recording.source import Source
 from bushcli.report import check_output, direct_json, fit_json, write_direct, write_fit, write_meshes
-from bushcli.report.output import file_names
+from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 
 

@@ -1,0 +1,92 @@
+"""Bounds on what a case may ask for, so that every answer comes in a stated time: size, depth, number of entries."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from bushcli.case.case import MeshOptions
+from bushcli.case.finding import Finding
+from cases.mode import modes
+from geometry.shape import Shape
+
+#: Bytes of a case file. The largest in use has some ten thousand.
+LARGEST_CASE = 1_000_000
+#: Tables in tables; the deepest key of a case file has four.
+DEEPEST = 20
+#: Entries of a list of tables, and of problems that are listed.
+MOST_ENTRIES, MOST_PROBLEMS = 500, 20
+#: Elements of a section, of a solid. The factorisation of so large a solid needs some 10 GB.
+LARGEST_MESH = {2: 200_000, 3: 50_000}
+
+_QUOTED = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'")
+_DOT = re.compile(r"[\w\"'-][ \t]*\.(?=[ \t]*[\w\"'-])")
+
+
+def too_deep_line(text: str) -> int | None:
+    """Return the line, from 1, of a key with more dots than `DEEPEST`, or None; the parser takes hours over such a key.
+
+    Parameters
+    ----------
+    text : str
+        A case file before it is parsed.
+    """
+    for number, line in enumerate(text.split("\n"), start=1):
+        if line.count(".") <= DEEPEST:
+            continue
+        plain = _QUOTED.sub("q", line).partition("#")[0]
+        if any(
+            part.count(".") > DEEPEST and _dots(part) > DEEPEST for part in re.split(r"[=,{}\[\]]", plain)
+        ):
+            return number
+    return None
+
+
+def _dots(part: str) -> int:
+    return sum(1 for _ in _DOT.finditer(part))
+
+
+def is_too_deep(data: Any) -> bool:
+    """Whether tables and lists are nested deeper than `DEEPEST`."""
+    level = [data]
+    for _ in range(DEEPEST + 1):
+        level = [
+            inner
+            for value in level
+            for inner in (value.values() if isinstance(value, dict) else value)
+            if isinstance(inner, (dict, list))
+        ]
+        if not level:
+            return False
+    return True
+
+
+def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[Finding]:
+    """Refuse a mesh that is larger than `LARGEST_MESH`.
+
+    Parameters
+    ----------
+    shape : Shape
+    mesh : MeshOptions
+    used : iterable of str
+        Modes that the case simulates; all of the specimen's where there is none.
+    """
+    names = set(used) or {mode.name for mode in modes().values() if mode.specimen == shape.specimen}
+    for name in sorted(names):
+        dimension = 2 if modes()[name].section is not None and shape.axisymmetric else 3
+        axes = shape.blocks(dimension, frozenset(), mesh.refinement).axes
+        counts = [sum(interval.elements for interval in axis) for axis in axes]
+        total = 1
+        for count in counts:
+            total *= count
+        if total > LARGEST_MESH[dimension]:
+            what = (
+                f"the mesh for mode {name} would have {total:.3g} elements ({' x '.join(map(str, counts))})"
+            )
+            expected = (
+                f"at most {LARGEST_MESH[dimension]}: smaller elements_... in [mesh], or see that the dimensions of "
+                "[geometry] are in mm; the default has elements twice as long as thick"
+            )
+            yield Finding(("mesh",), what, expected=expected)
+            return

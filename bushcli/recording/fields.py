@@ -1,0 +1,109 @@
+"""Fields of a text table -> numbers: decimal signs, thousands separators, and values that stand for none."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_NUMBER = {
+    ".": re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?", re.ASCII),
+    ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eEdD][+-]?\d+)?", re.ASCII),
+}
+# What spreadsheets write in English and German for a value that is missing.
+_MISSING = r"#(?:n/a|nv)|#(?:div/0|value|ref|num|null|wert|bezug|zahl)!|#name\?"
+#: What programs write for a value that is none; it belongs to the table, so that it is refused by line and column.
+_NO_NUMBER = re.compile(rf"[+-]?(nan|inf|infinity|-?1[.,]#\w+|n/a|null)|{_MISSING}", re.IGNORECASE)
+_MISSING_FIRST = re.compile(rf"\s*(?:{_MISSING})\s*(?:[;,\t ]|$)", re.IGNORECASE)
+#: "1,234" is 1.234 or 1234; "0,123", "12,34" and "1234,567" can only be decimal.
+_THOUSANDS = {
+    ".": re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}", re.ASCII),
+    ",": re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII),
+}
+#: What loggers write for a missing value: 999 and more nines, the ends of 16 and 32 bits, 1e10 and beyond.
+_CODE = re.compile(
+    r"[+-]?(9{3,}([.,](0*|9+))?|3276[78]([.,]0*)?|6553[56]([.,]0*)?|214748364[78]([.,]0*)?"
+    r"|[19]([.,][09]*)?[eE]\+?[1-9]\d)",
+    re.ASCII,
+)
+#: A code stands this many ranges of the other values away from them; or half of it from both neighbours, where so
+#: many others are there that no peak of a measured curve does.
+_FAR, _JUMP, _DENSE = 2.0, 0.5, 20
+
+
+def is_number(field: str, decimal: str) -> bool:
+    """Whether a field is a number, including the ways in which programs write that it is none."""
+    field = field.replace("\u2212", "-")
+    return bool(_NUMBER[decimal].fullmatch(field) or _NO_NUMBER.fullmatch(field))
+
+
+def to_float(field: str, decimal: str) -> float:
+    """Return the value of a field, nan where it is none."""
+    text = field.replace("\u2212", "-").replace(decimal, ".").replace("D", "e").replace("d", "e")
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
+
+
+def says_missing(field: str) -> bool:
+    """Whether a field says, as spreadsheets do, that its value is missing."""
+    return bool(_NO_NUMBER.fullmatch(field)) and field.startswith("#")
+
+
+def begins_with_missing(line: str) -> bool:
+    """Whether a line begins with a missing value: ``#N/A;0.1;12`` is a row, no comment."""
+    return _MISSING_FIRST.match(line) is not None
+
+
+def ambiguous_thousands(rows: Sequence[Sequence[str]], decimal: str) -> tuple[int, int] | None:
+    """Return row and column of the first number whose sign may separate thousands; None where any number denies it.
+
+    Parameters
+    ----------
+    rows : sequence of fields
+    decimal : {".", ","}
+        The sign that was found out.
+    """
+    first = None
+    for i, row in enumerate(rows):
+        for j, field in enumerate(row):
+            if decimal not in field or not _NUMBER[decimal].fullmatch(field):
+                continue
+            if not _THOUSANDS[decimal].fullmatch(field):
+                return None
+            first = first or (i, j)
+    return first
+
+
+def sentinel(fields: Sequence[str], values: Array, accepted: Collection[float]) -> int | None:
+    """Return the place of the first value that looks like a code for a missing one, such as -9999, or None.
+
+    Parameters
+    ----------
+    fields : (n,) texts
+    values : (n,) array
+        Their numbers.
+    accepted : collection of float
+        Numbers that the user says were measured.
+    """
+    codes = np.array([_CODE.fullmatch(field) is not None for field in fields], dtype=bool)
+    codes &= ~np.isin(values, list(accepted))
+    others = values[~codes]
+    if not codes.any() or len(others) < 2:
+        return None
+    low, high = others.min(), others.max()
+    span = max(high - low, 1e-12 * max(abs(low), abs(high)), 1e-300)
+    far = (values < low - _FAR * span) | (values > high + _FAR * span)
+    at = np.flatnonzero(~codes)
+    if len(others) >= _DENSE:
+        place = np.searchsorted(at, np.arange(len(values)))
+        before, after = others[np.maximum(place - 1, 0)], others[np.minimum(place, len(others) - 1)]
+        jump = np.minimum(np.abs(values - before), np.abs(values - after))
+        far |= (jump > _JUMP * span) & ((values > before) == (values > after))
+    found = np.flatnonzero(codes & far)
+    return int(found[0]) if len(found) else None

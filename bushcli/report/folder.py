@@ -1,0 +1,165 @@
+"""The folder of results: what in it is bushcli's own, and how files get into it.
+
+`result.json` lists the files that bushcli wrote; no other file is replaced, and no symbolic link is followed. Every
+file is written beside its place and then renamed, so that a reader never sees half of one.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Collection, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from bushcli.errors import InputError, Problem
+from bushcli.runtime.bounded import read_bounded
+
+RESULT = "result.json"
+#: Key of `result.json` with the names of all files that bushcli wrote into the folder.
+FILES = "files"
+#: Bytes of a result.json; larger ones are not bushcli's.
+_LARGEST = 200_000_000
+_FOLDER = "a folder for the results"
+
+Content = Callable[[Path], None] | Mapping[str, Any]
+"""Writes a file at a path; or the result, which becomes JSON."""
+
+
+def check_folder(directory: Path) -> None:
+    """Refuse a folder that cannot be made or written to.
+
+    Raises
+    ------
+    InputError
+        It is a file, lies below one, has a name that the file system does not take, or is not writable.
+    """
+    try:
+        existing = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+        if existing.is_dir():
+            # A file that is never there: permissions alone do not tell of a full disk or of /proc.
+            with tempfile.TemporaryFile(dir=existing) as probe:
+                probe.write(b"x")
+            return
+    except OSError as error:
+        what = f"cannot be written: {error.strerror or error}"
+        raise InputError(Problem(str(directory), what, "", "another -o")) from None
+    raise InputError(Problem(str(existing), "is a file", "", _FOLDER))
+
+
+def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> None:
+    """Refuse to replace inputs of the case, links, or anything that no earlier run wrote.
+
+    Parameters
+    ----------
+    directory : Path
+    names : iterable of str
+        Files that are to be written.
+    inputs : collection of Path
+        Files that the case reads.
+
+    Raises
+    ------
+    InputError
+    """
+    there = [directory / name for name in names if os.path.lexists(directory / name)]
+    if not there:
+        return
+    read = {path.resolve() for path in inputs}
+    own = owned(directory)
+    findings = []
+    for path in there:
+        if path.is_symlink():
+            findings.append(Problem(str(path), "is a symbolic link, which is not followed", "", "another -o"))
+        elif path.resolve() in read:
+            what = "is an input of the case, and a result would replace it"
+            findings.append(Problem(str(path), what, "", "another -o"))
+        elif own is None:
+            what = "is there already, and not by an earlier run (the folder has no result.json of bushcli)"
+            findings.append(Problem(str(path), what, "", "another -o"))
+        elif own and path.name not in own:
+            what = "is there already, and not by an earlier run (result.json does not list it)"
+            findings.append(Problem(str(path), what, "", "another -o"))
+    if findings:
+        raise InputError(*findings)
+
+
+def owned(directory: Path) -> frozenset[str] | None:
+    """Return the files that bushcli wrote into a folder; None where it wrote none, empty where it did not list them."""
+    file = directory / RESULT
+    try:
+        found = {} if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
+    except (OSError, ValueError, RecursionError):
+        return None
+    if not isinstance(found, dict) or not {"command", "versions"} <= found.keys():
+        return None
+    listed = found.get(FILES, [])
+    if not isinstance(listed, list):
+        return None
+    return frozenset({str(name) for name in listed} | {RESULT}) if FILES in found else frozenset()
+
+
+def write_files(
+    directory: Path, files: Mapping[str, Content], inputs: Collection[Path], beside: Iterable[str] = ()
+) -> tuple[Path, ...]:
+    """Write files into a folder, which is made where it is not there.
+
+    Parameters
+    ----------
+    directory : Path
+    files : mapping of str to Content
+        By name; the result.json first, so that after a failure half way the files beside it are known as bushcli's.
+    inputs : collection of Path
+        Files that the case reads.
+    beside : iterable of str
+        Names of files that were written already, such as fields.
+
+    Returns
+    -------
+    tuple of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        The folder is a file or cannot be written, or a file in the way is not the tool's own.
+    """
+    if directory.exists() and not directory.is_dir():
+        raise InputError(Problem(str(directory), "is a file", "", _FOLDER))
+    refuse_others(directory, files, inputs)
+    before = owned(directory) or frozenset()
+    listed = sorted({*before, *files, *beside})
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        listed = [name for name in listed if name in files or os.path.lexists(directory / name)]
+        for name, content in files.items():
+            _replace(directory / name, _writer(content, listed))
+    except OSError as error:
+        place = str(error.filename or directory)
+        what = f"cannot be written: {error.strerror or error}"
+        raise InputError(Problem(place, what, "", "free some space, or another -o")) from None
+    return tuple(directory / name for name in files)
+
+
+def _writer(content: Content, listed: list[str]) -> Callable[[Path], None]:
+    if not isinstance(content, Mapping):
+        return content
+    text = json.dumps({**content, FILES: listed}, indent=2, allow_nan=False) + "\n"
+
+    def write(path: Path) -> None:
+        path.write_text(text, encoding="utf-8")
+
+    return write
+
+
+def _replace(path: Path, write: Callable[[Path], None]) -> None:
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.unlink(missing_ok=True)
+        # Made here, and not by whoever planted a link of this name.
+        os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW, 0o666))
+        write(part)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

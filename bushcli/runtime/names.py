@@ -1,0 +1,28 @@
+"""Names of channels -> names of their files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+#: Characters of a name; with what is added to it, it stays within the 255 bytes of a file system.
+_LONGEST = 50
+
+
+def file_names(channels: Iterable[str]) -> dict[str, str]:
+    """Return channel -> a name for its files: nothing in it leaves the folder or troubles a file system.
+
+    Parameters
+    ----------
+    channels : iterable of str
+        In the order in which equal names are numbered.
+    """
+    names: dict[str, str] = {}
+    for channel in dict.fromkeys(channels):
+        safe = re.sub(r"[^\w.-]+", "_", channel).strip("._-")[:_LONGEST] or "channel"
+        number, name = 1, safe
+        while name.casefold() in {taken.casefold() for taken in names.values()}:
+            number += 1
+            name = f"{safe}_{number}"
+        names[channel] = name
+    return names

@@ -1,0 +1,55 @@
+"""Field files of a channel, and what is said where they cannot be written."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from cases.fields import write_fields
+from cases.march import History
+from cases.model import Model
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """HDF5 prints its whole stack on the process's stderr before it raises; what it raises says enough."""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    try:
+        with Path(os.devnull).open("w") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+            yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+
+
+def written(model: Model, history: History, file: Path) -> str:
+    """Write the field file of a march.
+
+    Parameters
+    ----------
+    model : Model
+    history : History
+        With its states.
+    file : Path
+        Ends in .xdmf; its HDF5 file stands beside it.
+
+    Returns
+    -------
+    str
+        Why that failed, and then nothing is left of the files; empty where they are there.
+    """
+    assert history.states is not None
+    try:
+        with _silent():
+            write_fields(model, history.displacement, history.states, file)
+    except (OSError, RuntimeError) as error:  # HDF5 says so where the disk is full
+        with suppress(OSError):
+            for part in (file, file.with_suffix(".h5")):
+                part.unlink(missing_ok=True)
+        return (str(error).splitlines() or [type(error).__name__])[0]
+    return ""

@@ -1,0 +1,117 @@
+"""A full disk, no HOME, a cache that is a file: a sentence and exit code 2, and what was computed is printed."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+from bushcli.cli import main
+
+ROOT = Path(__file__).parents[2]
+
+
+def run(*arguments, cwd=None, stdout=subprocess.PIPE, **changes):
+    environment = {key: value for key, value in (os.environ | changes).items() if value is not None}
+    return subprocess.run(
+        [sys.executable, "-m", "bushcli.cli", *map(str, arguments)],
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=cwd or ROOT,
+        env=environment | {"PYTHONPATH": str(ROOT)},
+        check=False,
+        timeout=300,
+    )
+
+
+def refused(done):
+    return done.returncode == 2 and "Traceback" not in done.stderr and "internal error" not in done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+@pytest.mark.parametrize(
+    "command", [["--help"], ["list", "laws"], ["check", "case"], ["direct", "case", "-q", "--json"]]
+)
+def test_a_full_disk_behind_standard_output(small, command):
+    with Path("/dev/full").open("w") as full:
+        done = run(*(small if word == "case" else word for word in command), stdout=full)
+    assert refused(done)
+    assert "error: standard output: cannot be read or written: No space left on device" in done.stderr
+
+
+def test_a_cache_that_is_a_file(small, tmp_path):
+    (tmp_path / "cache").write_text("mine")
+    done = run("direct", small, "-q", BUSHCLI_CACHE=str(tmp_path / "cache"))
+    assert refused(done)
+    assert "compiled kernels are kept there; another folder: BUSHCLI_CACHE=/path" in done.stderr
+    examined = run("doctor", BUSHCLI_CACHE=str(tmp_path / "cache"))
+    assert examined.returncode == 1
+    assert f"{tmp_path / 'cache'} is a file" in examined.stdout
+
+
+def test_no_home(small):
+    done = run("direct", small, "-q", HOME=None)
+    assert done.returncode == 0, done.stderr
+
+
+def test_an_output_that_no_file_system_takes(small, tmp_path):
+    for folder in (tmp_path / ("x" * 300), "/proc/x", small / "x"):
+        done = run("direct", small, "-q", "-o", folder)
+        assert refused(done)
+        assert done.stderr.startswith("error: ")
+
+
+def test_escape_characters_are_written_out(small, tmp_path):
+    (tmp_path / "axial.csv").write_text("time_s,dis\x1b[31mplacement_mm,for\x9bce_N\n" + "1,2,3\n2,3,5\n" * 3)
+    for arguments in (
+        ["check", small],
+        ["check", "a\x1b[31mb.toml"],
+        ["check", small, "--set", "x\x1b]0;y\x07=1"],
+    ):
+        done = run(*arguments)
+        assert done.returncode == 2
+        assert not {"\x1b", "\x9b", "\x07"} & set(done.stdout + done.stderr)
+
+
+def test_a_channel_with_a_path_for_a_name_stays_in_the_folder(small, tmp_path):
+    small.write_text(small.read_text() + 'name = "../../escaped"\n')
+    done = run("direct", small, "-q", "-o", tmp_path / "deep" / "out")
+    assert done.returncode == 0, done.stderr
+    assert not list(tmp_path.glob("escaped*"))
+    assert {"escaped.csv", "escaped.xdmf", "escaped.h5"} <= {
+        p.name for p in (tmp_path / "deep" / "out").iterdir()
+    }
+    again = run("direct", small, "-q", "-o", tmp_path / "deep" / "out")
+    assert again.returncode == 0, again.stderr
+
+
+def test_a_field_file_that_is_the_users_is_not_replaced(small, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "axial.h5").write_text("mine")
+    done = run("direct", small, "-q", "-o", tmp_path / "out")
+    assert refused(done)
+    assert (tmp_path / "out" / "axial.h5").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    "arguments", [["a\x1bb"], ["check", "case", "--a\x1bb"], ["list", "a\x1bb"], ["--a\x1bb"]]
+)
+def test_usage_errors_write_escape_characters_out(arguments):
+    """On a terminal; elsewhere Click takes them away."""
+    with pytest.raises(click.UsageError) as caught:
+        main.main(arguments, standalone_mode=False)
+    assert "\x1b" not in caught.value.message
+    assert "\\x1b" in caught.value.format_message()
+
+
+def test_the_example_is_not_written_through_a_link(tmp_path):
+    (tmp_path / "case.toml").symlink_to(tmp_path / "elsewhere")
+    done = run("init", tmp_path)
+    assert refused(done)
+    assert "case.toml: exists already and is not overwritten" in done.stderr
+    assert not (tmp_path / "elsewhere").exists()

@@ -1,0 +1,73 @@
+"""Loops that are cut at their turning points, and overshoots of zero: what a rig makes of a program."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from bushcli.recording.curve import Curve
+from bushcli.recording.cycles import cycles
+from bushcli.recording.segment import segment
+
+
+def ramps(*corners, step=0.05):
+    pieces = [np.array([corners[0]], dtype=float)]
+    for a, b in pairwise(corners):
+        pieces.append(np.linspace(a, b, max(1, round(abs(b - a) / step)) + 1)[1:])
+    return np.concatenate(pieces)
+
+
+def loops(q, friction=20.0):
+    """A spring of 100 N/mm with friction, whose loop from -a to a takes 4 friction a."""
+    return cycles(Curve("axial", q, 100.0 * q + friction * np.sign(np.gradient(q))))
+
+
+def code(q):
+    return " ".join(f"{b.kind[0].upper()}{b.cycle}" for b in segment(q))
+
+
+@pytest.mark.parametrize("corners", [(4, -4, 4), (-4, 4, -4)])
+@pytest.mark.parametrize("sigma", [0.0, 2e-3])
+def test_a_loop_cut_at_its_turning_points_is_one_cycle(corners, sigma):
+    q = ramps(*corners)
+    q = q + sigma * np.random.default_rng(1).normal(size=len(q))
+    (found,) = loops(q)
+    assert code(q) == "U1 L1 U1 L1"
+    assert found.closed
+    # 4 x 20 N x 4 mm, less 0.5 N mm where friction turns round within a step, and the noise's own.
+    assert found.energy.value == pytest.approx(320.0, abs=1.5 + 400 * sigma)
+    # Work done while loading: twice 1/2 100 4^2 + 20 * 4.
+    assert found.loss.value == pytest.approx(320.0 / (2 * (800 + 80)), rel=0.03)
+
+
+def test_several_loops_cut_at_their_turning_points():
+    assert code(ramps(4, -4, 4, -4, 4)) == "U1 L1 U1 L1 U2 L2 U2 L2"
+    assert code(ramps(4, 1, 4, 1, 4)) == "U1 L1 U2 L2"
+    assert code(ramps(4, -4, 4, 0)) == "U1 L1 U1 L1 U2"
+
+
+@pytest.mark.parametrize("start", [0.2, -0.2, 0.0])
+def test_a_recording_that_begins_near_rest_is_counted_in_excursions(start):
+    assert code(ramps(start, -4, 4, -4, 0))[-11:] == "L2 U2 L3 U3"
+
+
+@pytest.mark.parametrize("beyond", [0.05, 0.1, 0.19])
+def test_an_overshoot_of_zero_is_no_cycle(beyond):
+    q = ramps(0, 4, -beyond, 4, -beyond, 4, 0)
+    assert code(q) == "L1 U1 L2 U2 L3 U3"
+    found = loops(q)
+    assert [cycle.number for cycle in found] == [1, 2, 3]
+    assert [cycle.closed for cycle in found[:2]] == [True, True]
+    assert [cycle.loss.value for cycle in found] == pytest.approx([0.18] * 3, abs=0.01)
+
+
+def test_an_overshoot_after_the_last_cycle_is_no_cycle():
+    assert code(ramps(0, 4, 0, 4, -0.1)) == "L1 U1 L2 U2"
+
+
+def test_small_cycles_before_large_ones_are_cycles():
+    assert code(ramps(0, 0.1, -0.1, 4, -4, 0, step=0.01)) == "L1 U1 L2 U2 L3 U3 L4 U4"
+
+
+def test_a_second_small_excursion_is_a_cycle():
+    assert code(ramps(0, 4, -0.3, 4, 0)) == "L1 U1 L2 U2 L3 U3"
