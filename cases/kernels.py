@@ -101,7 +101,7 @@ class Kernel:
         arrays = [inputs[name] for name in self._names]
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):
             assert array.shape[-1] >= width, name
-            assert array.strides[-1] == 8 or width == 1, name
+            assert array.strides[-1] == 8 or width == 1 or not array.size, name
         return Call(self._function, arrays, self._widths, out, out.shape[1] if clear else 0)
 
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
