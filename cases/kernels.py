@@ -37,6 +37,8 @@ typedef struct
 } group;
 void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, const long *width, const long *stride,
               double *out, long out_stride, long clear);
+void evaluate_batches(uintptr_t function, long n, long batch, int blocks, const uintptr_t *block, const long *width,
+              const long *stride, const long *single, long size, double *out, long out_stride, long clear);
 void gradients(const group *s, const double *x, double *g);
 void forces(const group *s, const double *P, double *r);
 void stiffness(const group *s, const double *A, const int32_t *place, double *values);
@@ -72,11 +74,13 @@ class Kernel:
     """
 
     def __init__(self, function: PointFunction) -> None:
-        spaces = {n: _numbers(n) for n in function.blocks.values()}
-        inputs = {name: ufl.Coefficient(spaces[n]) for name, n in function.blocks.items()}
+        inputs = {
+            name: ufl.Coefficient(_numbers(n, 1 if _is_single(name) else function.batch))
+            for name, n in function.blocks.items()
+        }
         values = ufl.as_vector(list(function.make(inputs)))
         self.size = len(values)
-        compiled, self._module = jit.compiled_expression(bare(values), np.array([[0.5]]), MPI.COMM_SELF)
+        compiled, self._module = jit.compiled_expression(bare(values), _places(function.batch), MPI.COMM_SELF)
         ffi = self._module.ffi
         self._function = int(ffi.cast("uintptr_t", compiled.tabulate_tensor_float64))
         # What does not occur in the result is not asked for.
@@ -85,6 +89,7 @@ class Kernel:
         names = {inputs[name]: name for name in inputs}
         self._names = tuple(names[left[i]] for i in order)
         self._widths = [function.blocks[name] for name in self._names]
+        self._batch = function.batch
 
     def bound(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
         """Return what adds the results at all points to the first columns of ``out``, shape (n, >= size).
@@ -102,7 +107,8 @@ class Kernel:
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):
             assert array.shape[-1] >= width, name
             assert array.strides[-1] == 8 or width == 1 or not array.size, name
-        return Call(self._function, arrays, self._widths, out, out.shape[1] if clear else 0)
+        given = [(a, w, _is_single(n)) for n, a, w in zip(self._names, arrays, self._widths, strict=True)]
+        return Call(self._function, self.size, self._batch, given, out, out.shape[1] if clear else 0)
 
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
         """Results at n points, shape (n, size)."""
@@ -115,24 +121,32 @@ class Call:
     """A kernel with its arrays: input blocks and output."""
 
     def __init__(
-        self, function: int, arrays: Sequence[Array], widths: Sequence[int], out: Array, clear: int
+        self,
+        function: int,
+        size: int,
+        batch: int,
+        inputs: Sequence[tuple[Array, int, bool]],
+        out: Array,
+        clear: int,
     ) -> None:
         ffi = loops().ffi
-        strides = [array.strides[0] // 8 if array.ndim == 2 else 0 for array in arrays]
         # They have to live as long as this call.
-        self._kept = (*arrays, out)
-        self._given = (
-            function,
-            len(out),
-            len(arrays),
-            ffi.new("uintptr_t[]", [array.ctypes.data for array in arrays] or [0]),
-            ffi.new("long[]", list(widths) or [0]),
-            ffi.new("long[]", strides or [0]),
-            ffi.cast("double *", out.ctypes.data),
-            out.strides[0] // 8,
-            clear,
+        self._kept = (*(array for array, _, _ in inputs), out)
+        blocks = (
+            len(inputs),
+            ffi.new("uintptr_t[]", [array.ctypes.data for array, _, _ in inputs] or [0]),
+            ffi.new("long[]", [width for _, width, _ in inputs] or [0]),
+            ffi.new(
+                "long[]", [array.strides[0] // 8 if array.ndim == 2 else 0 for array, _, _ in inputs] or [0]
+            ),
         )
-        self._evaluate = loops().lib.evaluate
+        rows = (ffi.cast("double *", out.ctypes.data), out.strides[0] // 8, clear)
+        if batch == 1:
+            self._evaluate, self._given = loops().lib.evaluate, (function, len(out), *blocks, *rows)
+        else:
+            single = ffi.new("long[]", [int(single) for _, _, single in inputs] or [0])
+            self._evaluate = loops().lib.evaluate_batches
+            self._given = (function, len(out), batch, *blocks, single, size, *rows)
 
     def __call__(self) -> None:
         """Evaluate it."""
@@ -149,10 +163,27 @@ def kernel(function: PointFunction) -> Kernel:
     return _KERNELS[function.key]
 
 
+def _is_single(name: str) -> bool:
+    """Whether an input is the same for all points: parameters, and changes of them."""
+    return name.endswith("parameters")
+
+
 @cache
-def _numbers(n: int) -> Any:
-    """Space whose functions are n numbers, on a domain of no importance."""
-    return ufl.FunctionSpace(_domain(), basix.ufl.element("DG", "interval", 0, shape=(n,)))
+def _places(batch: int) -> Array:
+    """Points of an interval, of no importance but for their number."""
+    return (np.arange(batch, dtype=np.float64)[:, None] + 0.5) / batch
+
+
+@cache
+def _numbers(n: int, batch: int) -> Any:
+    """Space whose functions are n numbers at each of so many points, on a domain of no importance."""
+    if batch == 1:
+        return ufl.FunctionSpace(_domain(), basix.ufl.element("DG", "interval", 0, shape=(n,)))
+    weights = np.full(batch, 1.0 / batch)
+    element = basix.ufl.quadrature_element(
+        "interval", value_shape=(n,), points=_places(batch), weights=weights
+    )
+    return ufl.FunctionSpace(_domain(), element)
 
 
 @cache

@@ -286,7 +286,9 @@ class Rubber:
         """Derivatives of the law's [W, W_a] by each of its parameters, shape (parameters, points, 1 + variables)."""
         function = kernel(answers.law_slopes(self._setting, self._law, self._names))
         rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["law"]})
-        return np.ascontiguousarray(rows.reshape(self._points, len(self._names), 1 + self.variables).transpose(1, 0, 2))
+        return np.ascontiguousarray(
+            rows.reshape(self._points, len(self._names), 1 + self.variables).transpose(1, 0, 2)
+        )
 
     def volumetric_slopes(self, at: Held) -> Array:
         """Of the volumetric part's by compliance and swelling."""

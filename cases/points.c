@@ -60,6 +60,45 @@ void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, co
     }
 }
 
+/* The same with a kernel of `size` results that takes `batch` points at once, and computes what depends on parameters alone
+ * once for all of them; `single` inputs are for the batch, not for each of its points. */
+void evaluate_batches(uintptr_t function, long n, long batch, int blocks, const uintptr_t *block, const long *width,
+              const long *stride, const long *single, long size, double *out, long out_stride, long clear)
+{
+    kernel f = (kernel)function;
+    const double nowhere[6] = {0};
+    long total = 0;
+    for (int b = 0; b < blocks; ++b)
+        total += width[b] * (single[b] ? 1 : batch);
+    double w[total + 1], result[batch * size];
+    for (long i = 0; i < n; i += batch, out += batch * out_stride)
+    {
+        const long here = n - i < batch ? n - i : batch;
+        double *to = w;
+        for (int b = 0; b < blocks; ++b)
+        {
+            const long points = single[b] ? 1 : batch;
+            const double *from = (const double *)block[b] + (single[b] ? 0 : i * stride[b]);
+            /* The last batch is filled up with its last point. */
+            if (i == 0 || (stride[b] != 0 && !single[b]))
+                for (long j = 0; j < points; ++j)
+                    memcpy(to + j * width[b], from + (j < here ? j : here - 1) * (single[b] ? 0 : stride[b]),
+                           sizeof(double) * width[b]);
+            to += points * width[b];
+        }
+        memset(result, 0, sizeof result);
+        f(result, w, NULL, nowhere, NULL, NULL, NULL);
+        for (long j = 0; j < here; ++j)
+        {
+            double *row = out + j * out_stride;
+            for (long k = 0; k < clear; ++k)
+                row[k] = 0.0;
+            for (long k = 0; k < size; ++k)
+                row[k] += result[j * size + k];
+        }
+    }
+}
+
 /* The loops that follow are written for sizes that the compiler knows where the elements are the usual ones: nodes,
  * the fours that hold them, components and tables. */
 #define FOR_SIZES(loop, s, ...)                                                                     \
