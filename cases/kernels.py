@@ -141,6 +141,7 @@ class Call:
             ),
         )
         rows = (ffi.cast("double *", out.ctypes.data), out.strides[0] // 8, clear)
+        self._given: tuple[Any, ...]
         if batch == 1:
             self._evaluate, self._given = loops().lib.evaluate, (function, len(out), *blocks, *rows)
         else:
