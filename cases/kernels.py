@@ -1,7 +1,7 @@
 """Compiled functions of a point, and the loops over all points that call them.
 
 A kernel is compiled by the form compiler from a `forms.point.PointFunction`: no mesh, no element and no quadrature
-rule is in it. The loops are C (`points.c`), compiled once for all.
+rule is in it. The loops are C (`evaluate.c`, `points.c`), compiled once for all.
 """
 
 from __future__ import annotations
@@ -50,8 +50,9 @@ void contract(long n, int rows, const double *A, const double *g, double *P);
 
 @cache
 def loops() -> Any:
-    """The loops of `points.c`: a cffi module with ``lib`` and ``ffi``."""
-    return jit.compiled_source("points", Path(__file__).with_name("points.c"), DECLARATIONS)
+    """The loops of `evaluate.c` and `points.c`: a cffi module with ``lib`` and ``ffi``."""
+    sources = [Path(__file__).with_name(name) for name in ("evaluate.c", "points.c")]
+    return jit.compiled_source("points", sources, DECLARATIONS)
 
 
 def pointer(array: Any, kind: str = "double") -> Any:
