@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.kernels import Call, kernel, loops, pointer
-from cases.material import Metal, Rubber
+from cases.material import Rubber
+from cases.metal import Metal
 from cases.moved import MovedPoints
 from cases.parameters import Numbers
 from cases.points import Moving, Points

@@ -12,6 +12,7 @@ import sys
 import sysconfig
 import tempfile
 import time
+from collections.abc import Sequence
 from functools import cache
 from importlib import util
 from pathlib import Path
@@ -121,21 +122,21 @@ def compiled_expression(expression: Any, points: Any, comm: Any) -> tuple[Any, A
     return compiled, module
 
 
-def compiled_source(name: str, source: Path, declarations: str) -> Any:
+def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> Any:
     """Compile C of our own as a cffi module, or load it from the kernels' folder.
 
     Parameters
     ----------
     name
         Of the module.
-    source
-        The C file.
+    sources
+        The C files, which become one.
     declarations
         What of it Python may call, as cffi reads it.
     """
     import cffi
 
-    code = source.read_text()
+    code = "\n".join(source.read_text() for source in sources)
     digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi.__version__}".encode()).hexdigest()[:16]
     module = f"bushcli_{name}_{digest}"
     file = Path(options()["cache_dir"]) / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"

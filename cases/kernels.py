@@ -1,7 +1,7 @@
 """Compiled functions of a point, and the loops over all points that call them.
 
 A kernel is compiled by the form compiler from a `forms.point.PointFunction`: no mesh, no element and no quadrature
-rule is in it. The loops are C (`points.c`), compiled once for all.
+rule is in it. The loops are C (`evaluate.c`, `points.c`), compiled once for all.
 """
 
 from __future__ import annotations
@@ -37,6 +37,8 @@ typedef struct
 } group;
 void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, const long *width, const long *stride,
               double *out, long out_stride, long clear);
+void evaluate_batches(uintptr_t function, long n, long batch, int blocks, const uintptr_t *block, const long *width,
+              const long *stride, const long *single, long size, double *out, long out_stride, long clear);
 void gradients(const group *s, const double *x, double *g);
 void forces(const group *s, const double *P, double *r);
 void stiffness(const group *s, const double *A, const int32_t *place, double *values);
@@ -48,8 +50,9 @@ void contract(long n, int rows, const double *A, const double *g, double *P);
 
 @cache
 def loops() -> Any:
-    """The loops of `points.c`: a cffi module with ``lib`` and ``ffi``."""
-    return jit.compiled_source("points", Path(__file__).with_name("points.c"), DECLARATIONS)
+    """The loops of `evaluate.c` and `points.c`: a cffi module with ``lib`` and ``ffi``."""
+    sources = [Path(__file__).with_name(name) for name in ("evaluate.c", "points.c")]
+    return jit.compiled_source("points", sources, DECLARATIONS)
 
 
 def pointer(array: Any, kind: str = "double") -> Any:
@@ -72,11 +75,13 @@ class Kernel:
     """
 
     def __init__(self, function: PointFunction) -> None:
-        spaces = {n: _numbers(n) for n in function.blocks.values()}
-        inputs = {name: ufl.Coefficient(spaces[n]) for name, n in function.blocks.items()}
+        inputs = {
+            name: ufl.Coefficient(_numbers(n, 1 if _is_single(name) else function.batch))
+            for name, n in function.blocks.items()
+        }
         values = ufl.as_vector(list(function.make(inputs)))
         self.size = len(values)
-        compiled, self._module = jit.compiled_expression(bare(values), np.array([[0.5]]), MPI.COMM_SELF)
+        compiled, self._module = jit.compiled_expression(bare(values), _places(function.batch), MPI.COMM_SELF)
         ffi = self._module.ffi
         self._function = int(ffi.cast("uintptr_t", compiled.tabulate_tensor_float64))
         # What does not occur in the result is not asked for.
@@ -85,6 +90,7 @@ class Kernel:
         names = {inputs[name]: name for name in inputs}
         self._names = tuple(names[left[i]] for i in order)
         self._widths = [function.blocks[name] for name in self._names]
+        self._batch = function.batch
 
     def bound(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
         """Return what adds the results at all points to the first columns of ``out``, shape (n, >= size).
@@ -101,8 +107,9 @@ class Kernel:
         arrays = [inputs[name] for name in self._names]
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):
             assert array.shape[-1] >= width, name
-            assert array.strides[-1] == 8 or width == 1, name
-        return Call(self._function, arrays, self._widths, out, out.shape[1] if clear else 0)
+            assert array.strides[-1] == 8 or width == 1 or not array.size, name
+        given = [(a, w, _is_single(n)) for n, a, w in zip(self._names, arrays, self._widths, strict=True)]
+        return Call(self._function, self.size, self._batch, given, out, out.shape[1] if clear else 0)
 
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
         """Results at n points, shape (n, size)."""
@@ -115,24 +122,33 @@ class Call:
     """A kernel with its arrays: input blocks and output."""
 
     def __init__(
-        self, function: int, arrays: Sequence[Array], widths: Sequence[int], out: Array, clear: int
+        self,
+        function: int,
+        size: int,
+        batch: int,
+        inputs: Sequence[tuple[Array, int, bool]],
+        out: Array,
+        clear: int,
     ) -> None:
         ffi = loops().ffi
-        strides = [array.strides[0] // 8 if array.ndim == 2 else 0 for array in arrays]
         # They have to live as long as this call.
-        self._kept = (*arrays, out)
-        self._given = (
-            function,
-            len(out),
-            len(arrays),
-            ffi.new("uintptr_t[]", [array.ctypes.data for array in arrays] or [0]),
-            ffi.new("long[]", list(widths) or [0]),
-            ffi.new("long[]", strides or [0]),
-            ffi.cast("double *", out.ctypes.data),
-            out.strides[0] // 8,
-            clear,
+        self._kept = (*(array for array, _, _ in inputs), out)
+        blocks = (
+            len(inputs),
+            ffi.new("uintptr_t[]", [array.ctypes.data for array, _, _ in inputs] or [0]),
+            ffi.new("long[]", [width for _, width, _ in inputs] or [0]),
+            ffi.new(
+                "long[]", [array.strides[0] // 8 if array.ndim == 2 else 0 for array, _, _ in inputs] or [0]
+            ),
         )
-        self._evaluate = loops().lib.evaluate
+        rows = (ffi.cast("double *", out.ctypes.data), out.strides[0] // 8, clear)
+        self._given: tuple[Any, ...]
+        if batch == 1:
+            self._evaluate, self._given = loops().lib.evaluate, (function, len(out), *blocks, *rows)
+        else:
+            single = ffi.new("long[]", [int(single) for _, _, single in inputs] or [0])
+            self._evaluate = loops().lib.evaluate_batches
+            self._given = (function, len(out), batch, *blocks, single, size, *rows)
 
     def __call__(self) -> None:
         """Evaluate it."""
@@ -149,10 +165,27 @@ def kernel(function: PointFunction) -> Kernel:
     return _KERNELS[function.key]
 
 
+def _is_single(name: str) -> bool:
+    """Whether an input is the same for all points: parameters, and changes of them."""
+    return name.endswith("parameters")
+
+
 @cache
-def _numbers(n: int) -> Any:
-    """Space whose functions are n numbers, on a domain of no importance."""
-    return ufl.FunctionSpace(_domain(), basix.ufl.element("DG", "interval", 0, shape=(n,)))
+def _places(batch: int) -> Array:
+    """Points of an interval, of no importance but for their number."""
+    return (np.arange(batch, dtype=np.float64)[:, None] + 0.5) / batch
+
+
+@cache
+def _numbers(n: int, batch: int) -> Any:
+    """Space whose functions are n numbers at each of so many points, on a domain of no importance."""
+    if batch == 1:
+        return ufl.FunctionSpace(_domain(), basix.ufl.element("DG", "interval", 0, shape=(n,)))
+    weights = np.full(batch, 1.0 / batch)
+    element = basix.ufl.quadrature_element(
+        "interval", value_shape=(n,), points=_places(batch), weights=weights
+    )
+    return ufl.FunctionSpace(_domain(), element)
 
 
 @cache

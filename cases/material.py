@@ -286,13 +286,15 @@ class Rubber:
         """Derivatives of the law's [W, W_a] by each of its parameters, shape (parameters, points, 1 + variables)."""
         function = kernel(answers.law_slopes(self._setting, self._law, self._names))
         rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["law"]})
-        return np.ascontiguousarray(rows.reshape(self._points, len(self._names), -1).transpose(1, 0, 2))
+        return np.ascontiguousarray(
+            rows.reshape(self._points, len(self._names), 1 + self.variables).transpose(1, 0, 2)
+        )
 
     def volumetric_slopes(self, at: Held) -> Array:
         """Of the volumetric part's by compliance and swelling."""
         function = kernel(answers.volumetric_slopes(self._setting))
         rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["volumetric"]})
-        return np.ascontiguousarray(rows.reshape(self._points, 2, -1).transpose(1, 0, 2))
+        return np.ascontiguousarray(rows.reshape(self._points, 2, 1 + self.variables).transpose(1, 0, 2))
 
     def work_slopes(self, strain: Array, change: Array) -> tuple[Array, Array]:
         """Derivatives by the law's parameters, and by compliance and swelling, of the work on a change of the strains.
@@ -314,37 +316,3 @@ class Rubber:
         branch = self.branches[i]
         row = branch.answer(moduli=False)(self._points, branch.inputs(at.strain, at.law))
         return row[:, 1 + self.variables]
-
-
-class Metal:
-    """An elastic sleeve: small strain, any rotation.
-
-    Attributes
-    ----------
-    strain : shape (points, variables)
-        Where answers are asked for.
-    """
-
-    def __init__(self, setting: Setting, points: int) -> None:
-        self._answer, self._points = kernel(answers.metal_answer(setting)), points
-        self.variables = len(setting.names) + 1
-        self.strain = np.zeros((points, self.variables))
-        self._moduli = np.zeros(2)
-        self._row = np.zeros((points, self._answer.size))
-        self._call = self._answer.bound(
-            self._row, {"strain": self.strain, "parameters": self._moduli}, clear=True
-        )
-
-    def take(self, moduli: Array) -> None:
-        """Have these shear and bulk moduli (MPa) from now on."""
-        self._moduli[:] = moduli
-
-    def answer(self, moduli: bool) -> Array:
-        """Answer at `strain`, with moduli in any case; the next call writes into the same array."""
-        self._call()
-        return self._row
-
-    def changed(self, moduli: Array) -> Array:
-        """Change of the stresses at `strain` with a change of the moduli: the answer is linear in them."""
-        row = self._answer(self._points, {"strain": self.strain, "parameters": moduli})
-        return row[:, 1 : 1 + self.variables]

@@ -24,8 +24,9 @@ from petsc4py import PETSc
 from cases.body import Body, Part
 from cases.feature import Installed
 from cases.internal import Internal
-from cases.material import Metal, Rubber
+from cases.material import Rubber
 from cases.matrix import Pattern
+from cases.metal import Metal
 from cases.mode import Mode, Setting
 from cases.motion import Motion
 from cases.moved import MovedPoints, StressFree
@@ -94,8 +95,7 @@ class Model:
         self.features = tuple(features)
         self.setting = setting_for(mode, mesh.dimension)
         self.comm = mesh.mesh.comm
-        # Where a surface energy refers to a sleeve, that sleeve's motion is one more field, prescribed everywhere: what
-        # holds for the other prescribed unknowns (work, tangent, derivatives) then holds for it too.
+        # A sleeve that a surface energy refers to is one more field, its motion, prescribed everywhere like the others.
         followed = sorted({item.feature.follows for item in self.features} - {""})
         self.space = fem.functionspace(
             mesh.mesh, mixed_element(mesh, self._gradients.components, len(followed))
@@ -167,9 +167,8 @@ class Model:
         return self._stress_free.at(self.cells(region), rule.points)
 
     def _surfaces(self, followed: Sequence[str]) -> SurfaceForms:
-        energies: list[Any] = []
         shear_constant = fem.Constant(self.mesh.mesh, PETSc.ScalarType(0.0))
-        shear = ufl.variable(shear_constant)
+        energies, shear = list[Any](), ufl.variable(shear_constant)
         if any(item.feature.surface is not None for item in self.features):
             u, _, *motions = ufl.split(self.state)
             given = {
@@ -187,8 +186,8 @@ class Model:
     @cached_property
     def strain(self) -> Kinematics:
         """Kinematics of the state, as UFL for forms of one's own."""
-        u, moved = ufl.split(self.state)[0], self._stress_free.together(self.features)
-        return kinematics_of(self.setting.kinematics, u, ufl.SpatialCoordinate(self.mesh.mesh), moved)
+        x, moved = ufl.SpatialCoordinate(self.mesh.mesh), self._stress_free.together(self.features)
+        return kinematics_of(self.setting.kinematics, ufl.split(self.state)[0], x, moved)
 
     # -- parameters ----------------------------------------------------------------------------------------------
 

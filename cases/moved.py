@@ -160,6 +160,8 @@ class _One:
     ) -> tuple[Array, Array, dict[str, tuple[Array, Array]]]:
         """Displacement, inverse, and by parameter the derivatives of both."""
         d = self._d
-        values = np.asarray(self._expression.eval(mesh, cells)).reshape(*shape, -1, d + d * d)
+        values = np.asarray(self._expression.eval(mesh, cells)).reshape(
+            *shape, 1 + len(self._names), d + d * d
+        )
         pairs = [(v[..., :d], v[..., d:].reshape(*shape, d, d)) for v in np.moveaxis(values, 2, 0)]
         return (*pairs[0], dict(zip(self._names, pairs[1:], strict=True)))

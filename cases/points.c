@@ -4,17 +4,13 @@
  * shape functions and their derivatives in the reference cell, the same for all cells, and T what the place of the cell
  * makes of them. The pressure follows as one more. The energy's derivatives by g, P = dW/dg and A = d2W/dg2 (upper
  * triangle, row by row), make the element's forces, sum_q w B^T P, and its stiffness, sum_q w B^T A B. Material answers
- * come from kernels that the form compiler made (`forms/answers.py`); `evaluate` calls them, point by point.
+ * come from kernels that the form compiler made (`evaluate.c`).
  */
 
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* FFCx: A += values. Up to DOLFINx 0.9 without the last argument, which a C function that has no such one ignores. */
-typedef void (*kernel)(double *, const double *, const double *, const double *, const int *, const uint8_t *, void *);
-
-#define MOST_INPUTS 1024
 /* Three derivatives in a solid; two, and the function itself, in the half-plane. */
 #define FUNCTIONS 3
 
@@ -34,31 +30,6 @@ typedef struct
 
 /* Four numbers that the processor multiplies at once. */
 typedef double four __attribute__((vector_size(32), aligned(8)));
-
-/* out[i] += f(inputs of point i), inputs from blocks of `width` numbers, `stride` apart (0: the same for all points); before
- * that the first `clear` numbers of out[i] are zeroed. */
-void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, const long *width, const long *stride,
-              double *out, long out_stride, long clear)
-{
-    kernel f = (kernel)function;
-    double w[MOST_INPUTS];
-    const double nowhere[6] = {0};
-    long at = 0;
-    for (int b = 0; b < blocks; at += width[b++])
-        if (n > 0)
-            memcpy(w + at, (const double *)block[b], sizeof(double) * width[b]);
-    for (long i = 0; i < n; ++i, out += out_stride)
-    {
-        at = 0;
-        for (int b = 0; b < blocks; at += width[b++])
-            if (stride[b] != 0)
-                for (long j = 0; j < width[b]; ++j)
-                    w[at + j] = ((const double *)block[b])[i * stride[b] + j];
-        for (long j = 0; j < clear; ++j)
-            out[j] = 0.0;
-        f(out, w, NULL, nowhere, NULL, NULL, NULL);
-    }
-}
 
 /* The loops that follow are written for sizes that the compiler knows where the elements are the usual ones: nodes,
  * the fours that hold them, components and tables. */

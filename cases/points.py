@@ -41,21 +41,22 @@ class Unknowns:
     @property
     def of_cells(self) -> Index:
         """All of each cell, shape (cells, n), in the order of element matrices."""
-        flat = (part.reshape(len(part), -1) for part in (self.displaced, self.pressed))
-        return np.ascontiguousarray(np.concatenate(list(flat), axis=1))
+        cells, components, nodes = self.displaced.shape
+        displaced = self.displaced.reshape(cells, components * nodes)
+        return np.ascontiguousarray(np.concatenate([displaced, self.pressed], axis=1))
 
     @classmethod
     def of(cls, space: Any, components: int, cells: Index) -> Unknowns:
         """Of cells of the mixed space (u, p, ...)."""
         displaced, pressed = (_unknowns(space.sub(i), cells) for i in range(2))
-        by_node = displaced.reshape(len(cells), -1, components)
+        by_node = displaced.reshape(len(cells), displaced.shape[1] // components, components)
         return cls(np.ascontiguousarray(by_node.transpose(0, 2, 1)), np.ascontiguousarray(pressed))
 
 
 def _unknowns(part: Any, cells: Index) -> Index:
-    """Of a part of a mixed space, those of a block one after the other."""
-    dofmap = part.dofmap
-    return np.array([dofmap.cell_dofs(cell) for cell in cells], dtype=np.int32).reshape(len(cells), -1)
+    """Of a part of a mixed space, those of a block one after the other; there may be no cells on a rank."""
+    found = [part.dofmap.cell_dofs(cell) for cell in cells]
+    return np.array(found, dtype=np.int32).reshape(len(cells), part.element.space_dimension)
 
 
 @dataclass(frozen=True)

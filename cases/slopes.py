@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.body import Body, Part
-from cases.material import Held, Metal
+from cases.material import Held
+from cases.metal import Metal
 from cases.parameters import Numbers
 from cases.points import Moving
 

@@ -37,7 +37,7 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
         gauss = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
         points = np.array(np.meshgrid(*[gauss] * mesh.dimension)).reshape(mesh.dimension, -1).T.copy()
     at = _points(model, region, points)
-    g = at.gradients(model.state.x.array).reshape(*at.shape, -1)
+    g = at.gradients(model.state.x.array).reshape(*at.shape, at.rows)
     rows = at.setting.deformation(list(np.moveaxis(g, -1, 0)))
     F = np.stack([np.stack([np.broadcast_to(f, at.shape) for f in row], axis=-1) for row in rows], axis=-2)
     return np.asarray(np.sqrt(np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)))

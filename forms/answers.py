@@ -13,6 +13,9 @@ from forms.potential import sleeve_energy
 from forms.setting import Setting
 from forms.volumetric import mixed_energy
 
+# Points at once: an axial march of Ogden's law with three terms takes a tenth less time, one of Yeoh's a tenth more.
+BATCH = 8
+
 
 def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool) -> PointFunction:
     """Answer of a law with these parameters, of which some may be absent."""
@@ -27,6 +30,8 @@ def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool)
         ("law", law.energy, *names, "moduli" if moduli else "stress", str(len(setting.names))),
         {"strain": len(setting.names) + 1, "parameters": len(names)},
         make,
+        # Powers of stretches bring series, whose coefficients are made of the exponents.
+        BATCH if law.basis == "stretches" else 1,
     )
 
 

@@ -34,11 +34,15 @@ class PointFunction:
         Name of an input -> how many numbers it has.
     make : callable
         The inputs by name, each a UFL vector -> list of UFL scalars.
+    batch : int
+        Points that a kernel takes at once, where much of what it computes depends on parameters alone. Elsewhere that
+        costs more than it saves.
     """
 
     key: tuple[Hashable, ...]
     blocks: Mapping[str, int]
     make: Callable[[Mapping[str, Scalar]], Sequence[Scalar]]
+    batch: int = 1
 
 
 def length(n: int, moduli: bool) -> int:

@@ -1,0 +1,46 @@
+"""The material of an elastic sleeve at its points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.kernels import kernel
+from forms import answers
+from forms.setting import Setting
+
+Array = NDArray[np.float64]
+
+
+class Metal:
+    """An elastic sleeve: small strain, any rotation.
+
+    Attributes
+    ----------
+    strain : shape (points, variables)
+        Where answers are asked for.
+    """
+
+    def __init__(self, setting: Setting, points: int) -> None:
+        self._answer, self._points = kernel(answers.metal_answer(setting)), points
+        self.variables = len(setting.names) + 1
+        self.strain = np.zeros((points, self.variables))
+        self._moduli = np.zeros(2)
+        self._row = np.zeros((points, self._answer.size))
+        self._call = self._answer.bound(
+            self._row, {"strain": self.strain, "parameters": self._moduli}, clear=True
+        )
+
+    def take(self, moduli: Array) -> None:
+        """Have these shear and bulk moduli (MPa) from now on."""
+        self._moduli[:] = moduli
+
+    def answer(self, moduli: bool) -> Array:
+        """Answer at `strain`, with moduli in any case; the next call writes into the same array."""
+        self._call()
+        return self._row
+
+    def changed(self, moduli: Array) -> Array:
+        """Change of the stresses at `strain` with a change of the moduli: the answer is linear in them."""
+        row = self._answer(self._points, {"strain": self.strain, "parameters": moduli})
+        return row[:, 1 : 1 + self.variables]
