@@ -16,7 +16,7 @@ from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw
 from geometry.section.outline import RUBBER, Loop
 from geometry.session import model, session
-from geometry.symmetry import symmetric
+from geometry.symmetry import balanced
 from geometry.view import View
 
 
@@ -110,18 +110,16 @@ def _measured(loops: tuple[Loop, ...], centre: float, drawn: Drawn) -> FoundSect
     size = float(max(boxes[:, 3].max(), np.ptp(boxes[:, [1, 4]])))
     parts = {f"region {k}": [(2, t) for t in v] for k, v in drawn.regions.items()}
     parts |= {f"boundary {k}": [(1, t) for t in v] for k, v in drawn.boundaries.items()}
-    bonds = [tag for name in ("inner", "outer") for tag in drawn.boundaries[name]]
     bonded = sum(areas[name] for name in ("inner", "outer"))
     lengths = [
         sum(model().occ.getMass(1, tag) for tag in drawn.boundaries[name]) for name in ("inner", "outer")
     ]
-    assert bonds
     return FoundSection(
         loops=loops,
         centre=centre,
         regions=tuple(drawn.regions),
         measures=volumes | {f"{k}_bond" if k in ("inner", "outer") else k: v for k, v in areas.items()},
-        symmetric=symmetric(parts, 1, size) and _same_outline(drawn, size),
+        symmetric=balanced(parts, np.zeros(3), np.eye(3), 1, size) and _same_outline(drawn, size),
         thickness=2.0 * volumes[RUBBER] / bonded,
         length=max(lengths),
         smallest_radius=max(0.0, float(boxes[:, 0].min()) if boxes[:, 0].min() > 1e-5 * size else 0.0),
