@@ -53,6 +53,16 @@ class NamedMesh:
         """2 (half-plane) or 3."""
         return int(self.mesh.topology.dim)
 
+    @property
+    def simplices(self) -> bool:
+        """Whether the cells are triangles or tetrahedra."""
+        return self.mesh.ufl_cell().cellname() in ("triangle", "tetrahedron")
+
+    @property
+    def corners(self) -> int:
+        """Corners of a cell, which come first among its nodes."""
+        return self.dimension + 1 if self.simplices else 2**self.dimension
+
 
 def build(
     shape: Shape,

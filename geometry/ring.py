@@ -69,6 +69,7 @@ class Ring(Shape):
         return ()
 
     @property
+    @override
     def thickness(self) -> float:
         """Radial thickness of the rubber (mm)."""
         return self.outer_radius - self.inner_radius

@@ -22,6 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from geometry.blocks import Array, Blocks
 from geometry.structured import mesh_blocks
+from geometry.view import View
 
 Mirrors = frozenset[Literal["x", "y", "z"]]
 Names = dict[int, dict[str, int]]
@@ -111,6 +112,8 @@ class Shape(BaseModel):
     specimen: ClassVar[Literal["bushing", "coupon"]] = "bushing"
     axisymmetric: ClassVar[bool] = False
     displacement_order: ClassVar[int] = 2
+    #: Of files that describe such a shape by themselves.
+    suffixes: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
 
     @property
@@ -137,6 +140,28 @@ class Shape(BaseModel):
     def measures(self) -> Mapping[str, float]:
         """Exact volume of the regions (mm^3) and area of the bonds (mm^2), by name, for the whole solid."""
         raise TypeError(f"shape {type(self).__name__} does not state its measures")
+
+    @property
+    def thickness(self) -> float:
+        """Of the rubber from bond to bond, mm: twice its volume over the bonds' area where nothing defines it better."""
+        measures = self.measures()
+        bonds = sum(value for name, value in measures.items() if name.endswith("_bond"))
+        return 2.0 * measures["rubber"] / bonds if bonds else 1.0
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was found in a file and taken for what, in sentences; nothing where the dimensions say all.
+
+        Raises
+        ------
+        GeometryError
+        """
+        return ()
+
+    @property
+    def view(self) -> View | None:
+        """What a picture shows of it, with names; None where a picture of the mesh says all."""
+        return None
 
     @property
     def elastic_sleeves(self) -> Mapping[str, Metal]:

@@ -29,6 +29,7 @@ from bushcli.report.tables import (
     case_table,
     channel_table,
     fitted_table,
+    measure_table,
     mesh_table,
     parameter_table,
     recording_table,
@@ -38,6 +39,7 @@ from bushcli.runtime.condition import Condition
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.predict import Response
+from geometry.shape import Shape
 
 
 @dataclass(frozen=True)
@@ -102,9 +104,13 @@ def case_text(
     return Group(*parts)  # type: ignore[arg-type]
 
 
-def mesh_text(meshes: Sequence[Meshed]) -> Group:
-    """Size and boundaries of the meshes."""
-    return Group(Shown(mesh_table(meshes)))
+def mesh_text(meshes: Sequence[Meshed], shape: Shape) -> Group:
+    """What was found in a file, with areas and volumes; size and boundaries of the meshes."""
+    parts: list[object] = []
+    if shape.notes:
+        parts += [Text("What was taken for what", "bold"), *(Text(f"  {note}") for note in shape.notes), Text()]
+        parts += [Shown(measure_table(shape)), Text()]
+    return Group(*parts, Shown(mesh_table(meshes)))  # type: ignore[arg-type]
 
 
 def _fit_parts(fit: Fit) -> list[object]:

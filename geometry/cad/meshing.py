@@ -23,7 +23,7 @@ from geometry.shape import Mirrors, Names, Refinement
 
 # Elements from bond to bond inside, longest over shortest, growth per distance from a bond's edge, elements on a full
 # circle, elements between two faces that are near to each other (benchmarks/README.md).
-ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.5, 3.0, 0.6, 10.0, 1.5
+ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.2, 3.0, 1.0, 8.0, 1.2
 
 
 def generate(

@@ -152,21 +152,26 @@ def _same_outline(drawn: Drawn, size: float) -> bool:
 
 
 def _view(drawn: Drawn) -> View:
-    """Fine triangles of all faces, by region."""
+    """Fine triangles of all faces, by region, and the boundary by names."""
     import gmsh
 
     boxes = np.array([model().getBoundingBox(2, tag) for _, tag in model().getEntities(2)])
     gmsh.option.setNumber("Mesh.MeshSizeMax", float(np.ptp(boxes[:, [1, 4]])) / 30)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 36)
     model().mesh.generate(2)
-    triangles: list[Array] = []
-    label: list[NDArray[np.int_]] = []
     tags, coordinates, _ = model().mesh.getNodes()
     number = np.zeros(int(tags.max()) + 1, dtype=int)
     number[tags] = np.arange(len(tags))
     points = coordinates.reshape(-1, 3)[:, [0, 2, 1]]
-    for index, faces in enumerate(drawn.regions.values()):
-        for face in faces:
-            nodes = model().mesh.getElementsByType(2, face)[1].reshape(-1, 3)
-            triangles.append(points[number[nodes]])
-            label.append(np.full(len(nodes), index))
-    return View(np.concatenate(triangles), np.concatenate(label), tuple(drawn.regions))
+    names = (*drawn.regions, *drawn.boundaries)
+
+    def elements(kind: int, size: int, parts: Mapping[str, Sequence[int]]) -> tuple[Array, NDArray[np.int_]]:
+        found, label = [np.zeros((0, size, 3))], [np.zeros(0, dtype=int)]
+        for name, entities in parts.items():
+            for entity in entities:
+                nodes = model().mesh.getElementsByType(kind, entity)[1].reshape(-1, size)
+                found.append(points[number[nodes]])
+                label.append(np.full(len(nodes), names.index(name)))
+        return np.concatenate(found), np.concatenate(label)
+
+    return View(*elements(2, 3, drawn.regions), names, *elements(1, 2, drawn.boundaries))

@@ -12,6 +12,7 @@ from typing_extensions import override
 from geometry.cad.found import FoundPart, Wanted, find_part
 from geometry.cad.rules import Rules, Vector
 from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape
+from geometry.view import View
 
 SUFFIXES = (".step", ".stp", ".brep", ".brp")
 
@@ -30,6 +31,8 @@ class Cad(Shape):
 
     name: ClassVar[str] = "cad"
     summary: ClassVar[str] = "a STEP or BREP file; bonds, axis and symmetry are found or given"
+
+    suffixes: ClassVar[tuple[str, ...]] = SUFFIXES
 
     file: str = Field(description="STEP or BREP file, relative to the case file")
     unit: Literal["mm", "cm", "m", "inch"] | None = Field(
@@ -89,6 +92,16 @@ class Cad(Shape):
         GeometryError
         """
         return find_part(self._wanted)
+
+    @property
+    @override
+    def notes(self) -> tuple[str, ...]:
+        return self.found.notes
+
+    @property
+    @override
+    def view(self) -> View | None:
+        return self.found.view
 
     @property
     @override

@@ -13,6 +13,7 @@ from geometry.section.dxf import read_dxf
 from geometry.section.found import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
 from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape
+from geometry.view import View
 
 Edges = Annotated[tuple[Edge, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
 
@@ -56,6 +57,8 @@ class Section(Shape):
             ]
         },
     )
+
+    suffixes: ClassVar[tuple[str, ...]] = (".dxf",)
 
     outline: Edges = Field(default=(), description="edges in order around each body, [[geometry.outline]]")
     file: str | None = Field(default=None, description="DXF file instead; layers are names")
@@ -105,6 +108,21 @@ class Section(Shape):
         if self.file is not None:
             return read_dxf(Path(self.file), Path(self.file).stat().st_mtime)
         return loops_of(self.outline, "geometry.outline")
+
+    @property
+    @override
+    def notes(self) -> tuple[str, ...]:
+        found = self.found
+        symmetry = "symmetric" if found.symmetric else "not symmetric"
+        return (
+            f"bodies: {', '.join(found.regions)}",
+            f"centre at z = {found.centre:g} mm; the section is {symmetry} about it",
+        )
+
+    @property
+    @override
+    def view(self) -> View | None:
+        return self.found.view
 
     @property
     @override
