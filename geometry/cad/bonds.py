@@ -20,6 +20,8 @@ BONDS = ("inner", "outer")
 SAME_RADIUS = 0.01
 #: A coaxial face counts as a bond where its normals have at least this radial part: not an end face, not a chamfer.
 RADIAL = 0.8
+#: Of faces found by themselves, those of one radius count with at least this share of the largest such area.
+LARGE = 0.5
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ def _bond(
         return coloured, "by the colours of faces in the file"
     rubber = [face for face in faces if roles.get(_owner(face.tag)) == RUBBER]
     side = "nearest to" if bond == "inner" else "farthest from"
-    return _extreme(rubber, axis, part.size, bond), f"found: the coaxial faces {side} the axis"
+    return _extreme(rubber, axis, part.size, bond), f"found: the large coaxial faces {side} the axis"
 
 
 def _owner(face: int) -> int:
@@ -127,5 +129,12 @@ def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> li
             radii[face.tag] = _radius(face, axis)
     if not radii:
         return []
-    best = min(radii.values()) if bond == "inner" else max(radii.values())
-    return [tag for tag, radius in radii.items() if abs(radius - best) <= SAME_RADIUS * best]
+    areas = {face.tag: face.area for face in faces}
+    groups = {
+        tag: [other for other, r in radii.items() if abs(r - radius) <= SAME_RADIUS * radius]
+        for tag, radius in radii.items()
+    }
+    sizes = {tag: sum(areas[other] for other in group) for tag, group in groups.items()}
+    # The rim of a collar is farther from the axis than the bond: small faces do not count.
+    large = [tag for tag, own in sizes.items() if own >= LARGE * max(sizes.values())]
+    return groups[max(large, key=lambda tag: toward * radii[tag])]
