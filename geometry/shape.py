@@ -112,6 +112,8 @@ class Shape(BaseModel):
     specimen: ClassVar[Literal["bushing", "coupon"]] = "bushing"
     axisymmetric: ClassVar[bool] = False
     displacement_order: ClassVar[int] = 2
+    #: Whether meshes are products of intervals: twice as many elements then halve every one of them.
+    structured: ClassVar[bool] = True
     #: Of files that describe such a shape by themselves.
     suffixes: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)

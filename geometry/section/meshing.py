@@ -63,7 +63,7 @@ def section_mesh(
     drawn = draw(found.loops, where, half=found.symmetric)
     across = SOLID_ACROSS if quadrilaterals else ACROSS
     factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)
-    structured = block(drawn, found.thickness, refinement, quadrilaterals)
+    structured = block(drawn, refinement, solid=quadrilaterals)
     if structured is not None:
         return structured
     inside = found.thickness / (across * factor)

@@ -32,7 +32,10 @@ class Cad(Shape):
     name: ClassVar[str] = "cad"
     summary: ClassVar[str] = "a STEP or BREP file; bonds, axis and symmetry are found or given"
 
+    structured: ClassVar[bool] = False
     suffixes: ClassVar[tuple[str, ...]] = SUFFIXES
+    # Needs a file: tests/parts.py makes them.
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()
 
     file: str = Field(description="STEP or BREP file, relative to the case file")
     unit: Literal["mm", "cm", "m", "inch"] | None = Field(

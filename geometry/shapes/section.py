@@ -58,6 +58,7 @@ class Section(Shape):
         },
     )
 
+    structured: ClassVar[bool] = False
     suffixes: ClassVar[tuple[str, ...]] = (".dxf",)
 
     outline: Edges = Field(default=(), description="edges in order around each body, [[geometry.outline]]")
