@@ -10,11 +10,14 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 from typing_extensions import override
 
 from geometry.cad.found import FoundPart, Wanted, find_part
+from geometry.cad.part import MILLIMETRES
+from geometry.cad.ready import SUFFIXES as MESHES
+from geometry.cad.ready import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
 from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape
 from geometry.view import View
 
-SUFFIXES = (".step", ".stp", ".brep", ".brp")
+SUFFIXES = (".step", ".stp", ".brep", ".brp", *MESHES)
 
 
 class BondRules(BaseModel):
@@ -30,14 +33,14 @@ class Cad(Shape):
     """A CAD part: solids of rubber, with sleeves and plates as solids or rigid."""
 
     name: ClassVar[str] = "cad"
-    summary: ClassVar[str] = "a STEP or BREP file; bonds, axis and symmetry are found or given"
+    summary: ClassVar[str] = "a STEP or BREP file, or a mesh as it is; bonds, axis and symmetry are found or given"
 
     structured: ClassVar[bool] = False
     suffixes: ClassVar[tuple[str, ...]] = SUFFIXES
     # Needs a file: tests/parts.py makes them.
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()
 
-    file: str = Field(description="STEP or BREP file, relative to the case file")
+    file: str = Field(description="STEP, BREP, MSH or INP file, relative to the case file")
     unit: Literal["mm", "cm", "m", "inch"] | None = Field(
         default=None, description="of the numbers in the file; absent = what the file says"
     )
@@ -87,13 +90,17 @@ class Cad(Shape):
         )
 
     @property
-    def found(self) -> FoundPart:
+    def found(self) -> FoundPart | ReadyMesh:
         """What the file is.
 
         Raises
         ------
         GeometryError
         """
+        path = Path(self.file)
+        if path.suffix.lower() in MESHES:
+            scale = MILLIMETRES[self.unit or "mm"]
+            return read_mesh(path, path.stat().st_mtime, scale, self.axis, self.origin, self.direction)
         return find_part(self._wanted)
 
     @property
@@ -114,8 +121,12 @@ class Cad(Shape):
     @override
     def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
         from geometry.cad.meshing import generate
+        from geometry.raw import to_gmsh
 
-        return generate(self.found, Path(self.file), self.unit, mirrors, refinement)
+        found = self.found
+        if isinstance(found, ReadyMesh):
+            return to_gmsh(found.raw)
+        return generate(found, Path(self.file), self.unit, mirrors, refinement)
 
     @override
     def measures(self) -> Mapping[str, float]:
