@@ -35,7 +35,7 @@ from forms.law import Law
 from forms.potential import Body, Potential
 from geometry.dolfinx_api import collapsed, interpolation_points
 from geometry.mesh import NamedMesh
-from geometry.shape import Mirrors, Sleeve
+from geometry.shape import Metal, Mirrors
 
 Array = NDArray[np.float64]
 
@@ -202,7 +202,7 @@ class Model:
             return moved[0] if moved else None
         return kinematics.Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
 
-    def _youngs_modulus(self, sleeve: Sleeve, values: Callable[[Installed], Mapping[str, Any]]) -> Any:
+    def _youngs_modulus(self, sleeve: Metal, values: Callable[[Installed], Mapping[str, Any]]) -> Any:
         """A sleeve's modulus (MPa), of the kind that the values are."""
         for item in self.features:
             if item.feature.metal is not None:

@@ -156,9 +156,7 @@ def revolved(section: RawMesh, angles: Array) -> RawMesh:
 
     def swept(nodes: Ints, table: tuple[Ints, Ints]) -> Ints:
         where, layer = table
-        parts = [
-            nodes[:, where] + count * ((2 * k + layer) % layers) for k in range((len(angles) - 1) // 2)
-        ]
+        parts = [nodes[:, where] + count * ((2 * k + layer) % layers) for k in range((len(angles) - 1) // 2)]
         return np.concatenate(parts)
 
     facets = {name: swept(nodes, face) for name, nodes in section.facets.items()}

@@ -6,6 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from geometry.errors import GeometryError
+from geometry.view import View
+
 
 @contextmanager
 def session() -> Iterator[None]:
@@ -27,6 +30,34 @@ def session() -> Iterator[None]:
         yield
     finally:
         gmsh.finalize()
+
+
+@contextmanager
+def refusing(where: str, what: str, view: View | None = None) -> Iterator[None]:
+    """Turn what Gmsh raises, which is always a bare exception, into a refusal.
+
+    Parameters
+    ----------
+    where
+        File, or key of the case.
+    what
+        The finding, which Gmsh's own words follow.
+    view
+        What there is to see.
+
+    Raises
+    ------
+    GeometryError
+    """
+    try:
+        yield
+    except GeometryError:
+        raise
+    except Exception as error:  # noqa: BLE001 - Gmsh raises nothing more precise
+        words = str(error).strip().splitlines()
+        raise GeometryError(
+            where, f"{what}: {words[0] if words else 'Gmsh gives no reason'}", view=view
+        ) from None
 
 
 def model() -> Any:

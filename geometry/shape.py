@@ -20,7 +20,7 @@ from typing import Any, ClassVar, Literal, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from geometry.blocks import Array, Blocks
+from geometry.blocks import Blocks
 from geometry.structured import mesh_blocks
 from geometry.view import View
 
@@ -145,7 +145,7 @@ class Shape(BaseModel):
 
     @property
     def thickness(self) -> float:
-        """Of the rubber from bond to bond, mm: twice its volume over the bonds' area where nothing defines it better."""
+        """Of the rubber from bond to bond, mm; twice its volume over the bonds' area where nothing says better."""
         measures = self.measures()
         bonds = sum(value for name, value in measures.items() if name.endswith("_bond"))
         return 2.0 * measures["rubber"] / bonds if bonds else 1.0

@@ -151,7 +151,7 @@ def _coloured(text: str) -> str:
     context = re.search(r"ADVANCED_BREP_SHAPE_REPRESENTATION\('',\([^)]*\),#(\d+)\)", text)
     assert context
     items += (
-        "#999 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#908,#918)," f"#{context[1]});\n"
+        f"#999 = MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION('',(#908,#918),#{context[1]});\n"
     )
     items = re.sub(r"#9(\d+)", r"#99\1", items)
     return text.replace("ENDSEC;\nEND-ISO", items + "ENDSEC;\nEND-ISO")
@@ -167,7 +167,11 @@ PARTS: dict[str, tuple[Draw, Change | None, str | None]] = {
     "flange": (flanged, None, None),
     "one_void": (lambda: _without(ring(), _void(0.0)) and None, None, None),
     "offset_voids": (lambda: _without(ring(), _void(0.3), _void(2.9, 15.5, 2.0)) and None, None, None),
-    "three_voids": (lambda: _without(ring(), *(_void(i * 2 * math.pi / 3) for i in range(3))) and None, None, None),
+    "three_voids": (
+        lambda: _without(ring(), *(_void(i * 2 * math.pi / 3) for i in range(3))) and None,
+        None,
+        None,
+    ),
     "plate": (plate, _named("rubber", "tube"), None),
     "sleeves": (sleeves, _named("bolt", "rubber", "housing"), None),
     "nameless_sleeves": (sleeves, None, "no name tells which one is the rubber"),

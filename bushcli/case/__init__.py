@@ -8,4 +8,15 @@ from bushcli.case.beginning import beginning
 from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names, resolved
 from bushcli.case.load import load_case, load_part, shape_of_part
 
-__all__ = ["Case", "beginning", "LoadCase", "Material", "MeshOptions", "load_case", "load_case_names", "load_part", "resolved", "shape_of_part"]
+__all__ = [
+    "Case",
+    "LoadCase",
+    "Material",
+    "MeshOptions",
+    "beginning",
+    "load_case",
+    "load_case_names",
+    "load_part",
+    "resolved",
+    "shape_of_part",
+]

@@ -238,9 +238,7 @@ def write_beginning(directory: Path, case: str) -> tuple[Path, ...]:
     return () if (directory / BEGINNING).exists() else _write(directory, {BEGINNING: _text(case)}, None)
 
 
-def _geometry(
-    view: View, title: str, measures: Mapping[str, float]
-) -> dict[str, Callable[[Path], None]]:
+def _geometry(view: View, title: str, measures: Mapping[str, float]) -> dict[str, Callable[[Path], None]]:
     from bushcli.report.figures.geometry import geometry_figure
     from bushcli.report.figures.picture import picture
 

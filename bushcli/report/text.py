@@ -108,7 +108,11 @@ def mesh_text(meshes: Sequence[Meshed], shape: Shape) -> Group:
     """What was found in a file, with areas and volumes; size and boundaries of the meshes."""
     parts: list[object] = []
     if shape.notes:
-        parts += [Text("What was taken for what", "bold"), *(Text(f"  {note}") for note in shape.notes), Text()]
+        parts += [
+            Text("What was taken for what", "bold"),
+            *(Text(f"  {note}") for note in shape.notes),
+            Text(),
+        ]
         parts += [Shown(measure_table(shape)), Text()]
     return Group(*parts, Shown(mesh_table(meshes)))  # type: ignore[arg-type]
 

@@ -49,7 +49,10 @@ def cut(found: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
     labelled = _boundaries(found, regions, originals)
     occ.remove([(2, tag) for tag in originals.values()], recursive=True)
     used = {
-        tag for solids in regions.values() for s in solids for _, tag in model().getBoundary([(3, s)], oriented=False)
+        tag
+        for solids in regions.values()
+        for s in solids
+        for _, tag in model().getBoundary([(3, s)], oriented=False)
     }
     occ.remove([(2, t) for _, t in model().getEntities(2) if t not in used], recursive=True)
     occ.synchronize()

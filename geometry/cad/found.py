@@ -218,7 +218,7 @@ def _extent(tags: Sequence[int], axis: Axis, scale: float, along: Array) -> tupl
     for _, curve in model().getBoundary([(2, tag) for tag in tags], combined=False, oriented=False):
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, curve))
         points = np.array(model().getValue(1, curve, np.linspace(low, high, 9).tolist())).reshape(-1, 3)
-        ends += (scale * points @ axis.direction).tolist()
+        ends += [float(end) for end in scale * points @ axis.direction]
     return float(min(ends)), float(max(ends))
 
 
@@ -286,14 +286,12 @@ def _notes(
     for bond, words in bonds.how.items():
         count = sum(label == bond for label in bonds.labels.values())
         notes.append(f"{bond} bond ({words}): {count} face{'s' * (count > 1)}, {areas[bond]:.5g} mm2")
-    notes.append(f"a radial load acts along {_vector(frame.rows[0])}" + (", given" if wanted.direction else ""))
     notes.append(
-        "planes of symmetry through the centre, normal to: " + (", ".join(sorted(planes)) or "none")
+        f"a radial load acts along {_vector(frame.rows[0])}" + (", given" if wanted.direction else "")
     )
+    notes.append("planes of symmetry through the centre, normal to: " + (", ".join(sorted(planes)) or "none"))
     return tuple(notes)
 
 
 def _vector(vector: Sequence[float]) -> str:
     return "(" + ", ".join(f"{round(x, 4) + 0.0:g}" for x in vector) + ")"
-
-

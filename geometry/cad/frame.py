@@ -1,4 +1,4 @@
-"""From the file's coordinates to the bushing's: the axis is z, the radial load acts along x, the centre is the origin."""
+"""From the file's coordinates to the bushing's: axis along z, radial load along x, centre at the origin."""
 
 from __future__ import annotations
 

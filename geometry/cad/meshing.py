@@ -15,10 +15,9 @@ from geometry.cad.cut import cut
 from geometry.cad.found import FoundPart
 from geometry.cad.part import Unit, open_part
 from geometry.cad.roles import RUBBER
-from geometry.errors import GeometryError
 from geometry.grading import Sizes, grade
 from geometry.raw import RawMesh, from_gmsh, mirrored, to_gmsh
-from geometry.session import model
+from geometry.session import model, refusing
 from geometry.shape import Mirrors, Names, Refinement
 
 # Elements from bond to bond inside, longest over shortest, growth per distance from a bond's edge, elements on a full
@@ -55,12 +54,8 @@ def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refin
             near[face] = float(np.clip(gap / found.scale / (BETWEEN * factor), 0.25 * inside, inside))
     sizes = Sizes(inside, inside / GRADING, GROWTH, PER_CIRCLE * math.sqrt(factor), near)
     grade(3, bond_edges(regions, boundaries), sizes)
-    try:
+    with refusing(str(path), "cannot be meshed", found.view):
         model().mesh.generate(3)
-    except Exception as error:  # Gmsh raises nothing more precise
-        raise GeometryError(
-            str(path), f"cannot be meshed: {str(error).strip() or 'Gmsh gives no reason'}", view=found.view
-        ) from None
     model().mesh.setOrder(2)
     if min(model().mesh.getElementQualities(_elements(), "minSJ"), default=1.0) <= 0.02:
         gmsh.option.setNumber("Mesh.HighOrderOptimize", 1)

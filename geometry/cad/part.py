@@ -12,7 +12,7 @@ import numpy as np
 from geometry.cad.step import StepText, read_step
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
-from geometry.session import model
+from geometry.session import model, refusing
 
 STEP, BREP = (".step", ".stp"), (".brep", ".brp")
 Unit = Literal["mm", "cm", "m", "inch"]
@@ -81,10 +81,8 @@ def _read(path: Path) -> None:
     for sew in (0, 1):
         option("Geometry.OCCSewFaces", sew)
         option("Geometry.OCCMakeSolids", sew)
-        try:
+        with refusing(str(path), "cannot be read as CAD"):
             model().occ.importShapes(str(path), highestDimOnly=False)
-        except Exception as error:  # Gmsh raises nothing more precise
-            raise GeometryError(str(path), f"cannot be read as CAD: {_first(error)}") from None
         model().occ.synchronize()
         if model().getEntities(3) or sew:
             return
@@ -155,7 +153,3 @@ def _fragmented(solids: list[int], names: list[str]) -> dict[int, str]:
             if dimension == 3 and tag not in found:
                 found[int(tag)] = names[number]
     return found
-
-
-def _first(error: Exception) -> str:
-    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

@@ -6,7 +6,7 @@ import contextlib
 import io
 import re
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -58,7 +58,12 @@ class ReadyMesh:
 
 @lru_cache(maxsize=4)
 def read_mesh(
-    path: Path, changed: float, scale: float, axis: Vector | None, origin: Vector | None, direction: Vector | None
+    path: Path,
+    changed: float,
+    scale: float,
+    axis: Vector | None,
+    origin: Vector | None,
+    direction: Vector | None,
 ) -> ReadyMesh:
     """Read a mesh with groups "inner" and "outer" (of facets, elements' faces or nodes).
 
@@ -117,7 +122,9 @@ def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
         _, spread, rows = np.linalg.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True))
         direction = rows[-1] * np.sign(rows[-1][np.argmax(np.abs(rows[-1]))])
         if spread[-1] > UPRIGHT * spread[0]:
-            raise GeometryError(where, "the inner bond is no cylinder: the axis cannot be found", "geometry.axis")
+            raise GeometryError(
+                where, "the inner bond is no cylinder: the axis cannot be found", "geometry.axis"
+            )
         if np.abs(direction).max() > 1 - ALONG:
             direction = np.rint(direction)
     else:
@@ -168,7 +175,11 @@ def _regions(mesh: Any, kind: str) -> dict[str, Ints]:
             continue
         for i, block in blocks:
             inside = np.asarray(parts[i] if parts[i] is not None else [], dtype=np.int64)
-            if len(inside) and not taken[i][inside].any() and len(inside) < sum(len(b.data) for _, b in blocks):
+            if (
+                len(inside)
+                and not taken[i][inside].any()
+                and len(inside) < sum(len(b.data) for _, b in blocks)
+            ):
                 taken[i][inside] = True
                 named.setdefault(name, []).append(block.data[inside])
     rubber = [block.data[~taken[i]] for i, block in blocks]
@@ -219,7 +230,7 @@ def _boundaries(mesh: Any, outer: Ints, where: str) -> dict[str, Ints]:
 
 def _nodes_of(mesh: Any, name: str) -> Ints:
     """Nodes of a group, whether it holds nodes or facets."""
-    nodes: list[Iterable[int]] = []
+    nodes: list[Ints] = []
     for key, members in mesh.point_sets.items():
         if key.lower() == name:
             nodes.append(np.asarray(members).ravel())

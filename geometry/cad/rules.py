@@ -33,8 +33,12 @@ class Rule(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     radius: float | None = Field(default=None, gt=0, description="of cylinders about the axis, mm")
-    normal: Vector | None = Field(default=None, description="of plane faces, out of the rubber, in the file's axes")
-    box: Corners | None = Field(default=None, description="two corners of a box around the faces, file's axes, mm")
+    normal: Vector | None = Field(
+        default=None, description="of plane faces, out of the rubber, in the file's axes"
+    )
+    box: Corners | None = Field(
+        default=None, description="two corners of a box around the faces, file's axes, mm"
+    )
     face: str | None = Field(default=None, description="name of faces in the file")
     colour: str | None = Field(default=None, description='of faces in the file, as "#rrggbb"')
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.blocks import Array, Interval
-from geometry.raw import QUADRANGLE9, RawMesh
+from geometry.raw import QUADRANGLE9, Ints, RawMesh
 from geometry.section.draw import Drawn
 from geometry.section.outline import RUBBER
 from geometry.session import model
@@ -107,10 +107,7 @@ def _blended(inner: _Side, top: _Side, outer: _Side, bottom: _Side, s: Array, t:
     below, above = (side.at(_snapped(s, side.bends)) for side in (bottom, top))
     a, b = s[:, None, None], t[None, :, None]
     corners = (
-        (1 - a) * (1 - b) * left[0]
-        + a * (1 - b) * right[0]
-        + (1 - a) * b * left[-1]
-        + a * b * right[-1]
+        (1 - a) * (1 - b) * left[0] + a * (1 - b) * right[0] + (1 - a) * b * left[-1] + a * b * right[-1]
     )
     return np.asarray(
         (1 - a) * left[None] + a * right[None] + (1 - b) * below[:, None] + b * above[:, None] - corners
@@ -146,7 +143,8 @@ def _sides(drawn: Drawn) -> tuple[_Side, _Side, _Side, _Side] | None:
 
 
 def _followed(name: str, tags: list[int]) -> _Side:
-    parts, lengths = [], []
+    parts: list[Array] = []
+    lengths: list[float] = []
     for tag in tags:
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, abs(tag)))
         shares = np.linspace(low, high, POINTS)
@@ -188,7 +186,7 @@ def _quadrilaterals(points: Array, ends: dict[str, str]) -> RawMesh:
     places = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
     cells = np.stack([number[i + a, j + b] for a, b in places], axis=1)
 
-    def along(line: Array) -> Array:
+    def along(line: Ints) -> Ints:
         return np.stack([line[:-1:2], line[2::2], line[1::2]], axis=1)
 
     facets = {"inner": along(number[0]), "outer": along(number[-1])}

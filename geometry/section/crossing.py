@@ -43,7 +43,7 @@ def polyline(curve: Curve) -> Array:
     points = np.array(curve.points, dtype=float)
     if curve.kind == "line":
         return points
-    t = np.linspace(0.0, 1.0, PIECES + 1)
+    t: Array = np.linspace(0.0, 1.0, PIECES + 1, dtype=np.float64)
     if curve.kind == "arc":
         return _arc(points, t)
     if curve.kind == "nurbs":

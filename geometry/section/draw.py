@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from geometry.blocks import Array
-from geometry.errors import GeometryError
 from geometry.section.crossing import polyline
 from geometry.section.outline import CLOSE, FREE, RUBBER, Curve, Loop
-from geometry.session import model
+from geometry.session import model, refusing
 
 
 @dataclass(frozen=True)
@@ -60,10 +59,8 @@ def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
         if number in holes:
             continue
         inside = [wires[hole] for hole, owner in holes.items() if owner == number]
-        try:
+        with refusing(where, "an outline surrounds no area"):
             faces.append(occ.addPlaneSurface([wires[number], *inside]))
-        except Exception as error:  # Gmsh raises nothing more precise
-            raise GeometryError(where, f"an outline surrounds no area: {error}") from None
         names.append(loop.body)
     return faces, names
 
@@ -89,7 +86,11 @@ def _add(curve: Curve, points: dict[tuple[float, float], int]) -> int:
     knots, counts = np.unique(curve.knots, return_counts=True)
     return int(
         occ.addBSpline(
-            tags, degree=curve.degree, weights=curve.weights, knots=knots.tolist(), multiplicities=counts.tolist()
+            tags,
+            degree=curve.degree,
+            weights=curve.weights,
+            knots=knots.tolist(),
+            multiplicities=counts.tolist(),
         )
     )
 

@@ -155,6 +155,4 @@ def _meet(a: tuple[float, float], b: tuple[float, float], gap: float) -> bool:
 
 def _moved(curve: Curve, start: tuple[float, float]) -> Curve:
     """The curve with its first point where the last one ended."""
-    return Curve(
-        curve.kind, (start, *curve.points[1:]), curve.name, curve.degree, curve.knots, curve.weights
-    )
+    return Curve(curve.kind, (start, *curve.points[1:]), curve.name, curve.degree, curve.knots, curve.weights)

@@ -1,4 +1,4 @@
-"""A found section -> mesh: quadrilaterals in one block where it allows, else graded triangles; revolved for the rest."""
+"""A found section -> mesh: one block of quadrilaterals where it allows, else graded triangles; or both revolved."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import gmsh
 import numpy as np
 
+from geometry.blocks import Array
 from geometry.errors import GeometryError
 from geometry.grading import Sizes, grade
 from geometry.raw import RawMesh, from_gmsh, mirrored, revolved, to_gmsh
@@ -15,7 +16,7 @@ from geometry.section.block import block
 from geometry.section.draw import Drawn, draw
 from geometry.section.found import FoundSection
 from geometry.section.outline import RUBBER
-from geometry.session import model
+from geometry.session import model, refusing
 from geometry.shape import Mirrors, Names, Refinement
 
 # Elements from bond to bond inside, shortest over longest, growth per distance from a bond's edge, elements on a full
@@ -48,7 +49,7 @@ def generate(
     return to_gmsh(raw)
 
 
-def _angles(mirrors: Mirrors, refinement: Refinement) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _angles(mirrors: Mirrors, refinement: Refinement) -> Array:
     """Angles of corners and mid-side nodes around the modelled part, rad."""
     share = 0.25 if {"x", "y"} <= mirrors else 0.5 if mirrors & {"x", "y"} else 1.0
     around = max(2, math.ceil(share * refinement.elements(refinement.around, AROUND)))
@@ -75,10 +76,8 @@ def section_mesh(
         gmsh.option.setNumber("Mesh.RecombineAll", 1)
         gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 3)
         gmsh.option.setNumber("Mesh.Algorithm", 8)
-    try:
+    with refusing(where, "the section cannot be meshed", found.view):
         model().mesh.generate(2)
-    except Exception as error:  # Gmsh raises nothing more precise
-        raise GeometryError(where, f"the section cannot be meshed: {error}", view=found.view) from None
     model().mesh.setOrder(2)
     return from_gmsh(drawn.regions, drawn.boundaries)
 
@@ -118,7 +117,7 @@ def _is_mirror(curve: int) -> bool:
 
 def _narrow(drawn: Drawn, inside: float) -> dict[int, float]:
     """Curves that bound a thin plate: some elements must fit."""
-    sizes = {}
+    sizes: dict[int, float] = {}
     for name, faces in drawn.regions.items():
         if name == RUBBER:
             continue

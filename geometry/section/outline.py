@@ -141,9 +141,7 @@ def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
     return tuple(loops)
 
 
-def _curve(
-    edge: Edge, start: tuple[float, float], end: tuple[float, float], key: str, size: float
-) -> Curve:
+def _curve(edge: Edge, start: tuple[float, float], end: tuple[float, float], key: str, size: float) -> Curve:
     if edge.arc_through is not None and edge.spline_through is not None:
         raise GeometryError(key, "is given as an arc and as a spline", "arc_through or spline_through")
     between = edge.spline_through or (() if edge.arc_through is None else (edge.arc_through,))

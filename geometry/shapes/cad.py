@@ -33,7 +33,9 @@ class Cad(Shape):
     """A CAD part: solids of rubber, with sleeves and plates as solids or rigid."""
 
     name: ClassVar[str] = "cad"
-    summary: ClassVar[str] = "a STEP or BREP file, or a mesh as it is; bonds, axis and symmetry are found or given"
+    summary: ClassVar[str] = (
+        "a STEP or BREP file, or a mesh as it is; bonds, axis and symmetry are found or given"
+    )
 
     structured: ClassVar[bool] = False
     suffixes: ClassVar[tuple[str, ...]] = SUFFIXES
@@ -46,10 +48,12 @@ class Cad(Shape):
     )
     axis: Vector | None = Field(default=None, description="direction of the axis; absent = found")
     origin: Vector | None = Field(
-        default=None, description="the bushing's centre, mm; absent = on the axis, in the middle of the inner bond"
+        default=None,
+        description="the bushing's centre, mm; absent = on the axis, in the middle of the inner bond",
     )
     direction: Vector | None = Field(
-        default=None, description="direction of the radial load; absent = the file's x, or a plane of symmetry"
+        default=None,
+        description="direction of the radial load; absent = the file's x, or a plane of symmetry",
     )
     bonds: BondRules = Field(default=BondRules(), description="rules for faces; absent = found")
     solids: Mapping[str, str] = Field(
@@ -57,7 +61,8 @@ class Cad(Shape):
         description='solid, by name or number, -> "rubber", "inner_sleeve", "outer_sleeve", "ignore" or a plate',
     )
     plates: Mapping[str, Plate] = Field(
-        default_factory=dict, description="metal of plates (steel where not given) and of sleeves that are elastic"
+        default_factory=dict,
+        description="metal of plates (steel where not given) and of sleeves that are elastic",
     )
 
     @field_validator("file")

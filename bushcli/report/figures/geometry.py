@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,6 +26,7 @@ _COLOURS = {
     "rubber": "#8fb3c9",
     "not closed": "#CC79A7",
 }
+_PAINT: dict[str, Any] = {"linewidths": 0.3, "rasterized": True}
 _LIGHT = np.array([0.3, 0.5, 0.8])
 _AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(28.0)
 
@@ -77,7 +79,13 @@ def _colour(name: str) -> str:
 def _section(axes: Axes, view: View) -> None:
     fill = [_colour(view.names[i]) for i in view.label]
     axes.add_collection(
-        PolyCollection(list(view.triangles[:, :, [0, 2]]), facecolors=fill, edgecolors=fill, linewidths=0.3, rasterized=True)
+        PolyCollection(
+            list(view.triangles[:, :, [0, 2]]),
+            facecolors=fill,
+            edgecolors=fill,
+            linewidths=0.3,
+            rasterized=True,
+        )
     )
     ink = [BLACK if view.names[i] == "free" else _colour(view.names[i]) for i in view.line_label]
     width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
@@ -112,7 +120,9 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
     order = np.argsort(triangles.mean(axis=1) @ toward)
     flat = np.stack([triangles @ right, triangles @ up], axis=-1)
     axes.add_collection(
-        PolyCollection(list(flat[order]), facecolors=fill[order], edgecolors=fill[order], linewidths=0.3, rasterized=True)
+        PolyCollection(
+            list(flat[order]), facecolors=fill[order], edgecolors=fill[order], linewidths=0.3, rasterized=True
+        )
     )
     extent = float(np.abs(view.triangles).max(initial=1.0))
     for vector, name in ((np.eye(3)[0], "x"), (np.eye(3)[1], "y"), (np.eye(3)[2], "z")):
