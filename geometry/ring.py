@@ -69,10 +69,14 @@ class Ring(Shape):
         return ()
 
     @property
-    @override
     def thickness(self) -> float:
         """Radial thickness of the rubber (mm)."""
         return self.outer_radius - self.inner_radius
+
+    @property
+    @override
+    def gap(self) -> float:
+        return self.thickness
 
     @property
     @override

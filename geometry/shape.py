@@ -25,6 +25,8 @@ from geometry.structured import mesh_blocks
 from geometry.view import View
 
 Mirrors = frozenset[Literal["x", "y", "z"]]
+#: Young's modulus of what does not deform, MPa.
+RIGID = 1e7
 Names = dict[int, dict[str, int]]
 """Dimension -> name -> tag of the physical group in Gmsh."""
 
@@ -51,6 +53,12 @@ class Plate(BaseModel):
 
     youngs_modulus: float = Field(default=210000.0, gt=0, description="Young's modulus, MPa (steel)")
     poissons_ratio: float = Field(default=0.3, ge=0, lt=0.5, description="Poisson's ratio (steel)")
+    rigid: bool = Field(default=False, description="true = does not deform, whatever its modulus")
+
+    @property
+    def metal(self) -> Plate:
+        """What is computed with: a rigid plate is fifty times as stiff as steel."""
+        return self.model_copy(update={"youngs_modulus": RIGID}) if self.rigid else self
 
 
 class Metal(Protocol):
@@ -144,11 +152,9 @@ class Shape(BaseModel):
         raise TypeError(f"shape {type(self).__name__} does not state its measures")
 
     @property
-    def thickness(self) -> float:
-        """Of the rubber from bond to bond, mm; twice its volume over the bonds' area where nothing says better."""
-        measures = self.measures()
-        bonds = sum(value for name, value in measures.items() if name.endswith("_bond"))
-        return 2.0 * measures["rubber"] / bonds if bonds else 1.0
+    def gap(self) -> float | None:
+        """How far the inner sleeve could move radially before it meets the outer one, mm; None where none is known."""
+        return None
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -97,13 +97,12 @@ def mode(
 def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
     """Check that a path leaves room for the rubber."""
     kind = modes()[load_case.mode]
-    thickness = getattr(shape, "thickness", None)  # a coupon has none
     if kind.specimen == "coupon" and min(load_case.path, default=0.0) <= -1.0:
         what = f"{dotted(keys)} = {min(load_case.path):g} presses the specimen to nothing"
         yield Finding(keys, what, expected="stretch - 1, above -1")
-    elif kind.name == "radial" and thickness is not None and load_case.amplitude >= thickness:
+    elif kind.name == "radial" and shape.gap is not None and load_case.amplitude >= shape.gap:
         what = f"{dotted(keys)} = {load_case.amplitude:g} closes the gap between the sleeves"
-        yield Finding(keys, what, expected=f"less than the rubber's thickness, {thickness:g} mm")
+        yield Finding(keys, what, expected=f"less than the rubber's thickness, {shape.gap:g} mm")
     elif kind.rotational and load_case.amplitude > math.pi:
         degrees = math.degrees(load_case.amplitude)
         what = f"{dotted(keys)} = {degrees:g} turns the sleeve by more than 180 degrees"

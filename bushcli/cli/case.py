@@ -57,10 +57,10 @@ def mesh(run: Run) -> int:
     from bushcli.case import beginning
     from bushcli.simulate.meshes import meshes
 
-    case = run.load(parts=True)
     output = run.output or Path("out")
-    report.check_output(output, case, run.command)
     try:
+        case = run.load(parts=True)
+        report.check_output(output, case, run.command)
         with run.timed("mesh"):
             built = meshes(case, output)
     except GeometryError as error:

@@ -96,7 +96,7 @@ def case_text(
     case: Case, curves: Sequence[Recording], coupons: Sequence[Recording], faults: Sequence[DataFault] = ()
 ) -> Group:
     """What a case says, what its recordings hold and what is wrong with them."""
-    parts: list[object] = [Shown(case_table(case))]
+    parts: list[object] = [Shown(case_table(case)), *_notes(case.geometry)]
     for title, recorded in (("Recordings", curves), ("Coupon tests", coupons)):
         if recorded:
             parts += [Text(), Shown(recording_table(title, recorded))]
@@ -108,13 +108,14 @@ def mesh_text(meshes: Sequence[Meshed], shape: Shape) -> Group:
     """What was found in a file, with areas and volumes; size and boundaries of the meshes."""
     parts: list[object] = []
     if shape.notes:
-        parts += [
-            Text("What was taken for what", "bold"),
-            *(Text(f"  {note}") for note in shape.notes),
-            Text(),
-        ]
-        parts += [Shown(measure_table(shape)), Text()]
+        parts += [*_notes(shape), Text(), Shown(measure_table(shape)), Text()]
     return Group(*parts, Shown(mesh_table(meshes)))  # type: ignore[arg-type]
+
+
+def _notes(shape: Shape) -> list[object]:
+    """What was found in a file."""
+    head = [Text(), Text("What was taken for what", "bold")] if shape.notes else []
+    return [*head, *(Padding(Text(note), (0, 0, 0, 2)) for note in shape.notes)]
 
 
 def _fit_parts(fit: Fit) -> list[object]:

@@ -97,13 +97,17 @@ def _no_solid(path: Path) -> GeometryError:
     where = ""
     if open_edges:
         x, y, z = model().occ.getCenterOfMass(1, open_edges[0])
-        where = f"; {len(open_edges)} edges belong to one face only, one near ({x:.4g}, {y:.4g}, {z:.4g})"
+        where = f"; {len(open_edges)} edges belong to one face only, one near {_place(x, y, z)}"
     return GeometryError(
         str(path),
         f"holds {len(faces)} faces but no closed solid: it leaks{where}",
         "a closed solid of the rubber",
         view_of({int(tag): "not closed" for _, tag in faces}),
     )
+
+
+def _place(*point: float) -> str:
+    return "(" + ", ".join(f"{round(x, 3) + 0.0:g}" for x in point) + ")"
 
 
 def _size(path: Path, scale: float) -> float:

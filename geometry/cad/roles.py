@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
 from geometry.session import model
+from geometry.view import View
 
 RUBBER, INNER, OUTER = "rubber", "inner_sleeve", "outer_sleeve"
 _WORDS = {
@@ -53,6 +55,7 @@ def roles_of(solids: Mapping[int, str], given: Mapping[str, str], where: str) ->
             where,
             f"holds {len(solids)} solids, and no name tells which one is the rubber",
             f'geometry.solids = {{"1" = "rubber", ...}} of {_listed(solids)}',
+            _numbered(solids),
         )
     plates = 0
     for tag, role in roles.items():
@@ -60,6 +63,15 @@ def roles_of(solids: Mapping[int, str], given: Mapping[str, str], where: str) ->
             plates += 1
             roles[tag] = _identifier(solids[tag]) or f"plate_{plates}"
     return roles
+
+
+def _numbered(solids: Mapping[int, str]) -> View | None:
+    """A picture of the solids with their numbers."""
+    labels: dict[int, str] = {}
+    for number, (tag, name) in enumerate(solids.items(), start=1):
+        for _, face in model().getBoundary([(3, tag)], oriented=False):
+            labels.setdefault(int(face), f"{number}: {name or 'no name'}")
+    return view_of(labels)
 
 
 def _by_name(name: str) -> str | None:

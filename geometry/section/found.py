@@ -15,6 +15,7 @@ from geometry.errors import GeometryError
 from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw
 from geometry.section.outline import RUBBER, Loop
+from geometry.section.plates import with_plates
 from geometry.session import model, session
 from geometry.symmetry import balanced
 from geometry.view import View
@@ -72,6 +73,7 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
     ------
     GeometryError
     """
+    loops = with_plates(loops, where)
     refuse_crossings(loops, where)
     with session():
         drawn = draw(loops, where)

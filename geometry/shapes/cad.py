@@ -55,13 +55,13 @@ class Cad(Shape):
         default=None,
         description="direction of the radial load; absent = the file's x, or a plane of symmetry",
     )
-    bonds: BondRules = Field(default=BondRules(), description="rules for faces; absent = found")
+    bonds: BondRules | None = Field(default=None, description="rules for faces; absent = found")
     solids: Mapping[str, str] = Field(
-        default_factory=dict,
+        default={},
         description='solid, by name or number, -> "rubber", "inner_sleeve", "outer_sleeve", "ignore" or a plate',
     )
     plates: Mapping[str, Plate] = Field(
-        default_factory=dict,
+        default={},
         description="metal of plates (steel where not given) and of sleeves that are elastic",
     )
 
@@ -88,8 +88,8 @@ class Cad(Shape):
             self.axis,
             self.origin,
             self.direction,
-            self.bonds.inner,
-            self.bonds.outer,
+            self.bonds.inner if self.bonds else (),
+            self.bonds.outer if self.bonds else (),
             tuple(self.solids.items()),
             tuple(self.plates),
         )
@@ -141,4 +141,4 @@ class Cad(Shape):
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        return {name: self.plates.get(name, Plate()) for name in self.found.regions if name != "rubber"}
+        return {name: self.plates.get(name, Plate()).metal for name in self.found.regions if name != "rubber"}

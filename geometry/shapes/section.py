@@ -61,13 +61,15 @@ class Section(Shape):
     structured: ClassVar[bool] = False
     suffixes: ClassVar[tuple[str, ...]] = (".dxf",)
 
-    outline: Edges = Field(default=(), description="edges in order around each body, [[geometry.outline]]")
+    outline: Edges | None = Field(
+        default=None, description="edges in order around each body, [[geometry.outline]]"
+    )
     file: str | None = Field(default=None, description="DXF file instead; layers are names")
     centre: float | None = Field(
         default=None, description="z of the bushing's centre, mm; absent = middle of the inner bond"
     )
     plates: Mapping[str, Plate] = Field(
-        default_factory=dict, description="metal of plates and sleeves by name; steel where not given"
+        default={}, description="metal of plates and sleeves by name; steel where not given"
     )
 
     @field_validator("file")
@@ -108,7 +110,7 @@ class Section(Shape):
     def _loops(self) -> tuple[Loop, ...]:
         if self.file is not None:
             return read_dxf(Path(self.file), Path(self.file).stat().st_mtime)
-        return loops_of(self.outline, "geometry.outline")
+        return loops_of(self.outline or (), "geometry.outline")
 
     @property
     @override
@@ -117,7 +119,7 @@ class Section(Shape):
         symmetry = "symmetric" if found.symmetric else "not symmetric"
         return (
             f"bodies: {', '.join(found.regions)}",
-            f"centre at z = {found.centre:g} mm; the section is {symmetry} about it",
+            f"centre at z = {found.centre + 0.0:g} mm; the section is {symmetry} about it",
         )
 
     @property
@@ -144,4 +146,4 @@ class Section(Shape):
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        return {name: self.plates.get(name, Plate()) for name in self.found.regions if name != "rubber"}
+        return {name: self.plates.get(name, Plate()).metal for name in self.found.regions if name != "rubber"}

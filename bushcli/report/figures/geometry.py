@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from typing import Any
 
@@ -26,6 +27,7 @@ _COLOURS = {
     "rubber": "#8fb3c9",
     "not closed": "#CC79A7",
 }
+_OTHERS = ("#56B4E9", "#009E73", "#E69F00", "#CC79A7", "#F0E442")
 _PAINT: dict[str, Any] = {"linewidths": 0.3, "rasterized": True}
 _LIGHT = np.array([0.3, 0.5, 0.8])
 _AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(28.0)
@@ -53,9 +55,9 @@ def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Fi
             _solid(sides[1], view, opened=True)
             sides[0].set_title("outside", fontsize=10)
             sides[1].set_title("without the quarter in front", fontsize=10)
-        figure.suptitle(literal(title), fontsize=11.5)
+        figure.suptitle(literal("\n".join(textwrap.wrap(title, 60 if view.flat else 95))), fontsize=10.5)
         handles = [
-            Patch(facecolor=_colour(name), edgecolor=GREY, label=literal(_label(name, measures, view)))
+            Patch(facecolor=_colour(name, view), edgecolor=GREY, label=literal(_label(name, measures, view)))
             for name in dict.fromkeys(view.names)
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
@@ -72,12 +74,15 @@ def _label(name: str, measures: Mapping[str, float], view: View) -> str:
     return f"{name}, {volume:.5g} {'mm²' if name == 'free' else 'mm³'}"
 
 
-def _colour(name: str) -> str:
+def _colour(name: str, view: View) -> str:
+    """Colour of what a face was taken for; solids that nobody could tell apart get one each."""
+    if name[:1].isdigit():
+        return _OTHERS[view.names.index(name) % len(_OTHERS)]
     return _COLOURS.get(name, METAL)
 
 
 def _section(axes: Axes, view: View) -> None:
-    fill = [_colour(view.names[i]) for i in view.label]
+    fill = [_colour(view.names[i], view) for i in view.label]
     axes.add_collection(
         PolyCollection(
             list(view.triangles[:, :, [0, 2]]),
@@ -87,7 +92,7 @@ def _section(axes: Axes, view: View) -> None:
             rasterized=True,
         )
     )
-    ink = [BLACK if view.names[i] == "free" else _colour(view.names[i]) for i in view.line_label]
+    ink = [BLACK if view.names[i] == "free" else _colour(view.names[i], view) for i in view.line_label]
     width = [1.0 if view.names[i] == "free" else 3.5 for i in view.line_label]
     axes.add_collection(LineCollection(list(view.lines[:, :, [0, 2]]), colors=ink, linewidths=width))
     axes.axvline(0.0, color=GREY, linestyle="-.", linewidth=0.8)
@@ -115,7 +120,7 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
     # Both sides are seen where the part is open: light from the side that is turned to the eye.
     facing = normals * np.sign(normals @ toward)[:, None]
     shade = 0.55 + 0.45 * np.clip(facing @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
-    colours = np.array([to_rgb(_colour(name)) for name in view.names]).reshape(-1, 3)
+    colours = np.array([to_rgb(_colour(name, view)) for name in view.names]).reshape(-1, 3)
     fill = colours[label] * shade[:, None]
     order = np.argsort(triangles.mean(axis=1) @ toward)
     flat = np.stack([triangles @ right, triangles @ up], axis=-1)
