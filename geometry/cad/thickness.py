@@ -17,7 +17,7 @@ from geometry.cad.sampling import Sampled
 #: Two faces are opposite where the cosine of their normals is below this.
 OPPOSITE = -0.5
 #: Share of a face's points that are this near to another face before it counts as narrow.
-SHARE = 0.25
+SHARE = 0.5
 
 
 def local_thickness(faces: Sequence[Sampled], thickness: float) -> dict[int, float]:
