@@ -12,7 +12,7 @@ import numpy as np
 from geometry.cad.step import StepText, read_step
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
-from geometry.session import model, refusing
+from geometry.session import model, refusing, silent
 
 STEP, BREP = (".step", ".stp"), (".brep", ".brp")
 Unit = Literal["mm", "cm", "m", "inch"]
@@ -56,6 +56,8 @@ def open_part(path: Path, unit: Unit | None) -> Part:
     GeometryError
         It cannot be read, or holds no solid.
     """
+    if path.suffix.lower() in STEP and b"ISO-10303-21" not in path.read_bytes()[:1000]:
+        raise GeometryError(str(path), "is no STEP file: it does not begin with ISO-10303-21")
     text = read_step(path) if path.suffix.lower() in STEP else StepText(None, (), ())
     _read(path)
     solids = [int(tag) for _, tag in model().getEntities(3)]
@@ -81,7 +83,7 @@ def _read(path: Path) -> None:
     for sew in (0, 1):
         option("Geometry.OCCSewFaces", sew)
         option("Geometry.OCCMakeSolids", sew)
-        with refusing(str(path), "cannot be read as CAD"):
+        with refusing(str(path), "cannot be read as CAD"), silent():
             model().occ.importShapes(str(path), highestDimOnly=False)
         model().occ.synchronize()
         if model().getEntities(3) or sew:

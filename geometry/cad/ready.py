@@ -147,7 +147,11 @@ def _read(path: Path) -> Any:
 
     try:
         # meshio prints what it leaves out.
-        with contextlib.redirect_stdout(io.StringIO()), tempfile.TemporaryDirectory() as folder:
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+            tempfile.TemporaryDirectory() as folder,
+        ):
             known = path
             if path.suffix.lower() == ".inp":
                 known = Path(folder) / path.name
@@ -156,8 +160,9 @@ def _read(path: Path) -> Any:
                 known.write_text(re.sub(r"(type\s*=\s*)CP[SE]6", r"\1STRI65", text, flags=re.I))
             return meshio.read(known)
     except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AssertionError, SystemExit) as error:
-        words = str(error).strip() or "its form is not known"
-        raise GeometryError(str(path), f"cannot be read as a mesh: {words}") from None
+        # meshio leaves by `exit(1)` where it knows no form that fits.
+        words = "" if isinstance(error, SystemExit) else str(error).strip()
+        raise GeometryError(str(path), f"cannot be read as a mesh{words and f': {words}'}") from None
 
 
 def _groups(mesh: Any) -> dict[str, list[Any]]:

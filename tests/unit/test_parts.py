@@ -124,12 +124,13 @@ def test_meshes_are_taken_as_they_are(order, suffix, folder):
 
 def test_a_mesh_without_bonds_is_refused(folder):
     file = _written(folder / "nobonds.msh", 1, names=("bore", "rim"))
-    with pytest.raises(GeometryError, match='no outer facets are in a group "inner".*there are: bore, rim'):
+    with pytest.raises(GeometryError, match=r'no outer facets are in a group "inner".*there are: bore, rim'):
         CAD(file=str(file)).found  # noqa: B018
 
 
 def _written(file, order, names=("inner", "outer")):
     import gmsh
+
     from tests.parts import ring
 
     gmsh.initialize(interruptible=False)

@@ -28,13 +28,19 @@ def without(edge, **changed):
     ("outline", "said"),
     [
         (RING[:3], r"the outline is open: it begins at \(10, -20\) and ends at \(10, 20\), 40 mm apart"),
-        (without(2, **{"from": [15.0, 20.0]}), r"outline\[2\]: the outline has a gap of 5 mm between \(20, 20\)"),
+        (
+            without(2, **{"from": [15.0, 20.0]}),
+            r"outline\[2\]: the outline has a gap of 5 mm between \(20, 20\)",
+        ),
         (without(0, **{"from": None}), r"outline\[0\]: begins a new outline and has no `from`"),
         (without(1, to=[20.0, -20.0]), r"outline\[1\]: has no length: it begins and ends at \(20, -20\)"),
         (without(2, arc_through=[15, 18], spline_through=[[15, 18]]), "is given as an arc and as a spline"),
         (without(3, name="free"), 'no edge on the outside is named "inner"'),
         (without(3, name="iner"), 'the name "iner" stands on 1 row of edges'),
-        ([{"from": [10, -20], "to": [20, 20]}, {"to": [20, -20], "name": "outer"}, *RING[2:]], "crosses itself at"),
+        (
+            [{"from": [10, -20], "to": [20, 20]}, {"to": [20, -20], "name": "outer"}, *RING[2:]],
+            "crosses itself at",
+        ),
         (without(2, to=[-10.0, 20.0]), "has a negative radius at"),
     ],
 )
