@@ -104,10 +104,10 @@ def case_text(
     return Group(*parts)  # type: ignore[arg-type]
 
 
-def mesh_text(meshes: Sequence[Meshed], shape: Shape) -> Group:
+def mesh_text(meshes: Sequence[Meshed], shape: Shape | None = None) -> Group:
     """What was found in a file, with areas and volumes; size and boundaries of the meshes."""
     parts: list[object] = []
-    if shape.notes:
+    if shape is not None and shape.notes:
         parts += [*_notes(shape), Text(), Shown(measure_table(shape)), Text()]
     return Group(*parts, Shown(mesh_table(meshes)))  # type: ignore[arg-type]
 

@@ -32,13 +32,19 @@ class Axis:
     direction: Array
 
 
-def find_axis(faces: Sequence[Sampled], size: float) -> Axis | None:
-    """The axis that most curved area has; None where no face is a surface of revolution about a single line."""
+def find_axis(faces: Sequence[Sampled], size: float, centre: Array) -> Axis | None:
+    """The axis that most curved area has; None where no face is a surface of revolution about a single line.
+
+    Spheres alone have none: they take that of a plane face through the centre of gravity (mm).
+    """
     candidates = [axis for face in faces if (axis := axis_of(face, size)) is not None]
     if not candidates:
-        return None
+        flat = [face for face in faces if face.kind == "Plane" and len(face.points)]
+        candidates = [Axis(centre, face.normals[0]) for face in flat]
     curved = [face for face in faces if face.kind != "Plane"]
     shares = [sum(f.area for f in curved if is_coaxial(f, axis, size)) for axis in candidates]
+    if not candidates or max(shares) == 0.0:
+        return None
     best = candidates[int(np.argmax(shares))]
     direction = best.direction * np.sign(best.direction[np.argmax(np.abs(best.direction))])
     # A direction that is a coordinate axis but for rounding is that axis.

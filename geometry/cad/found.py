@@ -131,7 +131,8 @@ def _outside(meshed: Sequence[int]) -> list[int]:
 
 def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, str]:
     where = str(wanted.path)
-    found = find_axis(faces, part.size)
+    _, gravity, _ = moments([(3, tag) for tag in part.solids])
+    found = find_axis(faces, part.size, part.scale * gravity)
     if wanted.axis is not None:
         direction = np.array(wanted.axis, dtype=float)
         if np.linalg.norm(direction) == 0.0:
@@ -141,8 +142,7 @@ def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, s
             return Axis(np.array(wanted.origin, dtype=float), direction), "given"
         if found is not None and np.linalg.norm(np.cross(found.direction, direction)) < 1e-3:
             return Axis(found.point, direction), "direction given, place found"
-        _, centre, _ = moments([(3, tag) for tag in part.solids])
-        return Axis(part.scale * centre, direction), "direction given, through the centre of gravity"
+        return Axis(part.scale * gravity, direction), "direction given, through the centre of gravity"
     if found is None:
         raise GeometryError(
             where,
