@@ -13,7 +13,7 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar, Literal, Protocol
@@ -21,6 +21,7 @@ from typing import Any, ClassVar, Literal, Protocol
 from pydantic import BaseModel, ConfigDict, Field
 
 from geometry.blocks import Blocks
+from geometry.errors import GeometryError
 from geometry.structured import mesh_blocks
 from geometry.view import View
 
@@ -59,6 +60,35 @@ class Plate(BaseModel):
     def metal(self) -> Plate:
         """What is computed with: a rigid plate is fifty times as stiff as steel."""
         return self.model_copy(update={"youngs_modulus": RIGID}) if self.rigid else self
+
+
+def metals(
+    plates: Mapping[str, Plate], regions: Iterable[str], known: Iterable[str], where: str
+) -> dict[str, Metal]:
+    """Metal of each region that is none of rubber.
+
+    Parameters
+    ----------
+    plates
+        From the case, by name.
+    regions
+        What is meshed.
+    known
+        Names that the case may give a metal, meshed or not.
+    where
+        For messages.
+
+    Raises
+    ------
+    GeometryError
+        The case gives metal to a body that is not there.
+    """
+    names = [name for name in known if name != "rubber"]
+    for name in plates:
+        if name not in names:
+            there = ", ".join(names) or "there are none"
+            raise GeometryError(where, f'geometry.plates: there is no plate or sleeve "{name}"', there)
+    return {name: plates.get(name, Plate()).metal for name in regions if name != "rubber"}
 
 
 class Metal(Protocol):

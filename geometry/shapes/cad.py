@@ -14,7 +14,7 @@ from geometry.cad.part import MILLIMETRES
 from geometry.cad.ready import SUFFIXES as MESHES
 from geometry.cad.ready import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
-from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape
+from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape, metals
 from geometry.view import View
 
 SUFFIXES = (".step", ".stp", ".brep", ".brp", *MESHES)
@@ -111,7 +111,11 @@ class Cad(Shape):
     @property
     @override
     def notes(self) -> tuple[str, ...]:
-        return self.found.notes
+        metal = self.elastic_sleeves
+        return (
+            *self.found.notes,
+            *(f"{name}: metal, E = {own.youngs_modulus:g} MPa" for name, own in metal.items()),
+        )
 
     @property
     @override
@@ -141,4 +145,6 @@ class Cad(Shape):
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        return {name: self.plates.get(name, Plate()).metal for name in self.found.regions if name != "rubber"}
+        found = self.found
+        known = found.regions if isinstance(found, ReadyMesh) else found.roles.values()
+        return metals(self.plates, found.regions, known, self.file)

@@ -12,7 +12,7 @@ from typing_extensions import override
 from geometry.section.dxf import read_dxf
 from geometry.section.found import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
-from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape
+from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape, metals
 from geometry.view import View
 
 Edges = Annotated[tuple[Edge, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
@@ -115,10 +115,10 @@ class Section(Shape):
     @property
     @override
     def notes(self) -> tuple[str, ...]:
-        found = self.found
+        found, metal = self.found, self.elastic_sleeves
         symmetry = "symmetric" if found.symmetric else "not symmetric"
         return (
-            f"bodies: {', '.join(found.regions)}",
+            f"bodies: {', '.join(_body(name, metal) for name in found.regions)}",
             f"centre at z = {found.centre + 0.0:g} mm; the section is {symmetry} about it",
         )
 
@@ -146,4 +146,9 @@ class Section(Shape):
     @property
     @override
     def elastic_sleeves(self) -> Mapping[str, Metal]:
-        return {name: self.plates.get(name, Plate()).metal for name in self.found.regions if name != "rubber"}
+        regions = self.found.regions
+        return metals(self.plates, regions, regions, self.where)
+
+
+def _body(name: str, metal: Mapping[str, Metal]) -> str:
+    return f"{name} (E = {metal[name].youngs_modulus:g} MPa)" if name in metal else name

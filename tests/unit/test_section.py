@@ -82,6 +82,15 @@ def test_four_sides_make_quadrilaterals_and_others_triangles():
     assert build(SECTION(**SECTION.examples[1]), 3, frozenset("y")).simplices is False
 
 
+def test_metal_is_given_to_what_is_there():
+    plate = SECTION.examples[2]["outline"]
+    section = SECTION(outline=plate, plates={"plate": {"youngs_modulus": 70000.0}})
+    assert section.elastic_sleeves["plate"].youngs_modulus == 70000.0
+    assert "plate (E = 70000 MPa)" in section.notes[0]
+    with pytest.raises(GeometryError, match='there is no plate or sleeve "plat"'):
+        SECTION(outline=plate, plates={"plat": {"rigid": True}}).notes  # noqa: B018
+
+
 def test_a_section_on_the_axis_is_computed_in_the_half_plane_only():
     mount = [
         {"from": [0.0, -10.0], "to": [20.0, -10.0], "name": "outer"},
