@@ -78,6 +78,7 @@ def case_json(
 def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]) -> dict[str, Any]:
     """Return the meshes of a case as JSON-ready data."""
     document = head("mesh", case, (), timings)
+    document["geometry"] = {"notes": list(case.geometry.notes), "measures": dict(case.geometry.measures())}
     document["meshes"] = [
         {
             "name": mesh.name,

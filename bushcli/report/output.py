@@ -22,9 +22,14 @@ from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.predict import Response, Simulated
+from geometry.errors import GeometryError
+from geometry.shape import Shape
+from geometry.view import View
 
 REPORT = "report.html"
 _FIELDS = (".xdmf", ".h5")
+#: The case file that `bushcli mesh PART` writes.
+BEGINNING = "case.toml"
 # What the name of a curve's file ends with, by command.
 _CURVES = {
     "direct": ("", "-comparison"),
@@ -186,9 +191,12 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
 
 
 def write_meshes(
-    directory: Path, meshes: Sequence[Meshed], result: Mapping[str, Any] | None = None
+    directory: Path,
+    meshes: Sequence[Meshed],
+    result: Mapping[str, Any] | None = None,
+    shape: Shape | None = None,
 ) -> tuple[Path, ...]:
-    """Write a picture of each mesh, as PNG and SVG, and result.json where a result is given.
+    """Write a picture of each mesh, as PNG and SVG, one of what was found in a file, and result.json.
 
     Raises
     ------
@@ -198,11 +206,43 @@ def write_meshes(
     from bushcli.report.figures import mesh_figures
 
     files: dict[str, Content] = {} if result is None else {RESULT: result}
+    if shape is not None and shape.view is not None:
+        files |= _geometry(shape.view, "What was taken for what", shape.measures())
     for picture in mesh_figures(meshes):
         files[f"{picture.name}.png"] = _bytes(picture.png)
         files[f"{picture.name}.svg"] = _bytes(picture.svg)
     fields = [file.name for file in directory.glob("mesh-*") if file.suffix in _FIELDS]
     return _write(directory, files, None, fields)
+
+
+def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
+    """Write a picture of a geometry that was refused, where there is something to see.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    return () if error.view is None else _write(directory, _geometry(error.view, str(error), {}), None)
+
+
+def write_beginning(directory: Path, case: str) -> tuple[Path, ...]:
+    """Write a case file to begin with, unless there is one: somebody may have worked on it.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    return () if (directory / BEGINNING).exists() else _write(directory, {BEGINNING: _text(case)}, None)
+
+
+def _geometry(view: View, title: str, measures: Mapping[str, float]) -> dict[str, Content]:
+    from bushcli.report.figures.geometry import geometry_figure
+    from bushcli.report.figures.picture import picture
+
+    shown = picture("geometry", "geometry", title, geometry_figure(view, title, measures))
+    return {"geometry.png": _bytes(shown.png), "geometry.svg": _bytes(shown.svg)}
 
 
 def check_output(directory: Path, case: Case, command: str = "direct") -> None:

@@ -29,6 +29,7 @@ from bushcli.report.tables import (
     case_table,
     channel_table,
     fitted_table,
+    measure_table,
     mesh_table,
     parameter_table,
     recording_table,
@@ -38,6 +39,7 @@ from bushcli.runtime.condition import Condition
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.predict import Response
+from geometry.shape import Shape
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ def case_text(
     case: Case, curves: Sequence[Recording], coupons: Sequence[Recording], faults: Sequence[DataFault] = ()
 ) -> Group:
     """What a case says, what its recordings hold and what is wrong with them."""
-    parts: list[object] = [Shown(case_table(case))]
+    parts: list[object] = [Shown(case_table(case)), *_notes(case.geometry)]
     for title, recorded in (("Recordings", curves), ("Coupon tests", coupons)):
         if recorded:
             parts += [Text(), Shown(recording_table(title, recorded))]
@@ -102,9 +104,18 @@ def case_text(
     return Group(*parts)  # type: ignore[arg-type]
 
 
-def mesh_text(meshes: Sequence[Meshed]) -> Group:
-    """Size and boundaries of the meshes."""
-    return Group(Shown(mesh_table(meshes)))
+def mesh_text(meshes: Sequence[Meshed], shape: Shape | None = None) -> Group:
+    """What was found in a file, with areas and volumes; size and boundaries of the meshes."""
+    parts: list[object] = []
+    if shape is not None and shape.notes:
+        parts += [*_notes(shape), Text(), Shown(measure_table(shape)), Text()]
+    return Group(*parts, Shown(mesh_table(meshes)))  # type: ignore[arg-type]
+
+
+def _notes(shape: Shape) -> list[object]:
+    """What was found in a file."""
+    head = [Text(), Text("What was taken for what", "bold")] if shape.notes else []
+    return [*head, *(Padding(Text(note), (0, 0, 0, 2)) for note in shape.notes)]
 
 
 def _fit_parts(fit: Fit) -> list[object]:

@@ -33,7 +33,6 @@ from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
 from cases.stability import coupon_limits, stable
 from cases.stretches import Surface, principal_stretches, surface
 from forms.law import law
-from geometry.ring import Ring
 
 Array = NDArray[np.float64]
 
@@ -271,15 +270,16 @@ def check_material(case: Case, material: Material) -> None:
 def _check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[DataFault]) -> None:
     """Refuse a radial recording that goes further than there is rubber: wrong units, or another bushing."""
     remedies = {fault.channel: fault.remedy for fault in reversed(faults) if fault.fatal}
-    if not isinstance(case.geometry, Ring):
+    gap = case.geometry.gap
+    if gap is None:
         return
     for recording in recordings:
         furthest = float(np.abs(recording.displacement).max())
-        if recording.mode == "radial" and furthest >= case.geometry.thickness:
+        if recording.mode == "radial" and furthest >= gap:
             raise InputError(
                 Problem(
                     str(recording.source),
-                    f"goes to {furthest:.4g} mm, but the rubber is only {case.geometry.thickness:.4g} mm thick",
+                    f"goes to {furthest:.4g} mm, but the rubber is only {gap:.4g} mm thick",
                     "",
                     remedies.get(
                         recording.name,
