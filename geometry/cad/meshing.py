@@ -22,7 +22,7 @@ from geometry.shape import Mirrors, Names, Refinement
 
 # Elements from bond to bond inside, longest over shortest, growth per distance from a bond's edge, elements on a full
 # circle, elements between two faces that are near to each other (benchmarks/README.md).
-ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.2, 3.0, 1.0, 8.0, 1.2
+ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.4, 4.0, 1.0, 8.0, 1.2
 
 
 def generate(
