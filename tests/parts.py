@@ -198,20 +198,25 @@ PARTS: dict[str, tuple[Draw, Change | None, str | None]] = {
 
 def make(name: str, folder: Path, suffix: str = ".step") -> Path:
     """Write one of the parts."""
-    draw, replaced, _ = PARTS[name]
-    path = folder / f"{name}{suffix}"
+    draw, change, _ = PARTS[name]
+    path = draw_to(folder / f"{name}{suffix}", draw)
+    if change:
+        text = path.read_text()
+        changed = change(text)
+        assert changed != text
+        path.write_text(changed)
+    return path
+
+
+def draw_to(path: Path, draw: Draw) -> Path:
+    """Draw in a session of its own, and write what was drawn."""
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.model.add(name)
+        gmsh.model.add(path.stem)
         draw()
         _occ().synchronize()
         gmsh.write(str(path))
     finally:
         gmsh.finalize()
-    if replaced:
-        text = path.read_text()
-        changed = replaced(text)
-        assert changed != text
-        path.write_text(changed)
     return path

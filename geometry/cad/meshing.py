@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import gmsh
 import numpy as np
 
 from geometry.cad.bonds import FREE
@@ -19,10 +18,11 @@ from geometry.grading import Sizes, grade
 from geometry.raw import RawMesh, from_gmsh, mirrored, to_gmsh
 from geometry.session import model, refusing
 from geometry.shape import Mirrors, Names, Refinement
+from geometry.straight import straightened
 
 # Elements from bond to bond inside, longest over shortest, growth per distance from a bond's edge, elements on a full
 # circle, elements between two faces that are near to each other (benchmarks/README.md).
-ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.2, 3.0, 1.0, 8.0, 1.2
+ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.4, 4.0, 1.0, 8.0, 1.2
 
 
 def generate(
@@ -57,15 +57,8 @@ def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refin
     with refusing(str(path), "cannot be meshed", found.view):
         model().mesh.generate(3)
     model().mesh.setOrder(2)
-    if min(model().mesh.getElementQualities(_elements(), "minSJ"), default=1.0) <= 0.02:
-        gmsh.option.setNumber("Mesh.HighOrderOptimize", 1)
-        model().mesh.optimize("HighOrder")
-    raw = from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()})
+    raw = straightened(from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()}))
     return replace(raw, points=_flat(raw, found.frame.local(found.scale * raw.points)))
-
-
-def _elements() -> list[int]:
-    return [int(tag) for tags in model().mesh.getElements(3)[1] for tag in tags]
 
 
 def _flat(raw: RawMesh, points: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]

@@ -13,7 +13,7 @@ from geometry.shape import Refinement, shapes
 from tests.parts import PARTS, make
 
 CAD = shapes()["cad"]
-COARSE = Refinement(across=1)
+COARSE = Refinement(across=2)
 PLANES = {
     "plain": "xyz",
     "two_kidneys": "xyz",

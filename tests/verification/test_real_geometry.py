@@ -61,6 +61,18 @@ def test_default_meshes_meet_other_codes(geometry, mode, file):
     assert np.all(off < ACCURATE + error), np.round(off, 2)
 
 
+def test_tetrahedra_in_a_plain_ring(tmp_path, capfd):
+    """Radially at 3 and 10 % of the thickness; the force is that of third-order elements, graded, of another code."""
+    from tests.parts import draw_to, ring
+
+    shape = shapes()["cad"](
+        file=str(draw_to(tmp_path / "ring.step", lambda: ring(12.0, 22.0, 40.0) and None))
+    )
+    history = march(prepare(shape, modes()["radial"], YEOH), Program(np.array([0.3, 1.0])))
+    capfd.readouterr()  # OpenCASCADE tells of its export
+    np.testing.assert_allclose(history.force, [859.98, 2801.0], rtol=0.01)
+
+
 def test_a_section_of_a_ring_is_that_ring():
     """As the parametric shape, in all modes; the meshes are not the same."""
     ring = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
