@@ -72,6 +72,9 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
     used : iterable of str
         Modes that the case simulates; all of the specimen's where there is none.
     """
+    if not shape.structured:
+        # Nobody knows how many elements a free mesh has before it is made.
+        return
     names = set(used) or {mode.name for mode in modes().values() if mode.specimen == shape.specimen}
     for name in sorted(names):
         dimension = 2 if modes()[name].section is not None and shape.axisymmetric else 3
