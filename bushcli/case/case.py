@@ -138,7 +138,15 @@ class Case:
 
 
 def load_case_names(load_cases: Sequence[LoadCase], recordings: Sequence[Source]) -> tuple[str, ...]:
-    """Return the channel names of load cases: the mode, with the number of the load case where another has it."""
+    """Return the channel names of load cases: the mode, with the number of the load case where the mode alone is taken.
+
+    Parameters
+    ----------
+    load_cases : sequence of LoadCase
+        In the order of the case file.
+    recordings : sequence of Source
+        Their names are taken before those of the load cases.
+    """
     names = []
     for number, load in enumerate(load_cases):
         taken = [other.mode for i, other in enumerate(load_cases) if i != number]

@@ -35,7 +35,17 @@ class Channel:
 def build(
     tables: Sequence[tuple[EffectTable, Keys]], channels: Sequence[Channel], shape: Shape | None = None
 ) -> tuple[list[ActiveEffect], list[Finding]]:
-    """Return the effects of a case and what is wrong with them; of the shape nothing is known where it is None."""
+    """Validate the effects of a case and return them together with what is wrong with them.
+
+    Parameters
+    ----------
+    tables : sequence of (EffectTable, Keys)
+        The tables ``[[effects]]``, each with its place in the case file.
+    channels : sequence of Channel
+        All channels of the case on which an effect may act.
+    shape : Shape or None
+        The specimen; None where the case has no valid one, and then no bound depends on it.
+    """
     active: list[ActiveEffect] = []
     findings: list[Finding] = []
     for table, keys in tables:

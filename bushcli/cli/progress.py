@@ -65,7 +65,9 @@ def search_progress(run: Run, turned: Mapping[str, EffectParameter]) -> Callable
 
     Parameters
     ----------
-    turned
+    run : Run
+        Options of the command; with ``--quiet`` there is no progress.
+    turned : mapping of str to EffectParameter
         Parameters that are shown in degrees, by full name.
     """
     if run.quiet or not speaks():

@@ -167,7 +167,15 @@ def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
 
 
 def finish(work: Callable[[], int | None], debug: bool) -> None:
-    """Run, and exit with the code that interface and errors ask for; no traceback unless `debug`."""
+    """Run a command and exit with the code that its result or its error calls for.
+
+    Parameters
+    ----------
+    work : callable
+        The command; returns an exit code, None for 0.
+    debug : bool
+        Let errors through with their traceback instead of printing one sentence.
+    """
     listen()
     try:
         code = work() or DONE

@@ -55,7 +55,15 @@ class ActiveEffect:
         return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
 
     def acts_on(self, channel: str, mode: str) -> bool:
-        """Whether the effect changes a channel, given its name and its mode."""
+        """Whether the effect changes a channel.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        mode : str
+            Name of the channel's mode.
+        """
         return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode)
 
     def started(self) -> ActiveEffect:
@@ -69,7 +77,15 @@ class ActiveEffect:
 
 
 def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
-    """Return the name of an effect on some channels: with the first of them where it belongs to their rig."""
+    """Return the name by which models are compared: "gain@radial" for an effect of a rig, else the effect's own name.
+
+    Parameters
+    ----------
+    effect : Effect
+        Effect as registered.
+    channels : tuple of str or None
+        Channels that have it; the first one names the rig. None for all channels.
+    """
     return in_rig(effect, channels[0]) if effect.of_channel and channels else effect.name
 
 
@@ -84,12 +100,29 @@ def told_apart(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
 
 
 def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[ActiveEffect, ...]:
-    """Return those of the effects that change a channel, given its name and its mode."""
+    """Return the effects that change a channel.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the case.
+    channel : str
+        Name of the channel.
+    mode : str
+        Name of the channel's mode.
+    """
     return tuple(one for one in active if one.acts_on(channel, mode))
 
 
 def require_values(active: Sequence[ActiveEffect], where: str) -> None:
-    """Refuse effects with parameters that have no value, as for a prediction.
+    """Refuse effects that have a parameter without a value: only a fit can find it.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the case.
+    where : str
+        Name of the case file, for the message.
 
     Raises
     ------
@@ -107,7 +140,18 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
 
 
 def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where: str) -> None:
-    """Refuse a channel without time to the effects that need one.
+    """Refuse a channel without time if one of its effects needs time.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the case.
+    channel : str
+        Name of the channel.
+    mode : str
+        Name of the channel's mode.
+    where : str
+        File of the recording or case file, for the message.
 
     Raises
     ------

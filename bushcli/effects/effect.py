@@ -131,14 +131,15 @@ class EffectParameter:
     def distinct(
         self, shape: Shape, acting: Collection[str], broken: Mirrors = frozenset()
     ) -> tuple[str, ...]:
-        """Return the choices that differ in some of the modes ``acting``: of mirror images that do not, the first.
+        """Return the choices that differ in at least one of the modes `acting`; of two mirror images only the first.
 
         Parameters
         ----------
-        shape
-        acting
+        shape : Shape
+            Specimen, whose planes of symmetry count.
+        acting : collection of str
             Names of modes.
-        broken
+        broken : Mirrors
             Planes of symmetry that other effects take from the shape.
         """
         planes = shape.mirror_planes - broken
@@ -326,7 +327,15 @@ class Effect:
 
 
 def in_rig(effect: Effect, rig: str) -> str:
-    """Return the name of an effect that is there once more, in the rig of a channel; without one its own."""
+    """Return the name of an effect in the rig of a channel, "offset@radial"; without a rig the effect's own name.
+
+    Parameters
+    ----------
+    effect : Effect
+        Effect as registered.
+    rig : str
+        Name of a channel; empty for the first use of the effect.
+    """
     return f"{effect.name}{_AT}{rig}" if rig else effect.name
 
 
@@ -349,16 +358,18 @@ def spoken(name: str) -> str:
 def unsuited(
     effect: Effect, shape: Shape, others: Collection[str] = (), values: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, str], ...]:
-    """Why a specimen cannot have an effect beside others, each reason with what would do; none where it can.
+    """Return why a specimen cannot have an effect, each reason with what would be valid; empty where it can.
 
     Parameters
     ----------
-    effect
-    shape
-    others
-        Names of the other effects.
-    values
-        Of the effect's parameters, as far as they are given.
+    effect : Effect
+        Effect to be added.
+    shape : Shape
+        The specimen.
+    others : collection of str
+        Names of the other effects of the model.
+    values : mapping of str to float or None
+        Values of the effect's parameters by name, N, mm, MPa, s, rad, as far as they are known.
     """
     if shape.specimen != "bushing":
         return ()

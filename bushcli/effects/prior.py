@@ -98,9 +98,16 @@ class Prior:
         return (1.0 if above == "1" else float(scales[above])) / (float(scales[below]) if below else 1.0)
 
     def log_density(self, value: float, scales: Scales) -> float:
-        """Natural logarithm of the density at `value`, per unit of the parameter; -inf where it has none.
+        """Return the natural logarithm of the density per unit of the parameter; -inf where the density is zero.
 
-        Of a choice it is that of the probability.
+        For a choice it is the logarithm of the probability.
+
+        Parameters
+        ----------
+        value : float
+            In the unit of the parameter (N, mm, MPa, s, rad); of a choice its index.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return -math.log(self.low) if value in range(round(self.low)) else -math.inf
@@ -123,10 +130,17 @@ class Prior:
         return per_value - 0.5 * (beyond / TAIL) ** 2 - math.log(self._width())
 
     def slope(self, value: float, scales: Scales) -> float:
-        """Derivative of `log_density` by the value; of the logarithm's own density for a logarithmic prior.
+        """Return the derivative of `log_density` by the value.
 
         A logarithmic prior is differentiated without the Jacobian 1/value: the maximum a posteriori is that in the
         logarithm of the parameter, which does not run towards zero.
+
+        Parameters
+        ----------
+        value : float
+            In the unit of the parameter; of a choice its index.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return 0.0
@@ -139,7 +153,15 @@ class Prior:
         return self._log_slope(abs(x)) / value
 
     def curvature(self, value: float, scales: Scales) -> float:
-        """Precision of the prior at `value`, 1 / variance per unit of the parameter squared; at least 0."""
+        """Return the precision of the prior: 1 / variance, per unit of the parameter squared; at least 0.
+
+        Parameters
+        ----------
+        value : float
+            In the unit of the parameter; of a choice its index.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
+        """
         if self.shape == "choice":
             return 0.0
         unit = self.unit(scales)
@@ -166,14 +188,16 @@ class Prior:
         return 0.0
 
     def log_row(self, size: float, unit: float) -> tuple[float, float]:
-        """A residual whose half square is the negative log density of the logarithm, and its derivative by the value.
+        """Return a residual whose half square is the negative log density of the logarithm, and its derivative.
+
+        The derivative is by the value of the parameter.
 
         Parameters
         ----------
         size : float
-            Absolute value over the prior's unit, more than 0.
+            Absolute value of the parameter as a ratio to the prior's unit, more than 0.
         unit : float
-            Derivative of `size` by the value.
+            Derivative of `size` by the value, 1 / unit of the parameter.
         """
         if self.shape == "log_normal":
             return math.log(size / self.low) / self.high, unit / size / self.high
@@ -215,10 +239,17 @@ class Prior:
         return self.center * unit + below, self.center * unit + wide
 
     def tail(self, value: float, scales: Scales) -> float:
-        """Probability of a value at least as far out as this one: small where few bushings have it.
+        """Return the probability of a value at least as far from the centre as this one.
 
         Far out is away from the center; for a logarithmic prior, on the same side of the median, counted twice. It is
         0.05 at the ends of `range`, and for an amplitude that is half-normal at its upper end.
+
+        Parameters
+        ----------
+        value : float
+            In the unit of the parameter; of a choice its index.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return 1.0 if value in range(round(self.low)) else 0.0

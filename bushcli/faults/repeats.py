@@ -36,9 +36,12 @@ def clipped(force: Array, displacement: Array, noise: float) -> Mask:
 
     Parameters
     ----------
-    force, displacement : (n,) arrays
+    force : (n,) array
+        N, N mm or MPa.
+    displacement : (n,) array
+        mm, rad or stretch - 1.
     noise : float
-        Standard deviation of the force's noise.
+        Standard deviation of the force's noise, in the unit of the force: N, N mm or MPa.
 
     Notes
     -----
@@ -72,13 +75,16 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
 
     Parameters
     ----------
-    force, displacement : (n,) arrays
+    force : (n,) array
+        N, N mm or MPa.
+    displacement : (n,) array
+        mm, rad or stretch - 1.
     stiffness : float
-        Of the whole recording, to tell how much force a motion is worth.
+        Slope of the whole recording, N/mm, N mm/rad or MPa; the force that a motion should have made follows from it.
     noise : float
-        Standard deviation of the force's noise.
+        Standard deviation of the force's noise, N, N mm or MPa.
     clip : (n,) array of bool
-        Samples that are clipped, which explains why they repeat.
+        Clipped samples, which repeat for that reason.
     """
     bad = np.zeros(len(force), dtype=bool)
     step = quantum(force)
@@ -107,9 +113,12 @@ def stuck_displacement(displacement: Array, force: Array, x: Array) -> Mask:
 
     Parameters
     ----------
-    displacement, force : (n,) arrays
+    displacement : (n,) array
+        mm, rad or stretch - 1.
+    force : (n,) array
+        N, N mm or MPa.
     x : (n,) array
-        Time or sample number.
+        Time in s, or sample number.
     """
     bad = np.zeros(len(displacement), dtype=bool)
     span = float(np.ptp(force))

@@ -89,7 +89,15 @@ class _Change:
 
 
 def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Say where the force falls while the displacement rises."""
+    """Yield a fault where the force falls while the displacement rises.
+
+    Parameters
+    ----------
+    recording : Recording
+        Displacement (mm, rad) and force (N, N mm).
+    bad : (n,) array of bool
+        Samples to leave out.
+    """
     q, force = recording.displacement[~bad], recording.force[~bad]
     if len(q) < 3 or np.ptp(q) == 0 or np.ptp(force) == 0:
         return
@@ -107,12 +115,14 @@ def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
 
 
 def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -> Iterator[DataFault]:
-    """Say which channels are exchanged, and which columns are in another unit than they are read in.
+    """Yield a fault for each exchanged pair of channels and for each column that was read in the wrong unit.
 
     Parameters
     ----------
     shape : Shape
+        Shape of the bushing, from which the stiffness for a shear modulus of 1 MPa follows.
     recordings : sequence of Recording
+        All recordings of the case, bushing or coupon.
     bad : sequence of (n,) array of bool
         Samples to leave out, by recording.
     """

@@ -88,7 +88,15 @@ class History:
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[History, ...]:
-    """Channels of a direct prediction whose path comes back or holds."""
+    """Return the channels of a direct prediction whose path comes back or holds.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    """
     found = (_of_channel(channel, misfits.get(channel.name)) for channel in response.channels)
     return tuple(history for history in found if history.tells)
 

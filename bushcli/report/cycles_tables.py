@@ -16,12 +16,14 @@ FEW, MANY = 12, 100
 
 
 def history_tables(histories: Sequence[History], *, brief: bool) -> list[Table]:
-    """Tables of cycles, and of holds where there are any, channel by channel.
+    """Return tables of cycles and of holds, channel by channel.
 
     Parameters
     ----------
-    brief
-        For the terminal: without the peaks, and of long tables without their middle.
+    histories : sequence of History
+        Channels with cycles or holds.
+    brief : bool
+        For the terminal: without peak forces, and long tables without their middle rows.
     """
     tables = []
     for history in histories:
@@ -32,7 +34,15 @@ def history_tables(histories: Sequence[History], *, brief: bool) -> list[Table]:
 
 
 def cycle_table(history: History, *, peaks: bool = True) -> Table:
-    """Energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated."""
+    """Return energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated.
+
+    Parameters
+    ----------
+    history : History
+        One channel.
+    peaks : bool
+        Whether the table has peak forces.
+    """
     shown, both = quantities(history.mode), history.has_recording
     timed = history.path.time is not None
     columns = [

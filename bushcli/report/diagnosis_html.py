@@ -60,10 +60,12 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
 
     Parameters
     ----------
-    result
+    result : mapping of str to object
         What `diagnosis_json` returned.
-    pictures
-        What `diagnosis_figures` returned; the curves among them are in the page as plots to zoom instead.
+    found : Diagnosis
+        The diagnosis.
+    pictures : iterable of Picture
+        What `diagnosis_figures` returned; curves among them are left out, since the page has them as plots to zoom.
     """
     kinds = by_kind(pictures)
     missing, first = _missing(found, kinds.get("missing", [])), is_missing(found)

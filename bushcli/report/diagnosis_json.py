@@ -19,7 +19,15 @@ from bushcli.report.quantity import quantities
 
 
 def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a diagnosis as JSON-ready data."""
+    """Return a diagnosis as JSON-ready data.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     document = head("diagnose", found.case, found.conditions, timings)
     document |= {
         "verdict": found.verdict,

@@ -46,13 +46,29 @@ def law_title(name: str) -> str:
 
 
 def together(names: Sequence[str], none: str = "no effect") -> str:
-    """Return a set of effects within a sentence: "Mullins softening with internal friction and offset"."""
+    """Return a set of effects as part of a sentence: "Mullins softening with internal friction and offset".
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of effects, with their rigs.
+    none : str
+        Words for an empty set.
+    """
     first, *others = [said(name) for name in names] or [none]
     return f"{first} with {listed(others)}" if others else first
 
 
 def model_title(law: str, names: Sequence[str]) -> str:
-    """Return a model as it stands in a table: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone"."""
+    """Return a model as a table shows it: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone".
+
+    Parameters
+    ----------
+    law : str
+        Name of the law.
+    names : sequence of str
+        Names of effects, with their rigs.
+    """
     return " + ".join((law_title(law), *map(said, names))) if names else f"{law_title(law)} alone"
 
 

@@ -30,13 +30,29 @@ def probability_table(found: Diagnosis) -> Table:
 
 
 def bar(share: float, width: int = _BAR) -> str:
-    """A share as a bar of characters; what is not nothing is seen."""
+    """Return a share as a bar of block characters; a share above zero has at least an eighth of a character.
+
+    Parameters
+    ----------
+    share : float
+        Share of the full bar, from 0 to 1.
+    width : int
+        Characters of the full bar.
+    """
     eighths = max(round(8 * width * share), 1 if share > 0 else 0)
     return "█" * (eighths // 8) + _EIGHTHS[eighths % 8].strip()
 
 
 def model_table(found: Diagnosis, most: int | None = None) -> Table:
-    """The smallest set of models that holds 95 % of the probability, or so many of it."""
+    """Return the most probable models, as many as hold 95 % of the probability together.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    most : int or None
+        Largest number of rows; None for no limit.
+    """
     rows: list[Row] = []
     so_far = 0.0
     for one in found.models:
@@ -63,7 +79,15 @@ def logarithm(value: float) -> str:
 
 
 def effect_table(found: Diagnosis, brief: bool = False) -> Table:
-    """What was left out: each effect with its parameters, after the recordings and before them."""
+    """Return each effect that was left out, with its parameters before and after the recordings.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    brief : bool
+        For the terminal: without the columns for rarity, reciprocal names and evidence.
+    """
     rows: list[Row] = []
     for effect in found.effects:
         first = [effect.label, number(effect.evidence, 2)]

@@ -53,15 +53,16 @@ class ShownQuantity:
 
 
 def shown(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> ShownQuantity:
-    """A parameter of the most probable model at the door: angles in degrees.
+    """Return a parameter of the most probable model in the units of the case file: angles in degrees.
 
     Parameters
     ----------
-    name
-        Full name, "mullins.m"; of the law without a point.
-    quantity
-    channels
-        Those of the diagnosis: a displacement of a rotational channel is an angle.
+    name : str
+        Full name, "mullins.m"; a parameter of the law has no point in its name.
+    quantity : Quantity
+        The parameter in internal units.
+    channels : iterable of DiagnosedChannel
+        Channels of the diagnosis; they say whether a displacement is an angle.
     """
     at, name_of_unit = _door(name, quantity, channels)
     value, std, lower, upper = (at(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper))
@@ -82,9 +83,16 @@ def derived_text(quantity: Quantity) -> str:
 
 
 def parameters_text(effect: Named, channels: Sequence[DiagnosedChannel]) -> str:
-    """All parameters of an effect in a line, by the name that the field has for each where it has one.
+    """Return all parameters of an effect in one line; a parameter with a reciprocal goes by the reciprocal's name.
 
     The errors are to first order, of r = 1/x as of 1/(x + y) with a given y: their squares times that of x.
+
+    Parameters
+    ----------
+    effect : Named
+        An effect of the diagnosis.
+    channels : sequence of DiagnosedChannel
+        Channels of the diagnosis; they say whether a displacement is an angle.
     """
     told = []
     for name, quantity in effect.parameters.items():
@@ -109,7 +117,15 @@ def tail(of: str) -> str:
 
 
 def span(lower: float, upper: float) -> str:
-    """An interval."""
+    """Return an interval in words: "0.1 to 0.3".
+
+    Parameters
+    ----------
+    lower : float
+        Lower end, in any unit.
+    upper : float
+        Upper end, in the same unit.
+    """
     return f"{number(lower)} to {number(upper)}"
 
 

@@ -296,7 +296,15 @@ def channel_label(channel: DiagnosedChannel) -> str:
 
 
 def unlikely(found: Diagnosis, limit: float) -> list[str]:
-    """Names of what is less probable than a limit, for people, in alphabetical order."""
+    """Return the titles of the effects that are less probable than a limit, in alphabetical order.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    limit : float
+        Probability, from 0 to 1.
+    """
     return sorted(title(name) for name, p in found.probability.items() if p < limit and name != UNKNOWN)
 
 

@@ -34,7 +34,19 @@ from cases.mode import modes
 def direct_json(
     response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, timings: Mapping[str, float]
 ) -> dict[str, Any]:
-    """Return a direct prediction, and the fit that went before it, as JSON-ready data."""
+    """Return a direct prediction, and the coupon fit that preceded it, as JSON-ready data.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     document = head("direct", response.case, problems_of(response, misfits, fit), timings)
     document["data_faults"] = faults_json(response.faults)
     document["complete"] = response.complete
@@ -55,7 +67,17 @@ def direct_json(
 
 
 def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return an identified law as JSON-ready data."""
+    """Return an identified law as JSON-ready data.
+
+    Parameters
+    ----------
+    case : Case
+        The case with the coupon tests.
+    fit : Fit
+        The identified law.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     faults = {"data_faults": faults_json(fit.faults)}
     return cleaned(head("fit", case, fit.conditions, timings) | faults | fit_part(fit))
 
@@ -67,7 +89,21 @@ def case_json(
     timings: Mapping[str, float],
     faults: Sequence[DataFault] = (),
 ) -> dict[str, Any]:
-    """Return a checked case, what its recordings hold and what is wrong with them as JSON-ready data."""
+    """Return a checked case, the contents of its recordings and their faults as JSON-ready data.
+
+    Parameters
+    ----------
+    case : Case
+        The validated case.
+    curves : sequence of Recording
+        Recordings of the bushing.
+    coupons : sequence of Recording
+        Coupon tests.
+    timings : mapping of str to float
+        Seconds by stage.
+    faults : sequence of DataFault
+        Faults of recordings and coupon tests.
+    """
     document = head("check", case, map(condition, faults), timings)
     document["data_faults"] = faults_json(faults)
     document["recordings"] = [_summary(curve) for curve in curves]
@@ -76,7 +112,17 @@ def case_json(
 
 
 def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return the meshes of a case as JSON-ready data."""
+    """Return the meshes of a case as JSON-ready data.
+
+    Parameters
+    ----------
+    case : Case
+        The validated case.
+    meshes : sequence of Meshed
+        Its meshes, in the order of the tables.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     document = head("mesh", case, (), timings)
     document["meshes"] = [
         {
@@ -94,7 +140,20 @@ def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]
 
 
 def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
-    """What is doubtful about a direct prediction: fit, marches, recordings left uncompared, loops not simulated."""
+    """Return what is doubtful about a direct prediction.
+
+    These are problems of the coupon fit and of the marches, recordings that were not compared, and recorded loops
+    that are not simulated.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    """
     left = tuple(
         Condition(
             "not_compared",
@@ -111,7 +170,19 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
 def head(
     command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float]
 ) -> dict[str, Any]:
-    """What every result has."""
+    """Return the entries that every result has.
+
+    Parameters
+    ----------
+    command : str
+        Name of the command: "direct", "inverse".
+    case : Case
+        The validated case.
+    problems : iterable of Condition
+        Conditions of the result.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     return {
         "command": command,
         "case": resolved(case),

@@ -26,12 +26,16 @@ from bushcli.report.text import Shown, history_parts, problem_parts
 
 
 def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return identified laws as JSON-ready data; what stands at the top is the best one's.
+    """Return identified laws as JSON-ready data; the entries at the top level describe the best law.
 
     Parameters
     ----------
-    fits
-        Best first.
+    case : Case
+        The case with the recordings.
+    fits : sequence of Fit
+        Identified laws, the best first.
+    timings : mapping of str to float
+        Seconds by stage.
     """
     fits = [at_door(fit) for fit in fits]
     best = fits[0]

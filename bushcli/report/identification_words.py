@@ -85,7 +85,15 @@ def is_uncertain(estimate: Estimate) -> bool:
 
 
 def with_error(fit: Fit, name: str) -> str:
-    """Value and standard error with the digits that the error leaves, and the unit: "0.1175 ± 0.0002 MPa"."""
+    """Return value, standard error and unit, as many digits as the error permits: "0.1175 ± 0.0002 MPa".
+
+    Parameters
+    ----------
+    fit : Fit
+        The identified law.
+    name : str
+        Full name of the parameter.
+    """
     estimate = fit.parameters[name]
     unit = parameter_unit(fit, name)
     tail = "" if unit == "1" else f" {unit}"

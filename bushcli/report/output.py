@@ -35,7 +35,16 @@ _CURVES = {
 
 
 def write_check(directory: Path, result: Mapping[str, Any], case: Case) -> tuple[Path, ...]:
-    """Write what `case_json` returned.
+    """Write the result of `check`.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `case_json` returned.
+    case : Case
+        The validated case, whose input files are not replaced.
 
     Raises
     ------
@@ -96,6 +105,17 @@ def write_direct(
 def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) -> tuple[Path, ...]:
     """Write an identified law: result.json, a CSV with recorded and fitted stress per coupon, picture, report.
 
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `fit_json` returned.
+    case : Case
+        The validated case, whose input files are not replaced.
+    fit : Fit
+        The identified law.
+
     Raises
     ------
     InputError
@@ -125,6 +145,17 @@ def write_inverse(
     directory: Path, result: Mapping[str, Any], case: Case, fits: Sequence[Fit]
 ) -> tuple[Path, ...]:
     """Write identified laws, best first: result.json, a CSV of the best one's curve per channel, pictures, report.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `inverse_json` returned.
+    case : Case
+        The validated case, whose input files are not replaced.
+    fits : sequence of Fit
+        Identified laws, the best first.
 
     Raises
     ------
@@ -161,6 +192,15 @@ def write_inverse(
 def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis) -> tuple[Path, ...]:
     """Write a diagnosis: result.json, a CSV of the curves per channel, maps for ParaView, pictures, report.
 
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `diagnosis_json` returned.
+    found : Diagnosis
+        The diagnosis.
+
     Raises
     ------
     InputError
@@ -190,6 +230,15 @@ def write_meshes(
 ) -> tuple[Path, ...]:
     """Write a picture of each mesh, as PNG and SVG, and result.json where a result is given.
 
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    meshes : sequence of Meshed
+        The meshes that were built.
+    result : mapping of str to object or None
+        What `mesh_json` returned; None writes no result.json.
+
     Raises
     ------
     InputError
@@ -206,7 +255,16 @@ def write_meshes(
 
 
 def check_output(directory: Path, case: Case, command: str = "direct") -> None:
-    """Refuse a folder before anything is computed for it by a command.
+    """Refuse an unusable output folder before a command computes anything.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result.
+    case : Case
+        The validated case, whose input files are not replaced.
+    command : str
+        Name of the command, from which the names of its files follow.
 
     Raises
     ------

@@ -80,7 +80,15 @@ def quantities(mode: str) -> Quantities:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Show a number with so many significant digits, without an exponent between 1e-4 and 1e7."""
+    """Return a number in decimal notation, with an exponent only below 1e-4 and from 1e7 on.
+
+    Parameters
+    ----------
+    value : float or None
+        In any unit; None and nan become a dash.
+    digits : int
+        Number of significant digits; digits before the decimal point are never rounded away.
+    """
     if value is None or math.isnan(value):
         return "-"
     if math.isinf(value):
@@ -95,7 +103,15 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def with_std(value: float, std: float) -> str:
-    """Show a value and its standard error with the digits that the error leaves: "0.1175 ± 0.0002"."""
+    """Return a value and its standard error, as many digits as the error permits: "0.1175 ± 0.0002".
+
+    Parameters
+    ----------
+    value : float
+        In any unit.
+    std : float
+        Standard error in the same unit; the value stands alone where it is not finite and positive.
+    """
     if not math.isfinite(std) or std <= 0:
         return number(value, 4)
     if max(abs(value), std) < 1e-4:

@@ -45,7 +45,15 @@ def case_table(case: Case) -> Table:
 
 
 def recording_table(title: str, curves: Sequence[Recording]) -> Table:
-    """What recordings hold."""
+    """Return a row for each recording: samples, cycles, ranges of displacement and force.
+
+    Parameters
+    ----------
+    title : str
+        Title of the table.
+    curves : sequence of Recording
+        The recordings.
+    """
     heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
     return Table(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
 
@@ -60,14 +68,16 @@ def mesh_table(meshes: Sequence[Meshed]) -> Table:
 
 
 def conditions(case: Case, material: Material | None = None, source: str = "") -> list[tuple[str, str]]:
-    """What was simulated, as names and values in words.
+    """Return what was simulated as pairs of name and value in words.
 
     Parameters
     ----------
-    material
-        The rubber that was used, where it is not the case's own.
-    source
-        What it was identified from; the coupon tests where that is not said and the case gives no parameters.
+    case : Case
+        The validated case.
+    material : Material or None
+        Material that was used, where it is not that of the case.
+    source : str
+        Origin of the law's parameters; empty for the coupon tests.
     """
     shape = case.geometry
     entries = shape.model_dump()
@@ -104,7 +114,15 @@ def _sleeve(values: Mapping[str, float | str]) -> str:
 
 
 def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
-    """Stiffness of each channel, simulated and measured, misfit, and whether it is within the 10 % band."""
+    """Return simulated and measured stiffness, misfit and "within 10 %" of each channel.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    """
     return _compared(response, misfits) if misfits else _simulated(response)
 
 

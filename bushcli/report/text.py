@@ -67,7 +67,17 @@ class Shown:
 
 
 def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> Group:
-    """The verdict, the table of channels and the problems; the fit before them where there was one."""
+    """Return the table of channels, the verdict and the problems; before them the coupon fit if there was one.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    """
     parts: list[object] = []
     if fit is not None:
         parts += [*_fit_parts(fit), Text()]
@@ -93,7 +103,19 @@ def fit_text(fit: Fit) -> Group:
 def case_text(
     case: Case, curves: Sequence[Recording], coupons: Sequence[Recording], faults: Sequence[DataFault] = ()
 ) -> Group:
-    """What a case says, what its recordings hold and what is wrong with them."""
+    """Return a summary of a case, of its recordings and of their faults.
+
+    Parameters
+    ----------
+    case : Case
+        The validated case.
+    curves : sequence of Recording
+        Recordings of the bushing.
+    coupons : sequence of Recording
+        Coupon tests.
+    faults : sequence of DataFault
+        Faults of recordings and coupon tests.
+    """
     parts: list[object] = [Shown(case_table(case))]
     for title, recorded in (("Recordings", curves), ("Coupon tests", coupons)):
         if recorded:

@@ -64,6 +64,13 @@ class Codec(Protocol):
     def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
         """Return the answer to a question from its arrays.
 
+        Parameters
+        ----------
+        found : dict
+            Arrays by name, as `encoded` returned them.
+        question : tuple
+            Arguments of the work that gave the answer.
+
         Raises
         ------
         Exception
@@ -106,13 +113,29 @@ class Store:
         self.there = len(results)
 
     def file(self, work: str, question: tuple[Any, ...]) -> Path:
-        """Where the answer to a question is kept."""
+        """Return the file that holds, or will hold, the answer to a question.
+
+        Parameters
+        ----------
+        work : str
+            Qualified name of the function that answers.
+        question : tuple
+            Its arguments.
+        """
         digest = hashlib.sha256(f"{code_revision()} {work}".encode())
         digest.update(canonical(question))
         return self.folder / f"{digest.hexdigest()[:24]}{SUFFIX}"
 
     def read(self, file: Path, question: tuple[Any, ...]) -> tuple[bool, Any]:
-        """Whether there is an answer, and the answer."""
+        """Return whether the file holds an answer, and the answer.
+
+        Parameters
+        ----------
+        file : Path
+            As `file` returned it.
+        question : tuple
+            Arguments of the work, for decoding.
+        """
         try:
             # Read at once: a damaged archive would stay open.
             with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as found:
@@ -121,9 +144,16 @@ class Store:
             return False, None
 
     def write(self, file: Path, answer: Any) -> None:
-        """Keep an answer; the file appears whole or not at all.
+        """Save an answer; the file appears whole or not at all.
 
         On a full disk the run goes on without it: the answer is worth more than the means of going on with the run.
+
+        Parameters
+        ----------
+        file : Path
+            As `file` returned it.
+        answer : object
+            What the codec can encode.
         """
         content = io.BytesIO()
         np.savez(content, **self.codec.encoded(answer))

@@ -85,7 +85,17 @@ class Workers:
         questions: Sequence[tuple[Any, ...]],
         notify: Callable[[int, Any], None] | None = None,
     ) -> list[Any]:
-        """Answers to all questions, in their order; `notify` hears of each as it is there."""
+        """Return the answers to all questions, in the order of the questions.
+
+        Parameters
+        ----------
+        work : Work
+            Function at module level, so that other processes can import it.
+        questions : sequence of tuple
+            Arguments of each call.
+        notify : callable or None
+            Called with index and answer as each answer becomes known; None calls nothing.
+        """
         answers: list[Any] = [None] * len(questions)
         waiting = []
         for i, question in enumerate(questions):

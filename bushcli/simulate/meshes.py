@@ -46,9 +46,18 @@ class Meshed:
 
 
 def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tuple[Meshed, ...]:
-    """Build every mesh that the case's load cases and recordings need, and write each as XDMF.
+    """Build every mesh that the load cases and recordings of a case need, and write each as XDMF.
 
     A case without either gets the meshes of all bushing modes.
+
+    Parameters
+    ----------
+    case : Case
+        A case without load cases and recordings gets the meshes of all modes of its specimen.
+    directory : Path
+        Folder for the XDMF files; created if necessary.
+    comm : MPI.Comm
+        Ranks that share each mesh.
     """
     asked = {load.mode for load in case.load_cases} | {source.mode for source in case.recordings}
     names = asked or {mode.name for mode in modes().values() if mode.specimen == case.geometry.specimen}

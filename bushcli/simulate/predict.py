@@ -146,16 +146,18 @@ def predict(
 
     Parameters
     ----------
-    case
+    case : Case
         Validated case.
-    material
-        Used instead of the case's, such as one identified from coupons.
-    mesh_check
-        Solve again on a finer mesh and say how far apart the curves are.
-    fields
-        Folder for field files (XDMF), one per channel.
-    progress
-        Called after each step.
+    material : Material or None
+        Used instead of the material of the case, such as one identified from coupons.
+    mesh_check : bool
+        Solve again on a finer mesh and estimate the discretisation error of each curve.
+    fields : Path or None
+        Folder for field files (XDMF), one per channel; None writes none.
+    progress : Progress or None
+        Called after each step of the march.
+    comm : MPI.Comm
+        Ranks that share each model.
 
     Returns
     -------
@@ -242,7 +244,14 @@ def _recorded(case: Case, recording: Recording, whole: Recording) -> _Channel:
 
 
 def check_material(case: Case, material: Material) -> None:
-    """Refuse a law that no rubber follows: without parameters, or unstable (Drucker) at small strain already.
+    """Refuse a material without parameters, or one that is unstable (Drucker) at small strain.
+
+    Parameters
+    ----------
+    case : Case
+        Its file is named in the message.
+    material : Material
+        Law and parameters to check.
 
     Raises
     ------

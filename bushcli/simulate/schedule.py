@@ -108,18 +108,18 @@ class Schedule:
 
 
 def schedule(time: Array | None, displacement: Array, noise: float, fineness: float = 1.0) -> Schedule:
-    """Steps that follow a recorded path.
+    """Return the steps that follow a recorded path.
 
     Parameters
     ----------
-    time : shape (n,) or None
-        Seconds, increasing; None where rate does not matter.
-    displacement : shape (n,)
+    time : (n,) array or None
+        Seconds, increasing; None where the rate does not matter.
+    displacement : (n,) array
         mm or rad, as recorded.
-    noise
-        Standard deviation of the displacement's noise.
-    fineness
-        2 for twice the steps.
+    noise : float
+        Standard deviation of the displacement's noise, mm or rad.
+    fineness : float
+        Factor on the number of steps: 2 for twice as many.
     """
     clock = np.arange(len(displacement), dtype=float) if time is None else np.asarray(time, dtype=float)
     span = float(np.ptp(displacement))
@@ -132,7 +132,15 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
 
 
 def prescribed(time: Array | None, displacement: Array) -> Schedule:
-    """Steps through a prescribed program: its own points, cut into legs where it turns or stands still."""
+    """Return the steps of a prescribed program: its own points, cut into legs where it turns or stands still.
+
+    Parameters
+    ----------
+    time : (n,) array or None
+        Seconds, increasing; None where the rate does not matter.
+    displacement : (n,) array
+        mm or rad.
+    """
     q = np.asarray(displacement, dtype=float)
     clock = np.arange(len(q), dtype=float) if time is None else np.asarray(time, dtype=float)
     kinds = np.sign(np.diff(q))

@@ -152,14 +152,19 @@ class Simulation:
         keep_states: bool = False,
         progress: Steps | None = None,
     ) -> Answer:
-        """Force at the samples, and its derivatives.
+        """Return the force at the samples and its derivatives.
 
         Parameters
         ----------
-        parameters
-            The law's by name, "compliance", and "effect.parameter"; the case's where absent.
-        names
-            Those by which derivatives are wanted.
+        parameters : mapping of str to float
+            Values by name, N, mm, MPa, s, rad: those of the law, "compliance" (1/MPa) and "effect.parameter". What is
+            not given keeps the value that the model has; an effect's parameter then has the value of the case.
+        names : sequence of str
+            Parameters by which derivatives are wanted.
+        keep_states : bool
+            Whether the history holds the displacement field of each step.
+        progress : Steps or None
+            Called after each step of the march.
 
         Raises
         ------

@@ -16,12 +16,30 @@ ZERO = "engineering judgement: sensors are zeroed by hand, to some hundredths of
 
 
 def drive(q: Signal, given: Given) -> Signal:
-    """Return the displacement from the true rest position."""
+    """Return the displacement from the true rest position.
+
+    Parameters
+    ----------
+    q : Signal
+        Displacement as recorded (n,), mm or rad.
+    given : Given
+        Value of `displacement` (mm or rad) with its derivatives.
+    """
     return q - given["displacement"]
 
 
 def read(force: Signal, time: Array | None, given: Given) -> Signal:
-    """Return the force as it is logged."""
+    """Add the force that the load cell reads at rest.
+
+    Parameters
+    ----------
+    force : Signal
+        Force that the rig carries (n,), N or N mm.
+    time : (n,) array or None
+        Seconds since the recording began; not used.
+    given : Given
+        Value of `force` (N or N mm) with its derivatives.
+    """
     return force + given["force"]
 
 

@@ -26,12 +26,18 @@ __all__ = ["Picture", "direct_figures", "fit_figures", "mesh_figures"]
 def direct_figures(
     response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, names: Mapping[str, str]
 ) -> tuple[Picture, ...]:
-    """Curves, coupons, deformed shapes and meshes of a direct prediction.
+    """Return curves, coupons, deformed shapes and meshes of a direct prediction.
 
     Parameters
     ----------
-    names
-        Channel -> name for its files.
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    names : mapping of str to str
+        File name by channel name.
     """
     found: list[Picture] = []
     for channel in response.channels:

@@ -22,7 +22,15 @@ _SEPARATE = 80
 
 
 def curve_title(channel: Simulated, found: Misfit | None) -> str:
-    """What the picture shows."""
+    """Return the title of a channel's picture.
+
+    Parameters
+    ----------
+    channel : Simulated
+        The simulated channel.
+    found : Misfit or None
+        Its misfit; None where nothing was compared.
+    """
     name = channel.name[:1].upper() + channel.name[1:]
     shown = quantities(channel.mode)
     if found is None:
@@ -36,7 +44,15 @@ def curve_title(channel: Simulated, found: Misfit | None) -> str:
 
 
 def curve_figure(channel: Simulated, found: Misfit | None) -> Figure:
-    """Draw a channel."""
+    """Draw a channel, with its recording, the 10 % band and the difference where there is a misfit.
+
+    Parameters
+    ----------
+    channel : Simulated
+        The simulated channel.
+    found : Misfit or None
+        Its misfit; None where nothing was compared.
+    """
     with style():
         if found is None or channel.recording is None:
             return _alone(channel)

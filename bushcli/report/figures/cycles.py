@@ -34,12 +34,14 @@ _BARS = 24
 
 
 def history_figures(histories: Sequence[History], names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Loops of every channel, and its holds where there is a time.
+    """Return a picture of the loops of each channel, and one of its holds where the recording has time.
 
     Parameters
     ----------
-    names
-        Channel -> name for its files.
+    histories : sequence of History
+        Channels with cycles or holds.
+    names : mapping of str to str
+        File name by channel name.
     """
     found = []
     for history in histories:

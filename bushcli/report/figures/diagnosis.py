@@ -35,12 +35,14 @@ _LEAST = 0.2
 
 
 def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Every picture of a diagnosis.
+    """Return every picture of a diagnosis.
 
     Parameters
     ----------
-    names
-        Channel, and channels of a map -> name for their files.
+    found : Diagnosis
+        The diagnosis.
+    names : mapping of str to str
+        File name by channel name, and by the name of each map.
     """
     drawn = []
     if found.probability:
@@ -72,7 +74,15 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
 
 
 def record_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
-    """Draw the mean misfit by cycle, displacement and branch, with the plain law and with the most probable model."""
+    """Draw the mean misfit by cycle, displacement and branch, for the plain law and for the most probable model.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to draw.
+    """
     rows = [("plain law", [one for one in found.location.bins if one.channel == channel.name])]
     after = [one for one in found.remaining.bins if one.channel == channel.name]
     if after and changed(channel):
@@ -148,7 +158,15 @@ def _cells(
 
 
 def next_test_figure(found: Diagnosis, test: NextTest) -> Figure:
-    """Draw the program of the test: displacement over time."""
+    """Draw the program of the proposed test: displacement over time.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    test : NextTest
+        The proposed test.
+    """
     mode = {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)
     units = quantities(mode)
     time, q = program(test)

@@ -43,7 +43,15 @@ BEST = "most probable model"
 
 
 def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
-    """Force over displacement; each mismatch is the area between recording and plain law, numbered."""
+    """Return force over displacement; each numbered area is a mismatch between recording and plain law.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to plot.
+    """
     units = quantities(channel.mode)
     recorded = channel.recording
     q, path = units.shown(recorded.displacement), units.shown(channel.path)
@@ -83,7 +91,17 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
 
 def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
-    """Misfit over time (or the samples) before and after, against the noise; what was left out is interrupted."""
+    """Return the misfit over time, or over the samples, before and after, with the noise as a band.
+
+    The lines are interrupted where samples were left out.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to plot.
+    """
     x = _abscissa(channel)
     before, after = (np.where(channel.faulty, np.nan, one) for one in misfit_percent(channel))
     series = [Series("before", "plain law", x, before)]
@@ -138,7 +156,15 @@ def diagnosed_title(channel: DiagnosedChannel) -> str:
 
 
 def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
-    """Draw the curves with what is mismatched; below, the misfit over time against the noise."""
+    """Draw the curves with their mismatches; below them the misfit over time and the noise.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to draw.
+    """
     plots = curve_plot(found, channel), time_plot(found, channel)
     drawn = {
         "recorded": {"color": BLACK, "lw": 0.9, "zorder": 3},
@@ -190,7 +216,15 @@ def changed(channel: DiagnosedChannel) -> bool:
 
 
 def numbered(found: Diagnosis, channel: DiagnosedChannel) -> list[tuple[int, Mismatch]]:
-    """The mismatches of a channel with their numbers among those of all channels, from 1."""
+    """Return the mismatches of a channel, each with its number from 1 among those of all channels.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel whose mismatches are returned.
+    """
     return [(i, one) for i, one in enumerate(found.location.mismatch, start=1) if one.channel == channel.name]
 
 

@@ -136,7 +136,17 @@ def svg(plot: Plot) -> str:
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:
-    """Round numbers between two values, at steps of 1, 2 or 5 times a power of ten; at most so many intervals."""
+    """Return round numbers between two values, in steps of 1, 2 or 5 times a power of ten.
+
+    Parameters
+    ----------
+    low : float
+        Lower end, in the unit of the axis.
+    high : float
+        Upper end, in the unit of the axis.
+    most : int
+        Largest number of intervals.
+    """
     raw = (high - low) / most
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= raw * (1 - 1e-9))

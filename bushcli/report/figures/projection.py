@@ -81,6 +81,15 @@ def lattice(surface: Surface, points: Array, pieces: int) -> Array:
 
     Between its corners a face of a bushing follows the circle that the corners lie on; the displacement from there to
     ``points`` (n, 4, 3) is interpolated bilinearly.
+
+    Parameters
+    ----------
+    surface : Surface
+        Faces with their reference positions, mm.
+    points : (n, 4, 3) array
+        Positions of the corners of each face, mm.
+    pieces : int
+        Intervals along each side of a face.
     """
     reference = surface.reference
     radius = np.hypot(reference[..., 0], reference[..., 1])
@@ -97,7 +106,15 @@ def lattice(surface: Surface, points: Array, pieces: int) -> Array:
 
 
 def bilinear(corners: Array, pieces: int) -> Array:
-    """Values at the corners of faces (n, 4, k) -> on a grid over each, (n, pieces + 1, pieces + 1, k)."""
+    """Interpolate values at the corners of faces bilinearly on a grid, (n, pieces + 1, pieces + 1, k).
+
+    Parameters
+    ----------
+    corners : (n, 4, k) array
+        Values at the corners in the order around each face, in any unit.
+    pieces : int
+        Intervals along each side of a face.
+    """
     t = np.linspace(0.0, 1.0, pieces + 1)
     s, r = (grid[..., None] for grid in np.meshgrid(t, t, indexing="ij"))
     a, b, c, d = (corners[:, None, None, i] for i in range(4))
@@ -117,7 +134,15 @@ def sides(grid: Array) -> Array:
 
 
 def side_cells(values: Array, pieces: int) -> Array:
-    """Values of `cells` (n * p**2,) -> those of the cell beside each segment of `sides`, (4 n * p,)."""
+    """Return the values of the cells that lie beside the segments of `sides`, (4 n * pieces,).
+
+    Parameters
+    ----------
+    values : (n * pieces**2,) array
+        One value per cell, in the order of `cells`, in any unit.
+    pieces : int
+        Intervals along each side of a face.
+    """
     beside = values.reshape(-1, pieces, pieces, 1)
     # The cells along a side, in the order of its segments: `sides` of the grid of cells.
     return sides(beside).reshape(-1)
@@ -129,7 +154,15 @@ def segments(lines: Array) -> Array:
 
 
 def dashes(lines: Array, length: float) -> Array:
-    """Cut lines (n, p + 1, 3) into dashes of about this length with gaps as long, shape (m, 2, 3)."""
+    """Cut lines into dashes with gaps of the same length, shape (m, 2, 3).
+
+    Parameters
+    ----------
+    lines : (n, p + 1, 3) array
+        Polygonal lines, mm.
+    length : float
+        Approximate length of a dash, mm.
+    """
     found = []
     for line in lines:
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
@@ -204,7 +237,17 @@ def revolved_view() -> View:
 
 
 def shade(pieces: Array, view: View) -> Array:
-    """Brightness (n,) of faces (n, 4, 3) in a light from the upper left; mild, for colour carries a value."""
+    """Return the brightness (n,) of faces, from 0 to 1, in a light from the upper left.
+
+    The contrast is low, because the colour of a face shows a value.
+
+    Parameters
+    ----------
+    pieces : (n, 4, 3) array
+        Corners of the faces, mm.
+    view : View
+        Direction of view.
+    """
     normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, 3] - pieces[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     light = view.towards + 0.7 * view.up - 0.5 * view.right
