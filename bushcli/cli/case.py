@@ -25,7 +25,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.recording import read_coupon, read_recording
     from bushcli.report.text import problem_parts
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
-    from bushcli.simulate.predict import check_material
+    from bushcli.simulate.admissible import check_material
 
     case = run.load()
     curves = [read_recording(source) for source in case.recordings]

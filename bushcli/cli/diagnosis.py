@@ -5,12 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, ranks_there_are, speaks
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import is_interrupt
+
+if TYPE_CHECKING:
+    from bushcli.diagnosis.result import Diagnosis
 
 
 @click.command()
@@ -69,9 +74,7 @@ def diagnose(
     -o DIR each fit is kept in DIR/history-diagnose; --resume uses those of an earlier run. Under `mpirun -n N` the
     first process leads and the others share the work, on one machine or several.
     """
-    from bushcli import report
     from bushcli.diagnosis.diagnose import diagnose as find
-    from bushcli.runtime.store import SUFFIX
     from bushcli.runtime.workers import ranks
 
     case = run.load()
@@ -103,20 +106,32 @@ def diagnose(
                 )
         except BaseException as error:
             if journal is not None and is_interrupt(error):
-                kept = len(list(journal.glob(f"*{SUFFIX}")))
-                run.say(
-                    f"no verdict yet; {kept} {'result is' if kept == 1 else 'results are'} kept for --resume"
-                )
+                _say_what_is_saved(run, journal)
             raise
-        result = report.diagnosis_json(found, run.timings())
-        run.show(report.diagnosis_text(found))
-        run.emit(result)
-        if run.output:
-            report.write_diagnosis(run.output, result, found)
-            run.say(f"wrote {run.output}")
-        if any(condition.name == "not_converged" for condition in found.conditions):
-            return NOT_CONVERGED
-        return NEGATIVE if strict and found.verdict != "explained" else DONE
+        return _reported(run, found, strict)
+
+
+def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
+    """Print and save a diagnosis, and return the exit code."""
+    from bushcli import report
+
+    result = report.diagnosis_json(found, run.timings())
+    run.show(report.diagnosis_text(found))
+    run.emit(result)
+    if run.output:
+        report.write_diagnosis(run.output, result, found)
+        run.say(f"wrote {run.output}")
+    if any(condition.name == "not_converged" for condition in found.conditions):
+        return NOT_CONVERGED
+    return NEGATIVE if strict and found.verdict != "explained" else DONE
+
+
+def _say_what_is_saved(run: Run, journal: Path) -> None:
+    """Say, after an interruption, how many results --resume can use."""
+    from bushcli.runtime.store import SUFFIX
+
+    count = len(list(journal.glob(f"*{SUFFIX}")))
+    run.say(f"no verdict yet; {count} {'result is' if count == 1 else 'results are'} saved for --resume")
 
 
 def _names(wanted: tuple[str, ...]) -> list[str] | None:

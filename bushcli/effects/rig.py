@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import Given, RigChange, Signal
+from bushcli.effects.change import Given, RigChange, Signal
 
 Array = NDArray[np.float64]
 Response = Callable[[Array], tuple[Array, Array, Array]]

@@ -18,7 +18,7 @@ from bushcli.recording.holds import Hold, holds_along
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 
 Array = NDArray[np.float64]
 

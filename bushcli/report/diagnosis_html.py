@@ -83,17 +83,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         *([missing] if first else []),
         *_left_out(found, kinds),
         Section("Before and after", tables=[misfit_table(found)], lines=_sentences([form_error_line(found)])),
-        Section(
-            "Recorded and simulated curves",
-            plots=[Markup(svg(curve_plot(found, one))) for one in found.channels],
-            note=_HOW,
-        ),
-        Section(
-            "Misfit over time",
-            plots=[Markup(svg(time_plot(found, one))) for one in found.channels],
-            note="Simulated minus recorded force. The grey band is the noise, two standard deviations to either side."
-            + _out(found),
-        ),
+        *_plots(found),
         *([] if first else [missing]),
         _record(found, kinds.get("record_map", [])),
         Section("Where in the bushing", kinds.get("bushing_map", []), lines=_sentences(map_lines(found))),
@@ -117,6 +107,23 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         found.law_from if found.law_fixed else "recordings",
         Section("Data faults", tables=[fault_table(found)]) if found.faults else None,
     )
+
+
+def _plots(found: Diagnosis) -> list[Section]:
+    """Return the plots that can be zoomed: curves, and the misfit over time."""
+    return [
+        Section(
+            "Recorded and simulated curves",
+            plots=[Markup(svg(curve_plot(found, one))) for one in found.channels],
+            note=_HOW,
+        ),
+        Section(
+            "Misfit over time",
+            plots=[Markup(svg(time_plot(found, one))) for one in found.channels],
+            note="Simulated minus recorded force. The grey band is the noise, two standard deviations to either side."
+            + _out(found),
+        ),
+    ]
 
 
 def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[Section]:

@@ -14,7 +14,7 @@ from bushcli.effects.effect import effect_name
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_values import derived, shown
 from bushcli.report.diagnosis_words import headline
-from bushcli.report.document import cleaned, head
+from bushcli.report.document import cleaned, faults_json, head
 from bushcli.report.quantity import quantities
 
 
@@ -42,27 +42,9 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "parameters": {name: _quantity(found, name, quantity) for name, quantity in found.parameters.items()},
         "effects": [_effect(found, effect) for effect in found.effects],
         "probability": dict(found.probability),
-        "models": [
-            {
-                "law": one.law,
-                "effects": list(one.effects),
-                "probability": one.probability,
-                "log_evidence": one.log_evidence,
-                "misfit": one.misfit,
-                "form_error": one.form_error,
-            }
-            for one in found.models
-        ],
+        "models": _models(found),
         "rivals": _rivals(found),
-        "groups": [
-            {
-                "name": one.name,
-                "effects": list(one.effects),
-                "probability": one.probability,
-                "text": one.text,
-            }
-            for one in found.groups
-        ],
+        "groups": _groups(found),
         "form_error": {
             "share": found.form_error.share,
             "percent": dict(found.form_error.percent),
@@ -70,38 +52,58 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         },
         "missing": _missing(found),
         "searched": _searched(found.searched),
-        "data_faults": [
-            {
-                "channel": one.channel,
-                "kind": one.kind,
-                "where": one.where,
-                "remedy": one.remedy,
-                "fatal": one.fatal,
-                "samples": int(one.samples.sum()),
-            }
-            for one in found.faults
-        ],
+        "data_faults": faults_json(found.faults),
         "mismatch": _mismatches(found, found.location),
         "remaining": _mismatches(found, found.remaining),
         "excess": {"before": found.location.excess, "after": found.remaining.excess},
         "misfit": _misfit(found),
         "next_test": None if found.next_test is None else _next_test(found, found.next_test),
-        "maps": [
-            {
-                "channel": one.name,
-                "channels": list(one.channels),
-                "local_gain": one.local_gain,
-                "uniform_gain": one.uniform_gain,
-                "helps_locally": one.helps_locally,
-                "text": one.text,
-            }
-            for one in found.maps
-        ],
+        "maps": _maps(found),
         "forward_solves": found.forward_solves,
         "failed_solves": found.failed_solves,
         "seconds": found.seconds,
     }
     return cleaned(document)
+
+
+def _models(found: Diagnosis) -> list[dict[str, Any]]:
+    return [
+        {
+            "law": one.law,
+            "effects": list(one.effects),
+            "probability": one.probability,
+            "log_evidence": one.log_evidence,
+            "misfit": one.misfit,
+            "form_error": one.form_error,
+        }
+        for one in found.models
+    ]
+
+
+def _groups(found: Diagnosis) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": one.name,
+            "effects": list(one.effects),
+            "probability": one.probability,
+            "text": one.text,
+        }
+        for one in found.groups
+    ]
+
+
+def _maps(found: Diagnosis) -> list[dict[str, Any]]:
+    return [
+        {
+            "channel": one.name,
+            "channels": list(one.channels),
+            "local_gain": one.local_gain,
+            "uniform_gain": one.uniform_gain,
+            "helps_locally": one.helps_locally,
+            "text": one.text,
+        }
+        for one in found.maps
+    ]
 
 
 def _rivals(found: Diagnosis) -> list[list[str]]:

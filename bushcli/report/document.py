@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -11,8 +10,7 @@ import numpy as np
 
 from bushcli.case import Case, resolved
 from bushcli.faults import DataFault, condition
-from bushcli.inverse import Fit, FittedCurve
-from bushcli.inverse.door import parameter_unit
+from bushcli.inverse import Fit
 from bushcli.recording import Recording, branches, force_noise
 from bushcli.report.cycles import (
     by_name,
@@ -21,13 +19,14 @@ from bushcli.report.cycles import (
     response_histories,
     unexplained_hysteresis,
 )
+from bushcli.report.fit_part import fit_part
 from bushcli.report.quantity import quantities
 from bushcli.report.verdict import Verdict, judge
 from bushcli.report.versions import versions
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 from cases.mode import modes
 
 
@@ -313,64 +312,6 @@ def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
             "explains_most": factor.explains,
         }
     return document
-
-
-def fit_part(fit: Fit) -> dict[str, Any]:
-    """What every identified law has."""
-    names = list(fit.parameters)
-    return {
-        "law": fit.material.law,
-        "bulk_modulus": fit.material.bulk_modulus,
-        "parameters": {
-            name: {
-                "value": estimate.value,
-                "std": estimate.std,
-                "lower": estimate.lower,
-                "upper": estimate.upper,
-                "at_bound": estimate.at_bound,
-                "interval": _interval(estimate.interval),
-                "unit": parameter_unit(fit, name),
-            }
-            for name, estimate in fit.parameters.items()
-        },
-        "correlation": {
-            one: {other: fit.correlation[i, j] for j, other in enumerate(names)}
-            for i, one in enumerate(names)
-        },
-        "misfit": {
-            key: {"rms_percent": curve.rms_percent, "held_out": curve.held_out}
-            for key, curve in curves_by_mode(fit).items()
-        },
-        "weighting": fit.weighting,
-        "stability": {mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()},
-        "forward_solves": fit.forward_solves,
-        "failed_solves": fit.failed_solves,
-        "sweeps": fit.sweeps,
-        "iterations": fit.iterations,
-        "converged": fit.converged,
-        "seconds": fit.seconds,
-        "identifiability": {
-            "singular_values": fit.singular_values,
-            "undetermined": [
-                {"weights": dict(c.weights), "singular_value": c.singular_value, "text": c.text}
-                for c in fit.undetermined
-            ],
-        },
-    }
-
-
-def _interval(found: tuple[float, float] | None) -> list[float | None] | None:
-    """An interval; None for an end that was not found."""
-    return None if found is None else [end if math.isfinite(end) else None for end in found]
-
-
-def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
-    """Fitted curves by mode, or by the test's name where a mode was tested more than once."""
-    count = Counter(curve.recording.mode for curve in fit.curves)
-    return {
-        curve.recording.mode if count[curve.recording.mode] == 1 else curve.name: curve
-        for curve in fit.curves
-    }
 
 
 def cleaned(document: dict[str, Any]) -> dict[str, Any]:

@@ -34,7 +34,7 @@ from bushcli.report.tables import (
 )
 from bushcli.report.verdict import judge
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response
+from bushcli.simulate.response import Response
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.inverse.door import at_door
 from bushcli.report.cycles import fit_histories, history_json, unexplained_hysteresis
-from bushcli.report.document import cleaned, curves_by_mode, faults_json, fit_part, head
+from bushcli.report.document import cleaned, faults_json, head
+from bushcli.report.fit_part import curves_by_mode, fit_part
 from bushcli.report.identification_tables import (
     correlation_table,
     curve_table,

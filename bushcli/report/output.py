@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +21,10 @@ from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
+
+if TYPE_CHECKING:
+    from bushcli.report.figures.picture import Picture
 
 REPORT = "report.html"
 _FIELDS = (".xdmf", ".h5")
@@ -93,9 +96,7 @@ def write_direct(
         if channel.name in misfits:
             files[f"{name}-comparison.csv"] = _comparison(channel, misfits[channel.name])
     pictures = direct_figures(response, misfits, fit, names)
-    for picture in pictures:
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(pictures)
     files[REPORT] = _text(direct_html(result, response, misfits, fit, pictures))
     return _write(
         directory, files, response.case, [f"{name}{end}" for name in names.values() for end in _FIELDS]
@@ -134,9 +135,7 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
             (shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force),
         )
     pictures = fit_figures(fit)
-    for picture in pictures:
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(pictures)
     files[REPORT] = _text(fit_html(result, case, fit, pictures))
     return _write(directory, files, case)
 
@@ -182,9 +181,7 @@ def write_inverse(
             columns.append(curve.started.force)
         files[f"{names[curve.name]}-identified.csv"] = _table(heads, columns)
     pictures = (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
-    for picture in pictures:
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(pictures)
     files[REPORT] = _text(inverse_html(result, case, fits, pictures))
     return _write(directory, files, case)
 
@@ -218,9 +215,7 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
     for one in found.maps:
         files[f"{names[one.name]}-bushing-map.vtu"] = _text(map_vtu(one))
     pictures = diagnosis_figures(found, names)
-    for picture in pictures:
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(pictures)
     files[REPORT] = _text(diagnosis_html(result, found, pictures))
     return _write(directory, files, found.case)
 
@@ -247,9 +242,7 @@ def write_meshes(
     from bushcli.report.figures import mesh_figures
 
     files: dict[str, Content] = {} if result is None else {RESULT: result}
-    for picture in mesh_figures(meshes):
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(mesh_figures(meshes))
     fields = [file.name for file in directory.glob("mesh-*") if file.suffix in _FIELDS]
     return _write(directory, files, None, fields)
 
@@ -299,6 +292,12 @@ def _write(
     directory: Path, files: Mapping[str, Content], case: Case | None, beside: Iterable[str] = ()
 ) -> tuple[Path, ...]:
     return write_files(directory, files, _inputs(case), beside)
+
+
+def _drawn(pictures: Sequence[Picture]) -> dict[str, Content]:
+    """Return each picture as a PNG and an SVG file."""
+    files: dict[str, Content] = {f"{one.name}.png": _bytes(one.png) for one in pictures}
+    return files | {f"{one.name}.svg": _bytes(one.svg) for one in pictures}
 
 
 def _text(content: str) -> Callable[[Path], None]:

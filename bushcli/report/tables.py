@@ -14,7 +14,7 @@ from bushcli.recording import Recording, branches
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response
+from bushcli.simulate.response import Response
 from cases.mode import modes
 
 Row = tuple[str, ...]

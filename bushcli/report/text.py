@@ -37,7 +37,7 @@ from bushcli.report.verdict import judge
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response
+from bushcli.simulate.response import Response
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from bushcli.report.quantity import Quantities, listed, number, percent, quantities
 from bushcli.simulate.misfit import BAND, Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 
 # A single factor counts as an explanation when it takes away this share of the rms misfit...
 EXPLAINS = 0.5

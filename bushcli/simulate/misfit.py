@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bushcli.recording import Recording, force_noise
 from bushcli.recording.curve import Curve
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 
 Array = NDArray[np.float64]
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,25 +15,25 @@ from bushcli.case import Case, LoadCase, Material, load_case_names
 from bushcli.effects.active import acting, require_time, require_values
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.errors import InputError, Problem
-from bushcli.faults import DataFault, find_faults
 from bushcli.faults import condition as fault_condition
+from bushcli.faults import find_faults
 from bushcli.recording import Recording, displacement_noise, matching, read_program, read_recording
 from bushcli.recording.curve import Curve
-from bushcli.runtime.condition import Condition
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
+from bushcli.simulate.admissible import check_material, check_travel
 from bushcli.simulate.play import check_play
+from bushcli.simulate.response import ERROR_OVER_CHANGE, FINER, Progress, Response, Simulated, conditions
 from bushcli.simulate.simulation import Answer, Simulation
-from cases.march import Attempt, History, NotConverged, march, unsolved
+from cases.march import History, NotConverged, march, unsolved
 from cases.march import Progress as StepProgress
 from cases.mode import modes
 from cases.model import Model
 from cases.program import Program, path
 from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
-from cases.stability import coupon_limits, stable
+from cases.stability import stable
 from cases.stretches import Surface, principal_stretches, surface
 from forms.law import law
-from geometry.ring import Ring
 
 Array = NDArray[np.float64]
 
@@ -42,95 +42,6 @@ Array = NDArray[np.float64]
 RECORDING_STEPS = 16
 # States of the march in which the law's stability is checked, evenly chosen.
 STABILITY_STATES = 6
-# A law that is unstable between these stretches is no rubber's.
-SMALL_STRAIN = (0.9, 1.1)
-# Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The bond edges leave
-# convergence of about first order, for which the error is twice the change that halving the elements makes
-# (measured against converged curves: 1.4 to 2.6 times).
-FINER, ERROR_OVER_CHANGE = 2.0, 2.0
-
-Progress = Callable[[str, int, int, int, float], None]
-"""Called with channel, step, number of steps, Newton iterations, displacement (mm or rad)."""
-
-
-@dataclass(frozen=True)
-class Simulated:
-    """One simulated channel.
-
-    Attributes
-    ----------
-    name, mode : str
-    curve : Curve
-        At the steps of the march, as far as it went.
-    recording : Recording or None
-        The measured curve that it stands beside.
-    attempts
-        Every step tried.
-    stopped : str
-        Why the march could not go on; empty when it reached its end.
-    reach : float
-        Last displacement in equilibrium, mm or rad, when it stopped early.
-    target : float
-        Displacement that it was to reach.
-    unknowns : int
-        Size of the linear systems.
-    stretches : tuple of float
-        Smallest and largest principal stretch that the rubber reaches.
-    unstable : float
-        Share of the rubber's states (at the checked steps) in which the law violates Drucker's postulate.
-    seconds : mapping
-        Time of "mesh_and_forms" and "march".
-    surface : Surface or None
-        For pictures, at the largest displacement; on rank 0 only.
-    mesh_error : float or None
-        Estimated discretisation error, percent of the force range, when a mesh check was asked for.
-    step_error : float or None
-        Estimated error of following the recorded path in steps (rms), percent of the force range; None where the force
-        does not depend on the path.
-    along : bool
-        The curve is the force at the recording's samples, one by one.
-    unwritten : str
-        Why its fields could not be written; empty where they were, or were not asked for.
-    """
-
-    name: str
-    mode: str
-    curve: Curve
-    recording: Recording | None
-    attempts: tuple[Attempt, ...]
-    stopped: str
-    reach: float
-    target: float
-    unknowns: int
-    stretches: tuple[float, float]
-    unstable: float
-    seconds: Mapping[str, float]
-    surface: Surface | None = field(default=None, repr=False)
-    mesh_error: float | None = None
-    step_error: float | None = None
-    along: bool = False
-    unwritten: str = ""
-
-    @property
-    def newton(self) -> int:
-        """Newton iterations of the whole march."""
-        return sum(attempt.newton for attempt in self.attempts)
-
-
-@dataclass(frozen=True)
-class Response:
-    """What the case answers: its channels, the conditions under which to read them, and faults of the recordings."""
-
-    case: Case
-    material: Material
-    channels: tuple[Simulated, ...]
-    conditions: tuple[Condition, ...]
-    faults: tuple[DataFault, ...] = ()
-
-    @property
-    def complete(self) -> bool:
-        """Whether every march reached its end."""
-        return not any(channel.stopped for channel in self.channels)
 
 
 def predict(
@@ -181,14 +92,14 @@ def predict(
         wanted = "[[recordings]] or [[load_cases]]"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
     faults = find_faults(case, recordings)
-    _check_travel(case, recordings, faults)
+    check_travel(case, recordings, faults)
     channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
     channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     for channel in channels:
         check_play(case, channel.name, channel.mode, channel.displacement)
     run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
     simulated = tuple(run.simulate(channel) for channel in channels)
-    found = tuple(condition for channel in simulated for condition in _conditions(channel))
+    found = tuple(condition for channel in simulated for condition in conditions(channel))
     return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
 
 
@@ -241,62 +152,6 @@ def _recorded(case: Case, recording: Recording, whole: Recording) -> _Channel:
         recording,
         whole,
     )
-
-
-def check_material(case: Case, material: Material) -> None:
-    """Refuse a material without parameters, or one that is unstable (Drucker) at small strain.
-
-    Parameters
-    ----------
-    case : Case
-        Its file is named in the message.
-    material : Material
-        Law and parameters to check.
-
-    Raises
-    ------
-    InputError
-    """
-    if not material.parameters:
-        raise InputError(
-            Problem(
-                case.path.name, "material.parameters are not given", "", "them, or [[coupons]] to fit them to"
-            )
-        )
-    chosen = law(material.law)
-    for mode, (low, high) in coupon_limits(chosen, dict(material.parameters)).items():
-        if low > SMALL_STRAIN[0] or high < SMALL_STRAIN[1]:
-            raise InputError(
-                Problem(
-                    case.path.name,
-                    f"material.parameters make {material.law} unstable: in {mode} deformation it is stable only "
-                    f"between stretches {low:.3g} and {high:.3g}",
-                    "",
-                    f"stable at least between {SMALL_STRAIN[0]:g} and {SMALL_STRAIN[1]:g}",
-                )
-            )
-
-
-def _check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[DataFault]) -> None:
-    """Refuse a radial recording that goes further than there is rubber: wrong units, or another bushing."""
-    remedies = {fault.channel: fault.remedy for fault in reversed(faults) if fault.fatal}
-    if not isinstance(case.geometry, Ring):
-        return
-    for recording in recordings:
-        furthest = float(np.abs(recording.displacement).max())
-        if recording.mode == "radial" and furthest >= case.geometry.thickness:
-            raise InputError(
-                Problem(
-                    str(recording.source),
-                    f"goes to {furthest:.4g} mm, but the rubber is only {case.geometry.thickness:.4g} mm thick",
-                    "",
-                    remedies.get(
-                        recording.name,
-                        "displacement in mm of the bushing in [geometry]; units = { displacement = ... } for another "
-                        "unit",
-                    ),
-                )
-            )
 
 
 @dataclass(frozen=True)
@@ -456,47 +311,3 @@ def _picture(model: Model, history: History) -> Surface | None:
     widest = int(np.argmax(np.abs(history.displacement)))
     model.state.x.array[:] = history.states[widest]
     return surface(model, float(history.displacement[widest]))
-
-
-def _conditions(channel: Simulated) -> list[Condition]:
-    found = []
-    if channel.stopped:
-        unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
-        found.append(
-            Condition(
-                "not_converged",
-                f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
-                f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
-                "ask for a smaller displacement, other steps (larger ones leap over a fold of the free ends) or a "
-                "coarser mesh; beyond some 60 % of the rubber's thickness radial loads fold the free ends",
-            )
-        )
-    if channel.unstable > 0:
-        found.append(
-            Condition(
-                "unstable_law",
-                f"{channel.name}: the law violates Drucker's stability in {100 * channel.unstable:.2g} % of the states "
-                f"that the rubber reaches (principal stretches {channel.stretches[0]:.2f} to "
-                f"{channel.stretches[1]:.2f})",
-                "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
-            )
-        )
-    if channel.unwritten:
-        found.append(
-            Condition(
-                "fields_not_written",
-                f"{channel.name}: the field file could not be written ({channel.unwritten}); the curve is complete",
-                "free some space and run again, or use another -o; --no-fields leaves fields out",
-            )
-        )
-    if channel.mesh_error is not None and channel.mesh_error > 1.0:
-        change = f"lets expect an error of {channel.mesh_error:.2g} % of the force range"
-        found.append(
-            Condition(
-                "coarse_mesh",
-                f"{channel.name}: a mesh {FINER:g} times as fine in each direction "
-                + (change if np.isfinite(channel.mesh_error) else "does not get as far"),
-                "raise mesh.elements_across, elements_along and elements_around",
-            )
-        )
-    return found

@@ -15,18 +15,18 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
-from bushcli.effects.effect import Signal
+from bushcli.effects.change import Signal
+from bushcli.simulate.derivatives import carried_in_series, columns, elastic_curve
 from bushcli.simulate.schedule import prescribed, schedule
 from cases.march import History, march
 from cases.mode import Mode
 from cases.model import Model
 from cases.program import Program
-from cases.series import Carried, Series
+from cases.series import Series
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from geometry.shape import Refinement, Shape
 
@@ -194,7 +194,7 @@ class Simulation:
             low, high = 0.0, max(high, -low)
         inner = tuple(name for name in names if name in self.model.constants)
         history = self._sweep(even_targets(low, high, self._count), inner, keep_states, progress)
-        response = _curve(history, self.odd, inner, names)
+        response = elastic_curve(history, self.odd, inner, names)
         logged = rig.elastic_response(active, travel, response, names)
         return Answer(logged.value, logged.slope, history)
 
@@ -233,14 +233,14 @@ class Simulation:
         series = None
         if float(compliance.value) != 0.0 or np.any(compliance.slope):
             rates = dict(zip(names, map(float, compliance.slope), strict=True))
-            series = Series(float(compliance.value), rates, _carried(active, names, self._clock[0]))
+            series = Series(float(compliance.value), rates, carried_in_series(active, names, self._clock[0]))
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
         # What stands beside the bushing, or is logged late, does not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
         program = Program(driven.value, steps.time if steps.timed else None)
         history = self._march(program, inner, path_rates, series, keep_states, progress)
-        q = Signal(history.displacement, _spread(history.path_sensitivity, inner, names, len(history.force)))
-        force = Signal(history.force, _spread(history.sensitivity, inner, names, len(history.force)))
+        q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
+        force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
         began = self._clock[0]
         total = rig.parallel(active, q, force, names, steps.time - began)
         logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
@@ -310,55 +310,3 @@ class Simulation:
                 self.step_error = error
                 return error
             coarse = fine
-
-
-def _spread(found: Array | None, inner: Sequence[str], names: Sequence[str], count: int) -> Array:
-    """Derivatives by some of the parameters as columns of all, zero elsewhere."""
-    columns = np.zeros((count, len(names)))
-    if found is not None:
-        columns[:, [names.index(name) for name in inner]] = found
-    return columns
-
-
-def _curve(history: History, odd: bool, inner: tuple[str, ...], names: tuple[str, ...]) -> rig.Response:
-    """The solved curve as a function of the displacement: force, stiffness, and derivatives by all names."""
-    q = history.displacement
-    slope = np.zeros((len(q), len(names)))
-    for i, name in enumerate(names):
-        if name in inner:
-            assert history.sensitivity is not None
-            slope[:, i] = history.sensitivity[:, inner.index(name)]
-    values = np.column_stack([history.force, slope])
-    if odd:
-        q, first = np.unique(np.concatenate([q, -q]), return_index=True)
-        values = np.concatenate([values, -values])[first]
-    spline = CubicSpline(q, values)
-    stiffness = spline.derivative()
-
-    def response(at: Array) -> tuple[Array, Array, Array]:
-        found = spline(at)
-        return found[:, 0], stiffness(at)[:, 0], found[:, 1:]
-
-    return response
-
-
-def _carried(
-    active: Sequence[ActiveEffect], names: tuple[str, ...], began: float
-) -> Callable[[float, float, float], Carried]:
-    """What springs in series carry, one state at a time; the recording began at the time `began`."""
-    local = ("", " ", *names)
-
-    def carried(q: float, force: float, time: float) -> Carried:
-        rows = np.zeros((2, 1, len(local)))
-        rows[0, 0, 0] = rows[1, 0, 1] = 1.0
-        moved, pushed = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
-        total = rig.parallel(active, moved, pushed, local, np.array([time - began]))
-        slope = total.slope[0]
-        return Carried(
-            float(total.value[0]),
-            float(slope[0]),
-            float(slope[1]),
-            dict(zip(names, map(float, slope[2:]), strict=True)),
-        )
-
-    return carried

@@ -10,7 +10,8 @@ Shaw and Holmes (1983), A periodically forced piecewise linear oscillator, J. So
 doi:10.1016/0022-460X(83)90407-8.
 """
 
-from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Array, Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 

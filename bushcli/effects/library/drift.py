@@ -10,7 +10,8 @@ Stefanescu (2011), Handbook of Force Transducers, Springer, doi:10.1007/978-3-64
 
 import numpy as np
 
-from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Array, Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 

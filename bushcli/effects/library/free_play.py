@@ -12,7 +12,8 @@ doi:10.1016/S0005-1098(02)00047-X.
 
 import numpy as np
 
-from bushcli.effects.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 

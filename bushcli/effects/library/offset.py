@@ -9,7 +9,8 @@ ASTM D638-14, Standard test method for tensile properties of plastics, annex A1 
 doi:10.1520/D0638-14.
 """
 
-from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Array, Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 ZERO = "engineering judgement: sensors are zeroed by hand, to some hundredths of what is then recorded"

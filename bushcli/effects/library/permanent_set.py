@@ -16,7 +16,8 @@ doi:10.1016/j.eurpolymj.2008.11.017.
 
 import numpy as np
 
-from bushcli.effects.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 

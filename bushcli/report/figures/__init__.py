@@ -17,7 +17,7 @@ from bushcli.report.figures.projection import is_twisted
 from bushcli.report.quantity import listed, quantities
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 from cases.stretches import Surface
 
 __all__ = ["Picture", "direct_figures", "fit_figures", "mesh_figures"]

@@ -13,7 +13,7 @@ from bushcli.report.figures.picture import BLACK, BLUE, GREY, LIGHT, RED, legend
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import BAND, Misfit
-from bushcli.simulate.predict import Simulated
+from bushcli.simulate.response import Simulated
 
 Array = NDArray[np.float64]
 
