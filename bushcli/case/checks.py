@@ -111,10 +111,10 @@ def _terms(material: Material) -> Iterator[Finding]:
 
 
 def _lacking(law: Law, given: Mapping[str, float]) -> list[str]:
-    """Return the parameters that must be added: required ones, and the rest of a term that is begun."""
+    """Return the parameters that must be added: required ones, and the rest of each term of which one is given."""
     first, *further = parameter_terms(law.name)
-    begun = [group for group in further if any(name in given for name in group)]
-    return [name for group in (first, *begun) for name in group if name not in given]
+    started = [group for group in further if any(name in given for name in group)]
+    return [name for group in (first, *started) for name in group if name not in given]
 
 
 def _bounds(parameter: Parameter) -> str:

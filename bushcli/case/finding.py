@@ -1,4 +1,4 @@
-"""What is wrong with a case, by key: findings, and pydantic's errors turned into them."""
+"""Findings: errors of a case by key, and pydantic's errors translated into findings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Keys = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong: the key it concerns, and the words of `bushcli.errors.Problem`."""
+    """An error of a case: the key that it concerns, and the fields of `bushcli.errors.Problem`."""
 
     keys: Keys
     what: str
@@ -123,7 +123,7 @@ def _explained(item: Any, model: type[BaseModel], at: Keys, section: str) -> Fin
         return Finding(keys, f"{key} is missing", expected=(field.description or "") if field else "")
     if kind in ("value_error", "assertion_error"):
         words = str(context.get("error", item["msg"]))
-        # A validator of the whole table names its keys itself; one of a single key does not.
+        # A validator of the whole table names its keys in its message; that of a single key does not.
         return Finding(keys, f"{key}: {words}" if not loc else f"{key} = {shown(item['input'])}: {words}")
     if kind == "literal_error":
         choices = [choice for choice in _literals(model, loc) if isinstance(choice, str)]

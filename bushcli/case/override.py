@@ -39,7 +39,7 @@ class Override:
 
     @property
     def where(self) -> str:
-        """How a message names it."""
+        """The override as a message names it."""
         return _where(self.text)
 
     def owns(self, keys: Keys) -> bool:

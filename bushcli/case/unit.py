@@ -1,4 +1,4 @@
-"""Units of an effect's parameters at the door: those of the channel's displacement and force, in degrees for angles."""
+"""Units of an effect's parameters in the case file: those of the channel, with angles in degrees."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def outside(parameter: EffectParameter, value: float, rotational: bool) -> float
 def turning(
     active: Sequence[ActiveEffect], channels: Iterable[tuple[str, str]]
 ) -> dict[str, EffectParameter]:
-    """Return the parameters that the case file has in degrees, by full name.
+    """Return the parameters whose units in the case file contain degrees, by full name.
 
     Parameters
     ----------
@@ -103,6 +103,6 @@ def _factor(parameter: EffectParameter, rotational: bool) -> float:
 
 
 def _rotational(parameter: EffectParameter) -> tuple[str, float]:
-    """Unit in a rotational mode and its factor; a parameter that is not the channel's, or a ratio, keeps its own."""
+    """Return the unit and its factor in a rotational mode; only parameters of a channel change their unit."""
     own = (parameter.unit, 1.0)
     return _ROTATIONAL.get(parameter.unit, own) if parameter.of_channel else own

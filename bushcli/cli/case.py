@@ -18,7 +18,7 @@ from bushcli.errors import InputError, Problem
 def check(run: Run, strict: bool) -> int:
     """Validate CASE and its recordings, print a summary, solve nothing.
 
-    Faults of the recordings are said, such as units a thousand off or spikes, each with what mends it.
+    The summary includes faults of the recordings, such as wrong units or spikes, each with its remedy.
     """
     from bushcli import report
     from bushcli.faults import find_faults
@@ -47,7 +47,7 @@ def check(run: Run, strict: bool) -> int:
 @click.command()
 @on_a_case
 def mesh(run: Run) -> int:
-    """Build the meshes that CASE needs; a picture and a file for ParaView of each."""
+    """Build the meshes that CASE needs, and write a picture and a file for ParaView of each."""
     from bushcli import report
     from bushcli.simulate.meshes import meshes
 
@@ -70,7 +70,7 @@ def mesh(run: Run) -> int:
 @click.option(
     "--mesh-check",
     is_flag=True,
-    help="Solve again on a finer mesh and say how well the curves are converged.",
+    help="Solve again on a finer mesh and estimate the discretisation error of the curves.",
 )
 @click.option("--no-fields", is_flag=True, help="With -o: no field files (they are the largest).")
 @click.option(

@@ -1,4 +1,4 @@
-"""The command that says what a model leaves out: diagnose."""
+"""The command that finds the physics which a model leaves out: diagnose."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     help="Processes that share the work; the answer does not depend on their number.",
 )
 @click.option("--resume", is_flag=True, help="Go on with the fits of the last run into the same -o DIR.")
-@click.option("--no-maps", is_flag=True, help="No map of the misfit in the bushing.")
+@click.option("--no-maps", is_flag=True, help="Do not map the misfit in the bushing.")
 @click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
 @on_a_case
 def diagnose(
@@ -68,10 +68,10 @@ def diagnose(
     no_maps: bool,
     strict: bool,
 ) -> int:
-    """Say where the simulation of CASE misses its recordings, what physics was left out, and how probable that is.
+    """Find where the simulation of CASE misses its recordings, which physics was left out, and with what probability.
 
     The result lists the probability of every effect, the most probable models, and the fit before and after. With
-    -o DIR each fit is kept in DIR/history-diagnose; --resume uses those of an earlier run. Under `mpirun -n N` the
+    -o DIR each fit is saved in DIR/history-diagnose; --resume uses those of an earlier run. Under `mpirun -n N` the
     first process leads and the others share the work, on one machine or several.
     """
     from bushcli.diagnosis.diagnose import diagnose as find
@@ -127,7 +127,7 @@ def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
 
 
 def _say_what_is_saved(run: Run, journal: Path) -> None:
-    """Say, after an interruption, how many results --resume can use."""
+    """Report on stderr, after an interruption, how many results --resume can use."""
     from bushcli.runtime.store import SUFFIX
 
     count = len(list(journal.glob(f"*{SUFFIX}")))
@@ -135,7 +135,7 @@ def _say_what_is_saved(run: Run, journal: Path) -> None:
 
 
 def _names(wanted: tuple[str, ...]) -> list[str] | None:
-    """Names of the option as often as it was given, each a list with commas; None without the option."""
+    """Return the names given with all uses of --effects, each a list with commas; None without the option."""
     names = [name.strip() for given in wanted for name in given.split(",") if name.strip()]
     if wanted and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
@@ -143,7 +143,7 @@ def _names(wanted: tuple[str, ...]) -> list[str] | None:
 
 
 def _progress(run: Run) -> Callable[[str, str, str], None] | None:
-    """A line per step on stderr: seconds, stage, effect, misfit; of a screening, unless verbose, one per effect."""
+    """Return a function that prints one line per step on stderr: seconds, stage, effect, misfit."""
     if run.quiet or not speaks():
         return None
     begin, last = time.perf_counter(), ""

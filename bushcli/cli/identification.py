@@ -64,7 +64,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     law = model or case.material.law
     if case.coupons and law in laws():
         run.say(f"fitting {law} to {len(case.coupons)} coupon test{'s' if len(case.coupons) != 1 else ''}")
-    # A coupon is solved in milliseconds: its evaluations are told only to who asks.
+    # A coupon is solved in milliseconds: its evaluations are printed only with --verbose.
     progress = search_progress(run, {}) if run.verbose else None
     with run.timed("fit"):
         return fit_coupons(case, model, weighting=weighting, progress=progress)  # type: ignore[arg-type]
@@ -136,8 +136,8 @@ def inverse(
 ) -> int:
     """Identify the law of CASE from its recordings.
 
-    Every channel counts by its own noise. With -o DIR each evaluation is kept in DIR/history-LAW.jsonl, from which
-    --resume goes on after an interruption.
+    Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW.jsonl, from
+    which --resume continues after an interruption.
     """
     from bushcli import report
     from bushcli.inverse import Task, identify

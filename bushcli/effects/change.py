@@ -50,7 +50,7 @@ Given = Mapping[str, Signal]
 
 @dataclass(frozen=True)
 class RigChange:
-    """What an effect does to the curve; `bushcli.effects.rig` puts the changes of all effects together.
+    """Change that an effect makes to the curve; `bushcli.effects.rig` combines the changes of all effects.
 
     The displacement of the rig goes through every ``drive``, then is shared between the bushing and the springs in
     series; the bushing's force goes through every ``parallel``, is logged late by every ``clock`` and goes through
@@ -73,7 +73,7 @@ class RigChange:
 
     Notes
     -----
-    ``time`` is of the samples (n,), s since the recording began; None where it has none, which an effect that
+    ``time`` is of the samples (n,), s since the recording started; None without time, which an effect that
     ``needs_time`` never sees.
     """
 

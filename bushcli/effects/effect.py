@@ -1,8 +1,8 @@
-"""What an effect is, and which effects there are.
+"""The type of an effect, and the registry of effects.
 
 An effect is physics that the plain model leaves out, as a small change to it that vanishes with its amplitude. It
-stands in one file, ``bushcli/effects/library/<name>.py``, which offers it there as ``EFFECT``, and serves to
-simulate, to identify and to diagnose. It acts on the finite-element model (``feature``) or on the curve (``rig``).
+is defined in one file, ``bushcli/effects/library/<name>.py``, as ``EFFECT``, and serves simulation,
+identification and diagnosis alike. It acts on the finite-element model (``feature``) or on the curve (``rig``).
 
 This module imports nothing of the finite-element stack, so that a case file can be checked against the registry
 before that is loaded. Effects are found at run time; nothing here depends on any of them.
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-# Between the name of an effect and the rig, where the effect is there once more.
+# Separates the name of an effect from the rig where the same effect occurs more than once.
 _AT = "@"
 
 
@@ -52,7 +52,7 @@ class EffectParameter:
     meaning : str
         One line for ``bushcli list effects``.
     start : float
-        Where a fit may begin when nothing is known; of an amplitude a small, typical value that is not ``off``.
+        Start value of a fit without better knowledge; of an amplitude a small, typical value other than ``off``.
     lower, upper : float
         Closed interval of admissible values.
     off : float or None
@@ -68,7 +68,7 @@ class EffectParameter:
         Finite values of an amplitude that a diagnosis tries in place of the derivative at ``off``, over the rubber's
         thickness: of an effect whose curve takes another form as it grows.
     reciprocal : (str, str) or None
-        Name and unit under which 1/value may be given in the case file, and by which the field knows it.
+        Name and unit of 1/value, which the case file may give instead and which is the usual one in the literature.
     adds_to : str
         Attribute of the material to whose reciprocal the value is added: a bulk modulus, to a compliance.
     of_channel : bool
@@ -86,7 +86,7 @@ class EffectParameter:
         "thickness" or "length" of the rubber, and the share of it that the value's size must not exceed: beyond it
         there is no such bushing.
     prior : Prior
-        What is known of it before any recording.
+        Knowledge of its value before any recording.
     """
 
     name: str
@@ -157,16 +157,16 @@ class Effect:
     ----------
     name : str
     title : str
-        What people call it, to begin a sentence with.
+        Its name for people, at the start of a sentence.
     summary : str
-        What it means, in one sentence.
+        Its meaning in one sentence.
     acts : {"rubber", "assembly", "rig"}
     parameters : tuple of EffectParameter
         At least one amplitude. With all amplitudes off the response is the plain model's.
     needs : str
-        What a recording must contain for it to be identified.
+        Content that a recording must have for the effect to be identified.
     rivals : tuple of str
-        Names of effects that look like it in a recording that lacks what it needs.
+        Names of effects that give a similar curve in a recording without that content.
     source : str
         Reference with DOI.
     modes : frozenset of str, optional
@@ -229,11 +229,11 @@ class Effect:
 
     @property
     def amplitudes(self) -> tuple[EffectParameter, ...]:
-        """The parameters that switch the effect off."""
+        """The parameters whose `off` values switch the effect off."""
         return tuple(p for p in self.parameters if p.off is not None)
 
     def is_told_from_law(self, having: Collection[str], channels: Collection[str], law_held: bool) -> bool:
-        """Whether the effect does anything that a law identified from the same recordings cannot do.
+        """Whether the effect can change a curve in a way that a law fitted to the same recordings cannot.
 
         Parameters
         ----------
@@ -267,17 +267,17 @@ def in_rig(effect: Effect, rig: str) -> str:
 
 
 def effect_name(name: str) -> str:
-    """Return the catalogue's name of an effect that may be in several rigs: "offset" of "offset@radial"."""
+    """Return the name of an effect without its rig: "offset" for "offset@radial"."""
     return name.partition(_AT)[0]
 
 
 def rig_of(name: str) -> str:
-    """Return the rig of an effect that is there once more: "radial" of "offset@radial"."""
+    """Return the rig in the name of an effect, "radial" for "offset@radial"; empty without a rig."""
     return name.partition(_AT)[2]
 
 
 def spoken(name: str) -> str:
-    """Return the name of an effect as people say it: "offset (radial)" of "offset@radial"."""
+    """Return the name of an effect for a sentence: "offset (radial)" for "offset@radial"."""
     rig = rig_of(name)
     return f"{effect_name(name)} ({rig})" if rig else name
 

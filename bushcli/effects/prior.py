@@ -1,4 +1,4 @@
-"""What is known of a parameter before any recording: one prior per parameter of an effect, with its source.
+"""Knowledge of a parameter before any recording: one prior per parameter of an effect, with its source.
 
 A prior may be relative to the test at hand: a gap goes by the travel, a relaxation time by the duration of the
 recording. `Scales` holds what priors are relative to.
@@ -34,14 +34,14 @@ Of = Literal[
     "force/duration",
 ]
 Scales = Mapping[str, float]
-"""What priors are relative to, by name: duration and interval between samples (s), largest travel (mm or rad), largest
-force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of the rubber (mm),
-shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear" and
-"force/duration" are quotients of them."""
+"""Quantities to which priors are relative, by name: duration and interval between samples (s), largest travel (mm or
+rad), largest force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of
+the rubber (mm), shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear"
+and "force/duration" are quotients of them."""
 
 # A log-uniform prior has half-normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5
-# Standard normal quantile of 97.5 %, and what is beyond it.
+# Standard normal quantile of 97.5 %, and the probability beyond it.
 QUANTILE = 1.959964
 _OUTSIDE = 0.025
 
@@ -91,7 +91,7 @@ class Prior:
         return self.shape in ("log_normal", "log_uniform")
 
     def unit(self, scales: Scales) -> float:
-        """What the prior's numbers are multiplied with."""
+        """Return the factor from the prior's numbers to the unit of the parameter."""
         if not self.of:
             return 1.0
         above, _, below = self.of.partition("/")
@@ -178,7 +178,7 @@ class Prior:
         return 1.0 / (spread * value) ** 2
 
     def _log_slope(self, size: float) -> float:
-        """Derivative of the logarithm's density by the logarithm."""
+        """Return the derivative of the logarithm's log density by the logarithm."""
         if self.shape == "log_normal":
             return -math.log(size / self.low) / self.high**2
         if size < self.low:
@@ -208,7 +208,7 @@ class Prior:
         return 0.0, 0.0
 
     def median(self, scales: Scales) -> float:
-        """Median, of the absolute value where the prior is signed or normal about zero; of a choice the first."""
+        """Return the median; of the absolute value if the prior is signed or normal about zero."""
         if self.shape == "choice":
             return 0.0
         unit = self.unit(scales)
@@ -224,7 +224,7 @@ class Prior:
         )
 
     def range(self, scales: Scales) -> tuple[float, float]:
-        """Interval of 95 %, of the absolute value where the prior is signed; all of a choice."""
+        """Return the 95 % interval; of the absolute value if the prior is signed, of a choice all indices."""
         if self.shape == "choice":
             return 0.0, self.low - 1.0
         unit = self.unit(scales)
@@ -267,15 +267,15 @@ class Prior:
         return 2.0 * self._beyond() * (1.0 - float(erf(-inwards / TAIL / math.sqrt(2.0))))
 
     def _width(self) -> float:
-        """Width of the uniform density of the logarithm that is as high as that of a log-uniform with its tails."""
+        """Return the width of the uniform density as high as a log-uniform prior with its tails, in the logarithm."""
         return math.log(self.high / self.low) + TAIL * math.sqrt(2.0 * math.pi)
 
     def _beyond(self) -> float:
-        """Probability of each of a log-uniform prior's two tails."""
+        """Return the probability of each of the two tails of a log-uniform prior."""
         return 0.5 * TAIL * math.sqrt(2.0 * math.pi) / self._width()
 
     def _margin(self) -> float:
-        """How far 2.5 % of a log-uniform prior lie beyond each end, in the logarithm; negative inside."""
+        """Return how far the 2.5 % quantile of a log-uniform prior lies outside each end, in the logarithm."""
         beyond = self._beyond()
         if beyond <= _OUTSIDE:
             return -(_OUTSIDE - beyond) * self._width()

@@ -1,4 +1,4 @@
-"""What the rig makes of a curve: the changes of all effects of a channel, put together, with exact derivatives.
+"""The curve that a rig logs: the changes by all effects of a channel, combined, with exact derivatives.
 
 The displacement that the rig records is driven through offset, free play and permanent set, then shared between the
 bushing and the springs in series with it. The bushing's force is scaled, joined by that of stops beside it, carried by
@@ -6,8 +6,8 @@ the springs, logged late and read with an offset. Whatever goes in may depend on
 ``columns`` (names such as "C10" and "rig_compliance.compliance") are carried along, those of the law included.
 
 `elastic_response` does everything for a force that is a function of the displacement. A force with a history is
-marched elsewhere: `bushing_path` says what drives it, `spring` and `parallel` what stands in series and beside it, and
-`reading` makes of its force what is logged.
+marched elsewhere: `bushing_path` gives the displacement that drives it, `spring` and `parallel` the springs in series
+and the forces beside it, and `reading` the logged force.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Response = Callable[[Array], tuple[Array, Array, Array]]
 
 # A Newton step from here squares the error, to below the rounding of the force.
 _CLOSE = 1e-12
-# Bisection alone, should no Newton step be of use, needs 60 to get from the whole travel to its rounding.
+# Bisection alone, if no Newton step helps, needs 60 steps from the whole travel to its rounding error.
 _MOST_STEPS = 200
 # Times between which the rate of a marched force is taken for the derivative by a lag, as a share of the recording.
 _LAG_DIFFERENCE = 1e-6
@@ -112,7 +112,7 @@ def parallel(
     columns : sequence of str
         Full names of the P parameters, in the order of the derivatives.
     time : (n,) array or None
-        Seconds since the recording began.
+        Seconds since the start of the recording.
     """
     for change, given in _changes(active, columns):
         if change.parallel is not None:
@@ -200,7 +200,7 @@ def sampled(
     matrix = interpolation(times - float(lag.value))
     slope = matrix @ force.slope
     if np.any(lag.slope):
-        # Of both sides where the rate is broken: a node of the march at a corner is such a place.
+        # Mean of both sides: the rate is discontinuous at the nodes of the march that are corners of the path.
         apart = _LAG_DIFFERENCE * float(np.ptp(times))
         ahead, behind = (interpolation(times - float(lag.value) + sign * apart) for sign in (1.0, -1.0))
         rate = (ahead - behind) @ force.value / (2.0 * apart)

@@ -1,4 +1,4 @@
-"""What a fault of the data is, and which samples it takes out of a fit."""
+"""The type of a data fault, and the samples that a fit has to leave out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LISTED = 3
 
 @dataclass(frozen=True)
 class DataFault:
-    """Something that is wrong with a recording and is no physics.
+    """A defect of a recording that has no physical cause.
 
     Attributes
     ----------
@@ -29,11 +29,11 @@ class DataFault:
         Name of the recording's channel.
     kind : {"sign", "unit", "swapped", "clipped", "spikes", "stuck", "time"}
     where : str
-        What was seen and in which samples, with numbers.
+        The observation and the samples concerned, with numbers.
     remedy : str
-        What mends it.
+        How to correct it.
     fatal : bool
-        Whether every fit to the recording is meaningless until the fault is mended.
+        Whether every fit to the recording is meaningless until the fault is corrected.
     samples : (n,) array of bool
         Samples of the recording that a fit has to leave out; none where the whole channel is at fault.
     """

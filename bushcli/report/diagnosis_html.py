@@ -143,7 +143,7 @@ def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[Sect
 
 
 def _effect(effect: Named) -> str:
-    """What an effect is, how probable, and whether its values are plausible."""
+    """Return a sentence on an effect: its probability, and whether its values are plausible."""
     doubt = "" if effect.plausible else " Hardly plausible."
     remark = f" {_sentence(effect.remark)}" if effect.remark else ""
     return f"{effect.label} ({chance(effect.probability)}): {_sentence(effect.summary)}{doubt}{remark}"
@@ -159,7 +159,7 @@ def _missing(found: Diagnosis, pictures: list[Picture]) -> Section:
 
 
 def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
-    # What there is stands beside the curves, with the numbers that it has there.
+    # The places are listed beside the curves, with their numbers.
     lines = [] if found.location.mismatch else _sentences(list(sentences(found.location)))
     if found.remaining.mismatch and found.effects:
         lines += ["After the most probable model:", *_sentences(list(sentences(found.remaining)))]
@@ -194,7 +194,7 @@ def _out(found: Diagnosis) -> str:
 
 
 def _full(table: Table) -> list[Table]:
-    """The table, where it has rows."""
+    """Return a list with the table; empty if the table has no rows."""
     return [table] if table.rows else []
 
 
@@ -205,5 +205,5 @@ def _sentences(lines: list[str]) -> list[str]:
 def _sentence(text: str) -> str:
     """Begin with a capital, unless that would change a name; end with a full stop."""
     first = text.split(maxsplit=1)[0] if text else ""
-    begun = text if "_" in first or first.endswith(":") else text[:1].upper() + text[1:]
-    return begun if begun.endswith((".", ":")) else f"{begun}."
+    started = text if "_" in first or first.endswith(":") else text[:1].upper() + text[1:]
+    return started if started.endswith((".", ":")) else f"{started}."

@@ -107,7 +107,7 @@ def _maps(found: Diagnosis) -> list[dict[str, Any]]:
 
 
 def _rivals(found: Diagnosis) -> list[list[str]]:
-    """Sets of effects by their own names; with the rig where that alone tells a set from the most probable one."""
+    """Return the sets of effects without rigs, unless the rigs alone make a set differ from the first one."""
     first = list(dict.fromkeys(map(effect_name, found.models[0].effects))) if found.models else None
     sets: list[list[str]] = []
     for names in found.rivals:
@@ -174,19 +174,19 @@ def _material(material: Material) -> dict[str, Any]:
 
 
 def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
-    door = shown(name, quantity, found.channels)
+    value = shown(name, quantity, found.channels)
     return {
-        "value": quantity.word or door.value,
-        "std": door.std,
-        "unit": door.unit,
-        "lower": door.lower,
-        "upper": door.upper,
+        "value": quantity.word or value.value,
+        "std": value.std,
+        "unit": value.unit,
+        "lower": value.lower,
+        "upper": value.upper,
         "meaning": quantity.meaning,
         "prior": None
-        if door.prior is None
+        if value.prior is None
         else {
-            "lower": door.prior[0],
-            "upper": door.prior[1],
+            "lower": value.prior[0],
+            "upper": value.prior[1],
             "tail": quantity.prior_tail,
             "source": quantity.prior_source,
         },
@@ -237,7 +237,7 @@ def _mismatch(one: Mismatch, channels: int) -> dict[str, Any]:
 
 
 def _misfit(found: Diagnosis) -> dict[str, Any]:
-    """By channel, in percent of the recorded force range; null where a channel was not held out."""
+    """Return the misfits by channel, percent of the recorded force range; null for channels not held out."""
     held = [one.name for one in found.channels if one.held_out]
     before = {one.name: one.before_percent for one in found.channels}
     after = {one.name: one.after_percent for one in found.channels}
@@ -268,5 +268,5 @@ def _next_test(found: Diagnosis, test: NextTest) -> dict[str, Any]:
 
 
 def _mode(found: Diagnosis, test: NextTest) -> str:
-    """Mode of the test to be made: that of a recorded channel of this name, or the name itself."""
+    """Return the mode of the proposed test: that of the recorded channel of this name, else the name itself."""
     return {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)

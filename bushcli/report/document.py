@@ -322,7 +322,7 @@ def cleaned(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def _clean(value: Any) -> Any:
-    """Arrays to lists, NumPy scalars to Python's, nan to None, infinities to text."""
+    """Convert arrays to lists, NumPy scalars to Python's, nan to None, infinities to text."""
     if isinstance(value, Mapping):
         return {str(key): _clean(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

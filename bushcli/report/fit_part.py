@@ -11,7 +11,7 @@ from bushcli.inverse.door import parameter_unit
 
 
 def fit_part(fit: Fit) -> dict[str, Any]:
-    """What every identified law has."""
+    """Return the entries that every identified law has."""
     names = list(fit.parameters)
     return {
         "law": fit.material.law,
@@ -55,12 +55,12 @@ def fit_part(fit: Fit) -> dict[str, Any]:
 
 
 def _interval(found: tuple[float, float] | None) -> list[float | None] | None:
-    """An interval; None for an end that was not found."""
+    """Return an interval, with None for an end that was not found."""
     return None if found is None else [end if math.isfinite(end) else None for end in found]
 
 
 def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
-    """Fitted curves by mode, or by the test's name where a mode was tested more than once."""
+    """Return the fitted curves by mode, or by name for modes that were tested more than once."""
     count = Counter(curve.recording.mode for curve in fit.curves)
     return {
         curve.recording.mode if count[curve.recording.mode] == 1 else curve.name: curve

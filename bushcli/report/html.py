@@ -52,7 +52,7 @@ class Section:
     plots : sequence of Markup
         SVG with its legend, all text in it escaped.
     fold : str
-        What is clicked to see what is folded.
+        Words to click to unfold the tables in `folded`.
     folded : sequence of Table
         Folded away, at the end.
     """
@@ -197,8 +197,8 @@ def page(
     warning : Section or None
         Section in a box above everything else.
     """
-    kept = [s for s in sections if s.pictures or s.tables or s.lines or s.plots or s.folded]
-    script = _script() if any(section.plots for section in kept) else ""
+    shown = [s for s in sections if s.pictures or s.tables or s.lines or s.plots or s.folded]
+    script = _script() if any(section.plots for section in shown) else ""
     return (
         _environment()
         .get_template("report.html")
@@ -212,7 +212,7 @@ def page(
             problems=result["problems"],
             conditions=conditions(case, material, source),
             path=str(case.path),
-            sections=kept,
+            sections=shown,
             script=script,
             digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
             case=json.dumps(result["case"], indent=2, ensure_ascii=False),
@@ -223,7 +223,7 @@ def page(
 
 
 def by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
-    """Pictures in their order, by kind."""
+    """Return pictures by kind, in their order."""
     kinds: dict[str, list[Picture]] = {}
     for picture in pictures:
         kinds.setdefault(picture.kind, []).append(picture)
@@ -231,7 +231,7 @@ def by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
 
 
 def _embedded(picture: Picture) -> str:
-    """A data address: lines stay sharp as SVG, shaded bodies are smaller as PNG."""
+    """Return a picture as a data address: lines as SVG, which stays sharp, shaded bodies as PNG, which is smaller."""
     if picture.kind in ("mesh", "deformed"):
         return "data:image/png;base64," + base64.b64encode(picture.png).decode()
     return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
@@ -239,7 +239,7 @@ def _embedded(picture: Picture) -> str:
 
 @cache
 def _script() -> Markup:
-    """The script of the zoomable plots; it holds nothing that would end its element."""
+    """Return the script of the zoomable plots, which cannot end its own element."""
     text = (resources.files("bushcli.report") / "templates" / "zoom.js").read_text(encoding="utf-8")
     assert "</" not in text
     return Markup(f"\n{text}")

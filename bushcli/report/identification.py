@@ -116,7 +116,7 @@ def _model(fit: Fit) -> dict[str, Any]:
 
 
 def inverse_text(fits: Sequence[Fit]) -> Group:
-    """The ranking of several laws; of the best one verdict, parameters, curves, what is determined, search, problems.
+    """Return the ranking of several laws and, for the best one, verdict, parameters, curves, search and problems.
 
     Parameters
     ----------

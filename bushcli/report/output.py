@@ -316,7 +316,7 @@ def _curve(channel: Simulated) -> Callable[[Path], None]:
 
 
 def _comparison(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
-    """Recorded and simulated force at the recorded displacements, in the order of the recording."""
+    """Return recorded and simulated force at the recorded displacements, in the order of the recording."""
     shown = quantities(channel.mode)
     q, force = shown.csv_names
     return _table(
@@ -328,9 +328,9 @@ def _comparison(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
 def _diagnosed(
     channel: DiagnosedChannel, missing: np.ndarray[Any, Any] | None = None
 ) -> Callable[[Path], None]:
-    """Recorded force, that of the plain law and of the most probable model, what is missing, which samples are faulty.
+    """Return recorded force, forces of plain law and most probable model, missing force, and which samples are faulty.
 
-    With the time where there is one.
+    The first column is the time, if the recording has time.
     """
     shown = quantities(channel.mode)
     q, force = shown.csv_names

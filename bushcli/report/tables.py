@@ -40,7 +40,7 @@ class Table:
 
 
 def case_table(case: Case) -> Table:
-    """What a case says about bushing and rubber."""
+    """Return bushing and rubber of a case."""
     return Table(case.title, ("", ""), tuple(conditions(case)), left=2)
 
 
@@ -59,7 +59,7 @@ def recording_table(title: str, curves: Sequence[Recording]) -> Table:
 
 
 def mesh_table(meshes: Sequence[Meshed]) -> Table:
-    """Size and boundaries of the meshes."""
+    """Return size and boundaries of the meshes."""
     rows = tuple(
         (mesh.name, ", ".join(mesh.modes), ", ".join(mesh.boundaries), str(mesh.cells), str(mesh.nodes))
         for mesh in meshes
@@ -186,7 +186,7 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
 
 
 def solution_table(response: Response) -> Table:
-    """How each channel was solved."""
+    """Return how each channel was solved."""
     rows = []
     for channel in response.channels:
         rejected = sum(not attempt.accepted for attempt in channel.attempts)
@@ -216,7 +216,7 @@ def solution_table(response: Response) -> Table:
 
 
 def parameter_table(fit: Fit) -> Table:
-    """The identified law's parameters."""
+    """Return the parameters of the identified law."""
     rows = [
         (
             name,
@@ -232,7 +232,7 @@ def parameter_table(fit: Fit) -> Table:
 
 
 def fitted_table(fit: Fit) -> Table:
-    """The curves of a fit: misfit, range tested, range in which the law is stable."""
+    """Return the curves of a fit: misfit, range tested, range in which the law is stable."""
     rows = []
     for curve in fit.curves:
         mode, shown = curve.recording.mode, quantities(curve.recording.mode)
@@ -259,7 +259,7 @@ def _range(low: float, high: float, unit: str) -> str:
 
 
 def curves_of(fit: Fit) -> str:
-    """What a law was fitted to: "3 coupon tests"."""
+    """Return the words for what a law was fitted to: "3 coupon tests"."""
     count = sum(not curve.held_out for curve in fit.curves)
     return f"{count} {'coupon test' if _all_coupons(fit) else 'recording'}{'s' if count != 1 else ''}"
 

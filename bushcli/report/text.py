@@ -1,7 +1,7 @@
 """Results for people, at the terminal: tables with rules where it is one, plain aligned columns where output is piped.
 
-Everything returned is a rich renderable; the command line prints it. Colour carries no meaning of its own: what it says
-stands in words as well, and piped output has none.
+Everything returned is a rich renderable; the command line prints it. Colour carries no meaning of its own: the words
+are sufficient, and piped output has no colour.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Shown:
             justify: Literal["left", "right"] = "left" if i < self.table.left else "right"
             drawn.add_column(Text(head), justify=justify)
         for row in self.table.rows:
-            # As Text: a name in square brackets is no mark-up.
+            # As Text: a name in square brackets must not act as mark-up.
             drawn.add_row(*(Text(cell) for cell in row))
         yield drawn
 
@@ -96,7 +96,7 @@ def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
 
 
 def fit_text(fit: Fit) -> Group:
-    """The identified law: parameters, misfit by coupon, stability, problems."""
+    """Return the identified law: parameters, misfit by coupon, stability, problems."""
     return Group(*_fit_parts(fit), *problem_parts(fit.conditions))  # type: ignore[arg-type]
 
 
@@ -125,7 +125,7 @@ def case_text(
 
 
 def mesh_text(meshes: Sequence[Meshed]) -> Group:
-    """Size and boundaries of the meshes."""
+    """Return size and boundaries of the meshes."""
     return Group(Shown(mesh_table(meshes)))
 
 
@@ -143,12 +143,12 @@ def _fit_parts(fit: Fit) -> list[object]:
 
 
 def history_parts(histories: Sequence[History]) -> list[object]:
-    """Cycles and holds of every channel, long tables without their middle."""
+    """Return cycles and holds of every channel, long tables without their middle rows."""
     return [part for table in history_tables(histories, brief=True) for part in (Text(), Shown(table))]
 
 
 def problem_parts(found: Iterable[Condition]) -> list[object]:
-    """Problems, each with its remedy."""
+    """Return the problems, each with its remedy."""
     parts: list[object] = []
     for problem in found:
         parts += [

@@ -1,4 +1,4 @@
-"""What no simulation can be asked for: an unstable law, or a travel that leaves no rubber."""
+"""Checks before a simulation: an unstable law, or a travel beyond the thickness of the rubber, is refused."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cases.stability import coupon_limits
 from forms.law import law
 from geometry.ring import Ring
 
-# A law that is unstable between these stretches is no rubber's.
+# Every rubber is stable between these stretches.
 SMALL_STRAIN = (0.9, 1.1)
 
 

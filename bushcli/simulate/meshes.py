@@ -90,7 +90,7 @@ def _build(
     file = directory / f"mesh-{name}.xdmf"
     try:
         write_mesh(mesh, file)
-    except (OSError, RuntimeError) as error:  # HDF5 says so where the disk is full
+    except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk
         raise InputError(Problem(str(file), f"cannot be written: {error}", "", "another -o")) from None
     topology = mesh.mesh.topology
 

@@ -73,7 +73,7 @@ def predict(
     Returns
     -------
     Response
-        Also where a march could not go on: the channel says why, and has what was reached.
+        Also if a march stops early: the channel then has the reason and the curve up to there.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def predict(
 
 
 def rubber_of(material: Material) -> Rubber:
-    """The material of a case, as the march wants it."""
+    """Return law, parameters and bulk modulus of a case as the march needs them."""
     return Rubber(law(material.law), dict(material.parameters), material.bulk_modulus)
 
 
@@ -138,7 +138,7 @@ def _prescribed(case: Case, load: LoadCase, number: int) -> _Channel:
 
 
 def _recorded(case: Case, recording: Recording, whole: Recording) -> _Channel:
-    # Without history in the law, one solve over the range serves every cycle; where the curve is odd, one side.
+    # Without memory in the rubber, one solve over the range serves every cycle; if the curve is odd, one side of it.
     low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
     if is_odd(case.geometry, modes()[recording.mode]):
         low, high = (0.0, max(high, -low)) if high >= -low else (low, 0.0)
@@ -170,7 +170,7 @@ class _Run:
         return prepare(self.case.geometry, modes()[mode], self.rubber, refinement, self.comm)
 
     def simulate(self, channel: _Channel) -> Simulated:
-        """March one channel and look at what it went through."""
+        """March one channel, and examine the stretches and the stability of its states."""
 
         def report(step: int, steps: int, newton: int, q: float) -> None:
             if self.progress is not None:
@@ -225,7 +225,7 @@ class _Run:
         )
 
     def simulation(self, channel: _Channel, factor: float = 1.0) -> Simulation | None:
-        """The channel with the effects that act on it; None where none does."""
+        """Return the channel with the effects that act on it; None if no effect does."""
         active = acting(self.case.effects, channel.name, channel.mode)
         if not active:
             return None
@@ -245,7 +245,7 @@ class _Run:
         )
 
     def _mesh_error(self, channel: _Channel, force: Array) -> float:
-        """Discretisation error estimated from a finer mesh, percent of the force range; infinite where it fails."""
+        """Return the error of the mesh, estimated with a finer one, percent of the force range; inf if that fails."""
         try:
             simulation = self.simulation(channel, FINER)
             if simulation is None:
@@ -259,7 +259,7 @@ class _Run:
 
 
 def _along(channel: _Channel, answer: Answer) -> Curve:
-    """The force at the channel's own samples."""
+    """Return the force at the samples of the channel."""
     if channel.recording is None or channel.whole is None:
         return Curve(channel.mode, channel.displacement, answer.force, channel.time)
     recording = channel.recording
@@ -268,7 +268,7 @@ def _along(channel: _Channel, answer: Answer) -> Curve:
 
 
 def _curve(case: Case, channel: _Channel, history: History) -> Curve:
-    """The curve as far as it went: never less than two points, for a march may fail at its first step."""
+    """Return the part of the curve that was reached, with at least two points even if the first step failed."""
     q, force = history.displacement, history.force
     if len(q) < 2:
         return Curve(channel.mode, np.array([0.0, 1e-9]), np.zeros(2))
@@ -279,7 +279,7 @@ def _curve(case: Case, channel: _Channel, history: History) -> Curve:
     if both and is_odd(case.geometry, modes()[channel.mode]):
         _, first = np.unique(np.concatenate([q, -q]), return_index=True)
         q, force = np.concatenate([q, -q])[first], np.concatenate([force, -force])[first]
-        # No further than was recorded, but for a step: the plot and the stiffness are of the recorded range.
+        # Up to the recorded range and one step more: the plot and the stiffness are of the recorded range.
         low, high = recording.displacement.min(), recording.displacement.max()
         step = float(np.diff(q).max())
         kept = (q >= low - step) & (q <= high + step)
@@ -288,7 +288,7 @@ def _curve(case: Case, channel: _Channel, history: History) -> Curve:
 
 
 def _stability(model: Model, history: History, rubber: Rubber) -> tuple[tuple[float, float], float]:
-    """Range of the principal stretches over the march, and the share of states where the law is unstable."""
+    """Return the range of principal stretches over the march, and the share of states in which the law is unstable."""
     assert history.states is not None
     low, high, bad, total = 1.0, 1.0, 0, 0
     count = len(history.states)

@@ -85,13 +85,13 @@ class Simulated:
 
     @property
     def newton(self) -> int:
-        """Newton iterations of the whole march."""
+        """Number of Newton iterations of the whole march."""
         return sum(attempt.newton for attempt in self.attempts)
 
 
 @dataclass(frozen=True)
 class Response:
-    """What the case answers: its channels, the conditions under which to read them, and faults of the recordings."""
+    """Result of a prediction: simulated channels, conditions under which to read them, and faults of the recordings."""
 
     case: Case
     material: Material
@@ -138,7 +138,7 @@ def conditions(channel: Simulated) -> list[Condition]:
             )
         )
     if channel.mesh_error is not None and channel.mesh_error > 1.0:
-        change = f"lets expect an error of {channel.mesh_error:.2g} % of the force range"
+        change = f"suggests an error of {channel.mesh_error:.2g} % of the force range"
         found.append(
             Condition(
                 "coarse_mesh",

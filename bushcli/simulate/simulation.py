@@ -1,7 +1,7 @@
 """A recorded channel with the effects that act on it: parameters in, force at the recorded samples out.
 
 Where the rubber remembers nothing, the bushing is solved once over the range of the recording, and everything that the
-rig makes of its curve is exact algebra on a spline. Where it remembers, the recorded path is marched, thinned to what
+rig does to its curve is exact algebra on a spline. Where it remembers, the recorded path is marched, thinned to what
 the accuracy needs (`bushcli.simulate.schedule`). Either way every parameter, of the law, of the rubber, of the
 assembly or of the rig, has its exact derivative.
 """
@@ -41,13 +41,13 @@ STEPS, SOLID_STEPS, CONTACT_STEPS = 8, 6, 16
 ACCURATE = 2e-3
 FINEST = 4.0
 STANDS_STILL = "the rig takes up all of the travel: the bushing does not move"
-# The last curve or march of each body, and what it was asked with.
+# The last curve or march of each body, with the arguments that gave it.
 _last: WeakKeyDictionary[Model, tuple[object, History]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Force of a channel at its samples.
+    """Force of a channel at its samples, with derivatives.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Simulation:
         self.plan(1.0)
 
     def plan(self, fineness: float) -> None:
-        """Follow the path in `fineness` times the usual steps."""
+        """Choose the steps along the path, `fineness` times as many as by default."""
         self.fineness = fineness
         if self.noise is None:
             self.steps = prescribed(self.time, self.displacement)
@@ -131,7 +131,7 @@ class Simulation:
     # -- parameters ----------------------------------------------------------------------------------------------
 
     def _set(self, parameters: Mapping[str, float]) -> tuple[ActiveEffect, ...]:
-        """Give the model its values and return the effects with theirs."""
+        """Set the values of the model's parameters, and return the effects with theirs."""
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         found = []
         for one in self.active:
@@ -201,7 +201,7 @@ class Simulation:
     def _sweep(
         self, targets: Array, inner: tuple[str, ...], keep_states: bool, progress: Steps | None
     ) -> History:
-        """The body's curve; the last one again where only what the rig makes of it has changed."""
+        """Return the curve of the body; the last one is reused if only the rig has changed since."""
         asked = (self._values(), targets.tobytes(), inner)
         known = _last.get(self.model)
         if known is not None and known[0] == asked and not keep_states and progress is None:
@@ -235,14 +235,14 @@ class Simulation:
             rates = dict(zip(names, map(float, compliance.slope), strict=True))
             series = Series(float(compliance.value), rates, carried_in_series(active, names, self._clock[0]))
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
-        # What stands beside the bushing, or is logged late, does not change the march.
+        # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
         program = Program(driven.value, steps.time if steps.timed else None)
         history = self._march(program, inner, path_rates, series, keep_states, progress)
         q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
         force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
-        began = self._clock[0]
-        total = rig.parallel(active, q, force, names, steps.time - began)
+        start = self._clock[0]
+        total = rig.parallel(active, q, force, names, steps.time - start)
         logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
         return Answer(logged.value, logged.slope, history)
 
@@ -255,13 +255,13 @@ class Simulation:
         keep_states: bool,
         progress: Steps | None,
     ) -> History:
-        """The body's answer to a path; the last one again where only what the rig makes of it has changed."""
+        """Return the body's response to a path; the last one is reused if only the rig has changed since."""
         rates = {name: rate.tobytes() for name, rate in path_rates.items()}
         times = None if program.time is None else program.time.tobytes()
         asked = (self._values(), program.displacement.tobytes(), times, inner, rates)
-        can_be_kept = not keep_states and progress is None and series is None
+        can_be_reused = not keep_states and progress is None and series is None
         known = _last.get(self.model)
-        if known is not None and known[0] == asked and can_be_kept:
+        if known is not None and known[0] == asked and can_be_reused:
             return known[1]
         found = march(
             self.model,
@@ -273,7 +273,7 @@ class Simulation:
             progress=progress,
             patience=self.patience,
         )
-        if can_be_kept:
+        if can_be_reused:
             _last[self.model] = (asked, found)
         return found
 
@@ -305,7 +305,7 @@ class Simulation:
             fine = self.solve(parameters).force
             error = float(np.sqrt(np.mean((fine - coarse) ** 2)) / np.ptp(fine))
             if error <= ACCURATE or fineness >= FINEST:
-                # The steps that were judged are kept: twice as many cost twice the time.
+                # Return to the steps that were judged: twice as many take twice the time.
                 self.plan(fineness)
                 self.step_error = error
                 return error

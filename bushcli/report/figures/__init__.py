@@ -68,12 +68,12 @@ def direct_figures(
 
 
 def fit_figures(fit: Fit) -> tuple[Picture, ...]:
-    """The coupons of a fit."""
+    """Return the picture of the coupons of a fit."""
     return (picture("coupons", "coupons", coupon_title(fit), coupon_figure(fit)),)
 
 
 def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:
-    """One picture per mesh."""
+    """Return one picture for each mesh."""
     found = []
     for mesh in meshes:
         if mesh.surface is None:
@@ -94,7 +94,7 @@ def _deformed_title(channel: Simulated) -> str:
 
 
 def _note(surface: Surface, deformed: bool = False) -> str:
-    """What is to be known of a picture: where it is cut, that it is in scale."""
+    """Return the small print of a picture: where the body is cut, and that the scale is true."""
     low = surface.reference.reshape(-1, 3).min(axis=0)
     high = surface.reference.reshape(-1, 3).max(axis=0)
     scale = "true scale; dashed: before the load" if deformed else "true scale"

@@ -103,7 +103,7 @@ def _compared(channel: Simulated, recording: Recording, found: Misfit) -> Figure
 
 
 def _residual(axes: Axes, channel: Simulated, found: Misfit, shown: Quantities) -> None:
-    """Simulated minus recorded, in percent of the force range, with the band and the noise."""
+    """Draw simulated minus recorded force in percent of the force range, with the 10 % band."""
     percent_off = 100 * found.difference / found.force_range
     axes.axhspan(-100 * BAND, 100 * BAND, color=LIGHT, lw=0)
     axes.axhline(0, color=GREY, lw=0.8)
@@ -131,7 +131,7 @@ def _zero_lines(axes: Axes, shown: Quantities) -> None:
 
 
 def _band(axes: Axes, recording: Recording, force_range: float, shown: Quantities) -> None:
-    """The recording, branch by branch, widened by 10 % of its force range."""
+    """Draw the recording, branch by branch, widened by 10 % of its force range."""
     for i, branch in enumerate(branches(recording)):
         # The sample before belongs to both branches: without it the band has gaps at the turning points.
         part = slice(max(branch.start - 1, 0), branch.stop)
@@ -165,7 +165,7 @@ def _recorded(axes: Axes, recording: Recording, shown: Quantities) -> None:
 
 
 def _simulated(axes: Axes, channel: Simulated, shown: Quantities, marked: bool = False) -> None:
-    """The curve, smooth between the steps of the march where it does not go back and forth."""
+    """Draw the curve, interpolated between the steps of the march if it goes in one direction only."""
     curve = channel.curve
     q, force = smooth(curve)
     axes.plot(shown.shown(q), force, color=BLUE, label="simulated", zorder=3)
@@ -189,7 +189,7 @@ def _stop(axes: Axes, channel: Simulated, shown: Quantities) -> None:
 
 
 def smooth(curve: Curve) -> tuple[Array, Array]:
-    """Points to draw a computed curve by: between its own where it goes one way, for there it has one value."""
+    """Return points to draw a computed curve by; they are interpolated if the curve goes in one direction only."""
     steps = np.diff(curve.displacement)
     if not ((steps > 0).all() or (steps < 0).all()):
         return curve.displacement, curve.force

@@ -125,7 +125,7 @@ def _cells(
     colours: ScalarMappable,
     scale: float,
 ) -> None:
-    """One rectangle per cycle and band; bins of several rates there are one, by their samples."""
+    """Draw one rectangle for each cycle and band; bins that differ in rate only are averaged by their samples."""
     groups: dict[tuple[int, float, float], list[Bin]] = {}
     for one in bins:
         sign = 1.0 if one.side == "positive" else -1.0
@@ -179,13 +179,13 @@ def next_test_figure(found: Diagnosis, test: NextTest) -> Figure:
         axes.set(xlabel="time [min]" if minutes else "time [s]", ylabel=units.displacement_label)
         speeds = sorted({float(f"{units.per_internal * rate:.3g}") for rate in test.rates})
         unit = f"{units.displacement_unit}/s" if units.displacement_unit else "1/s"
-        said = f"{test.channel} at {' and '.join(f'{v:g}' for v in speeds)} {unit}"
-        axes.set_title(literal(said), fontsize=10, fontweight="normal")
+        title = f"{test.channel} at {' and '.join(f'{v:g}' for v in speeds)} {unit}"
+        axes.set_title(literal(title), fontsize=10, fontweight="normal")
         return figure
 
 
 def program(test: NextTest) -> tuple[Array, Array]:
-    """Time in s and displacement at the corners of a test's path."""
+    """Return time (s) and displacement (mm or rad) at the corners of a test's path."""
     time, q = [0.0], [test.points[0]]
     for target, rate, hold in zip(test.points, (None, *test.rates), test.holds, strict=True):
         if rate is not None:

@@ -1,4 +1,4 @@
-"""How pictures look, and a drawn figure as PNG and SVG.
+"""The style of pictures, and saving figures as PNG and SVG.
 
 Figures are made by Matplotlib's objects alone: no window, no global state that another caller could disturb.
 """
@@ -40,7 +40,7 @@ Kind = Literal[
     "next_test",
 ]
 
-# Okabe and Ito's palette, told apart with any colour vision: https://jfly.uni-koeln.de/color/
+# Okabe and Ito's palette, distinguishable with any colour vision: https://jfly.uni-koeln.de/color/
 BLACK, BLUE, ORANGE, GREEN, RED = "#1a1a1a", "#0072B2", "#E69F00", "#009E73", "#D55E00"
 GREY, LIGHT, METAL = "#5f6670", "#e3e6ea", "#b9c0c8"
 
@@ -103,7 +103,7 @@ class Picture:
 
 
 def style() -> AbstractContextManager[None]:
-    """The look, for the time of drawing."""
+    """Return a context in which Matplotlib draws in the style of bushcli."""
     return mpl.rc_context(dict(_STYLE))
 
 
