@@ -16,7 +16,7 @@ _CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u20
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong with the input.
+    """An error in the input.
 
     Attributes
     ----------
@@ -77,7 +77,16 @@ class RecordingError(InputError):
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     """Return the member of ``known`` that is spelled most like ``name``, or an empty string.
 
-    Case does not count; below the ratio ``cutoff`` of `difflib.SequenceMatcher` nothing is suggested.
+    Upper and lower case count as equal.
+
+    Parameters
+    ----------
+    name : str
+        As the user wrote it.
+    known : iterable of str
+        Valid names.
+    cutoff : float
+        Smallest ratio of `difflib.SequenceMatcher`, from 0 to 1, at which a name is suggested.
     """
     folded = {other.casefold(): other for other in known}
     found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=cutoff)

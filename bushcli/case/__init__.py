@@ -1,6 +1,6 @@
 """TOML -> Case: one validated, frozen value with internal units (N, mm, MPa, s, rad).
 
-``load_case`` is the way in; ``resolved`` turns a case back into plain JSON-ready data, degrees outside.
+``load_case`` reads a case file; ``resolved`` turns a case back into plain JSON-ready data with angles in degrees.
 Everything that is wrong is reported at once, with file, key, what was expected and the nearest valid name.
 """
 

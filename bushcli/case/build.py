@@ -1,4 +1,4 @@
-"""Validate the tables of a case and assemble the Case; what is wrong is collected, nothing is raised."""
+"""Validate the tables of a case and assemble the Case; errors are collected, not raised."""
 
 from __future__ import annotations
 
@@ -35,19 +35,27 @@ T = TypeVar("T", bound=Table)
 
 _SECTIONS = ("title", "geometry", "mesh", "material", "load_cases", "recordings", "coupons", "effects")
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
-#: Beyond this a number is a slip; far below the largest float, so that squares stay finite.
+#: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
 _LARGEST = 1e100
 
 
 class Builder:
-    """Builds the parts of a case and collects what is wrong with them; it lives for one ``load_case``."""
+    """Builds the parts of a case and collects their errors; one builder serves one ``load_case``."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.findings: list[Finding] = []
 
     def case(self, data: dict[str, Any], path: Path) -> Case | None:
-        """Return the case, or None when there are findings."""
+        """Return the case, or None when something in it is wrong; `findings` then says what.
+
+        Parameters
+        ----------
+        data : dict
+            Tables of the case file as parsed from TOML, overrides applied; angles still in degrees.
+        path : Path
+            The case file, for the default title and for relative file names.
+        """
         self.findings += [
             unknown_key((key,), _SECTIONS, "a case file") for key in data if key not in _SECTIONS
         ]
@@ -271,7 +279,7 @@ class Builder:
         shape: Shape | None,
     ) -> tuple[ActiveEffect, ...]:
         tables = list(self._list(data, "effects", EffectTable))
-        # Effects are checked against channels; those that are wrong themselves would be told of twice.
+        # Effects are checked against channels: an error in a channel would be reported twice.
         if any(finding.keys[0] in ("geometry", "load_cases", "recordings") for finding in self.findings):
             return ()
         loads = [load for load in load_cases if load is not None]
@@ -288,7 +296,7 @@ class Builder:
         return tuple(active)
 
     def _file(self, keys: Keys, name: str) -> Path | None:
-        """Return the file that a case names relative to itself, when there is one."""
+        """Return the file that a case names relative to its own folder; None, with a finding, if it does not exist."""
         file = self.folder / name
         try:
             if file.is_file():
@@ -307,7 +315,7 @@ class Builder:
 
 
 def _unused(name: str, taken: Sequence[str]) -> str:
-    """Return the name, with a number behind it when it is taken."""
+    """Return the name, followed by a number if the name is taken."""
     number = 1
     while (candidate := name if number == 1 else f"{name}_{number}") in taken:
         number += 1

@@ -27,13 +27,13 @@ class MeshOptions:
 
     @property
     def refinement(self) -> Refinement:
-        """The same in the words of `geometry`."""
+        """The numbers of elements as `geometry` expects them."""
         return Refinement(self.elements_across, self.elements_along, self.elements_around)
 
 
 @dataclass(frozen=True)
 class Material:
-    """The rubber.
+    """The rubber of a case.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Material:
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
-        """The parameters that are given, or, when none is, those that are to be identified."""
+        """Names of the parameters that the case gives or, if it gives none, of those to identify."""
         law = laws()[self.law]
         if self.parameters:
             return tuple(p.name for p in law.parameters if p.name in self.parameters)
@@ -95,7 +95,7 @@ class LoadCase:
 
 @dataclass(frozen=True)
 class Case:
-    """All that a case file says.
+    """The contents of a case file.
 
     Attributes
     ----------
@@ -138,7 +138,15 @@ class Case:
 
 
 def load_case_names(load_cases: Sequence[LoadCase], recordings: Sequence[Source]) -> tuple[str, ...]:
-    """Return the channel names of load cases: the mode, with the number of the load case where another has it."""
+    """Return the channel names of load cases: the mode, with the number of the load case where the mode alone is taken.
+
+    Parameters
+    ----------
+    load_cases : sequence of LoadCase
+        In the order of the case file.
+    recordings : sequence of Source
+        Their names are taken before those of the load cases.
+    """
     names = []
     for number, load in enumerate(load_cases):
         taken = [other.mode for i, other in enumerate(load_cases) if i != number]

@@ -1,4 +1,4 @@
-"""What there is to choose from, as text and as data: laws, shapes, modes, effects."""
+"""The available laws, shapes, modes and effects, as text and as data."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from geometry.shape import shapes
 
 
 def as_json(kind: str) -> list[dict[str, Any]]:
-    """Entries of a kind ("laws", "shapes", "modes", "effects") as JSON-ready data."""
+    """Return the entries of a kind ("laws", "shapes", "modes", "effects") as JSON-ready data."""
     return {"laws": _laws, "shapes": _shapes, "modes": _modes, "effects": _effects}[kind]()
 
 
 def as_text(kind: str) -> str:
-    """The same for people."""
+    """Return the entries of a kind ("laws", "shapes", "modes", "effects") as text for people."""
     blocks = []
     for entry in as_json(kind):
         lines = [f"{entry['name']}  {entry['summary']}"]
@@ -38,7 +38,7 @@ def as_text(kind: str) -> str:
 
 
 def _words(item: dict[str, Any]) -> list[str]:
-    """What is said of a parameter or a dimension, in order."""
+    """Return the description of a parameter or a dimension as a list of words."""
     words = [str(item[key]) for key in ("name", "unit", "default", "meaning", "bounds") if item.get(key)]
     if item.get("choices"):
         words.append(f"one of {', '.join(item['choices'])}")

@@ -115,10 +115,10 @@ def _terms(material: Material) -> Iterator[Finding]:
 
 
 def _lacking(law: Law, given: Mapping[str, float]) -> list[str]:
-    """Return the parameters that must be added: required ones, and the rest of a term that is begun."""
+    """Return the parameters that must be added: required ones, and the rest of each term of which one is given."""
     first, *further = parameter_terms(law.name)
-    begun = [group for group in further if any(name in given for name in group)]
-    return [name for group in (first, *begun) for name in group if name not in given]
+    started = [group for group in further if any(name in given for name in group)]
+    return [name for group in (first, *started) for name in group if name not in given]
 
 
 def _bounds(parameter: Parameter) -> str:
@@ -133,9 +133,22 @@ def _bounds(parameter: Parameter) -> str:
 def mode(
     keys: Keys, name: str, specimen: str, shape: str | None, bulk_modulus: float | None
 ) -> Iterator[Finding]:
-    """Check a mode's name, that it suits the specimen ("bushing", "coupon") and that the rubber allows it.
+    """Check that a mode exists, that it suits the specimen, and that the rubber's bulk modulus permits it.
 
-    ``shape`` names the shape that asks for the specimen, None where the section does.
+    Yield a finding for the first of these checks that fails.
+
+    Parameters
+    ----------
+    keys : Keys
+        Place of the table that names the mode, such as ``("load_cases", 0)``.
+    name : str
+        Name of the mode as written in the case file.
+    specimen : str
+        "bushing" or "coupon", which the mode has to suit.
+    shape : str or None
+        Name of the shape that demands this specimen; None where the section of the case file demands it.
+    bulk_modulus : float or None
+        MPa, inf for an incompressible rubber; None where the material is not known.
     """
     known = modes().get(name)
     fitting = [other.name for other in modes().values() if other.specimen == specimen]
@@ -152,7 +165,17 @@ def mode(
 
 
 def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
-    """Check that a path leaves room for the rubber."""
+    """Check that a path neither closes the gap between the sleeves nor is too small to simulate.
+
+    Parameters
+    ----------
+    keys : Keys
+        Place of the path or amplitude in the case file.
+    load_case : LoadCase
+        Path in mm, rad or stretch - 1.
+    shape : Shape
+        The specimen; its rubber thickness (mm) bounds a radial path.
+    """
     kind = modes()[load_case.mode]
     if 0.0 < load_case.amplitude < SMALLEST_TRAVEL:
         unit = "rad" if kind.rotational else "of stretch" if kind.specimen == "coupon" else "mm"

@@ -18,13 +18,13 @@ from geometry.shape import Shape
 
 @dataclass(frozen=True)
 class Channel:
-    """What an effect may act on.
+    """A channel on which an effect may act.
 
     Attributes
     ----------
     name, mode : str
     untimed : Keys
-        The load case, where it is certain to have no time; empty where it has one or a file will tell.
+        The load case, where it is certain to have no time; empty where it has time or where a file may contain it.
     """
 
     name: str
@@ -35,7 +35,17 @@ class Channel:
 def build(
     tables: Sequence[tuple[EffectTable, Keys]], channels: Sequence[Channel], shape: Shape | None = None
 ) -> tuple[list[ActiveEffect], list[Finding]]:
-    """Return the effects of a case and what is wrong with them; of the shape nothing is known where it is None."""
+    """Validate the effects of a case and return them together with what is wrong with them.
+
+    Parameters
+    ----------
+    tables : sequence of (EffectTable, Keys)
+        The tables ``[[effects]]``, each with its place in the case file.
+    channels : sequence of Channel
+        All channels of the case on which an effect may act.
+    shape : Shape or None
+        The specimen; None where the case has no valid one, and then no bound depends on it.
+    """
     active: list[ActiveEffect] = []
     findings: list[Finding] = []
     for table, keys in tables:
@@ -69,7 +79,7 @@ def build(
 
 
 def _is_of_another_rig(effect: Effect, channels: Sequence[str] | None, twins: Sequence[ActiveEffect]) -> bool:
-    """Whether an effect that is given again belongs to channels that do not have it yet."""
+    """Whether a second use of an effect has channels of its own, so that it belongs to another rig."""
     known = [one.channels for one in twins]
     if not effect.of_channel or not channels or any(one is None for one in known):
         return False
@@ -122,7 +132,7 @@ def _values(
     known = [
         name for p in effect.parameters for name in ([p.reciprocal[0]] if p.reciprocal else []) + [p.name]
     ]
-    # A choice that is not made is the usual one: it cannot be identified.
+    # A choice cannot be identified: where the case makes none, the default holds.
     chosen = {p.name: p.start for p in effect.parameters if p.choices}
     for name, given in table.parameters.items():
         at = (*keys, "parameters", name)

@@ -1,4 +1,4 @@
-"""The bundled example: where it is, and how it gets into a user's folder."""
+"""The bundled example: its location, and copying it into a user's folder."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[1]
 
 
 def example_directory() -> Path:
-    """Folder of the bundled example case: package data when installed, the checkout's own when not."""
+    """Return the folder of the bundled example case: package data when installed, else the folder in the checkout."""
     packaged = PACKAGE / "examples" / "batch"
     return packaged if packaged.is_dir() else PACKAGE.parent / "examples" / "batch"
 

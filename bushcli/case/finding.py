@@ -1,4 +1,4 @@
-"""What is wrong with a case, by key: findings, and pydantic's errors turned into them."""
+"""Findings: errors of a case by key, and pydantic's errors translated into findings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Keys = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong: the key it concerns, and the words of `bushcli.errors.Problem`."""
+    """An error of a case: the key that it concerns, and the fields of `bushcli.errors.Problem`."""
 
     keys: Keys
     what: str
@@ -50,7 +50,17 @@ def shown(value: object) -> str:
 
 
 def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
-    """Return the finding for a key that a section does not have."""
+    """Return the finding for a key that a section does not have.
+
+    Parameters
+    ----------
+    keys : Keys
+        Path to the key.
+    known : iterable of str
+        Keys that the section has.
+    section : str
+        The section as the message names it, such as ``[mesh]``.
+    """
     known = tuple(known)
     return Finding(
         keys,
@@ -61,7 +71,19 @@ def unknown_key(keys: Keys, known: Iterable[str], section: str) -> Finding:
 
 
 def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> Finding:
-    """Return the finding for a name that is not in a registry: ``material.law = "yeho" is not a law``."""
+    """Return the finding for a name that is not in a registry: ``material.law = "yeho" is not a law``.
+
+    Parameters
+    ----------
+    keys : Keys
+        Path to the key that holds the name.
+    name : object
+        What the user wrote.
+    known : iterable of str
+        Names in the registry.
+    kind : str
+        What the registry holds, in the singular: "law", "mode".
+    """
     known = tuple(known)
     return Finding(
         keys,
@@ -72,7 +94,19 @@ def unknown_name(keys: Keys, name: object, known: Iterable[str], kind: str) -> F
 
 
 def explain(error: ValidationError, model: type[BaseModel], at: Keys, section: str) -> list[Finding]:
-    """Return pydantic's findings about the table ``at`` in the words of this project."""
+    """Translate pydantic's findings about one table into findings with the keys of the case file.
+
+    Parameters
+    ----------
+    error : ValidationError
+        As pydantic raised it.
+    model : type[BaseModel]
+        The table's pydantic model.
+    at : Keys
+        Place of the table in the case file.
+    section : str
+        The table as the message names it, such as ``[mesh]``.
+    """
     return [_explained(item, model, at, section) for item in error.errors(include_url=False)]
 
 
@@ -89,7 +123,7 @@ def _explained(item: Any, model: type[BaseModel], at: Keys, section: str) -> Fin
         return Finding(keys, f"{key} is missing", expected=(field.description or "") if field else "")
     if kind in ("value_error", "assertion_error"):
         words = str(context.get("error", item["msg"]))
-        # A validator of the whole table names its keys itself; one of a single key does not.
+        # A validator of the whole table names its keys in its message; that of a single key does not.
         return Finding(keys, f"{key}: {words}" if not loc else f"{key} = {shown(item['input'])}: {words}")
     if kind == "literal_error":
         choices = [choice for choice in _literals(model, loc) if isinstance(choice, str)]

@@ -1,4 +1,4 @@
-"""Read a case file, apply overrides, and say what is wrong with it: the way in to a Case."""
+"""Read a case file, apply overrides, and report every error in it."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Overr
             break
     changed = next((o for o in overrides if o.keys == ("material", "law")), None)
     if any(o.keys[:2] == ("material", "parameters") for o in overrides):
-        changed = None  # the user has thought of them
+        changed = None  # the user has given other parameters
     leftover = any(f.keys[:2] == ("material", "parameters") and len(f.keys) == 3 for f in findings)
     if changed and leftover:
         what = "changes the law, but material.parameters are those of another law"

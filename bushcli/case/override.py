@@ -39,7 +39,7 @@ class Override:
 
     @property
     def where(self) -> str:
-        """How a message names it."""
+        """The override as a message names it."""
         return _where(self.text)
 
     def owns(self, keys: Keys) -> bool:
@@ -53,6 +53,13 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
     Lists are addressed by a number from 0, ``load_cases.0.amplitude=5`` or ``load_cases[0].amplitude=5``,
     effects also by their name, ``effects.mullins.r=3``. A value is read as TOML, and as a text where it is not
     TOML. Absent tables are created; unknown keys are left to validation.
+
+    Parameters
+    ----------
+    data : dict
+        Tables of the case file; not modified.
+    texts : sequence of str
+        ``KEY=VALUE`` as given with ``--set``, applied in this order.
 
     Raises
     ------

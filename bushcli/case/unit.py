@@ -1,4 +1,4 @@
-"""Units of an effect's parameters at the door: those of the channel's displacement and force, in degrees for angles."""
+"""Units of an effect's parameters in the case file: those of the channel, with angles in degrees."""
 
 from __future__ import annotations
 
@@ -19,22 +19,60 @@ _ROTATIONAL = {
 
 
 def unit(parameter: EffectParameter, rotational: bool) -> str:
-    """Return the unit in which the case file has a parameter, on channels of rotational or other modes."""
+    """Return the unit that the case file uses for a parameter.
+
+    Parameters
+    ----------
+    parameter : EffectParameter
+        Parameter of an effect.
+    rotational : bool
+        Whether the effect's channels are rotations, so that mm becomes degrees and N becomes N mm.
+    """
     return _rotational(parameter)[0] if rotational else parameter.unit
 
 
 def inside(parameter: EffectParameter, value: float, rotational: bool) -> float:
-    """Return the case file's value in N, mm, MPa, s, rad."""
+    """Convert a value of the case file to internal units.
+
+    Parameters
+    ----------
+    parameter : EffectParameter
+        Parameter of an effect.
+    value : float
+        In the unit that `unit` returns, such as degrees.
+    rotational : bool
+        Whether the effect's channels are rotations.
+    """
     return value * _factor(parameter, rotational)
 
 
 def written(parameter: EffectParameter, value: float, rotational: bool) -> float | str:
-    """Return an internal value as the case file has it: a number, or the word for a choice."""
+    """Return an internal value as the case file writes it: a number, or the word for a choice.
+
+    Parameters
+    ----------
+    parameter : EffectParameter
+        Parameter of an effect.
+    value : float
+        In N, mm, MPa, s, rad; of a choice the index of its word.
+    rotational : bool
+        Whether the effect's channels are rotations.
+    """
     return parameter.choice(value) if parameter.choices else outside(parameter, value, rotational)
 
 
 def outside(parameter: EffectParameter, value: float, rotational: bool) -> float:
-    """Return an internal value as the case file has it; angles to twelve digits, which bring 30 degrees back."""
+    """Convert an internal value to the unit of the case file; angles to twelve digits, so that 30 degrees come back.
+
+    Parameters
+    ----------
+    parameter : EffectParameter
+        Parameter of an effect.
+    value : float
+        In N, mm, MPa, s, rad.
+    rotational : bool
+        Whether the effect's channels are rotations.
+    """
     factor = _factor(parameter, rotational)
     return value if factor == 1.0 else float(f"{value / factor:.12g}")
 
@@ -42,7 +80,15 @@ def outside(parameter: EffectParameter, value: float, rotational: bool) -> float
 def turning(
     active: Sequence[ActiveEffect], channels: Iterable[tuple[str, str]]
 ) -> dict[str, EffectParameter]:
-    """Return the parameters that are in degrees at the door, by full name, given the channels' names and modes."""
+    """Return the parameters whose units in the case file contain degrees, by full name.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the case.
+    channels : iterable of (str, str)
+        Name and mode of each channel.
+    """
     rotational = [(name, mode) for name, mode in channels if modes()[mode].rotational]
     return {
         one.full_name(p): p
@@ -57,6 +103,6 @@ def _factor(parameter: EffectParameter, rotational: bool) -> float:
 
 
 def _rotational(parameter: EffectParameter) -> tuple[str, float]:
-    """Unit in a rotational mode and its factor; a parameter that is not the channel's, or a ratio, keeps its own."""
+    """Return the unit and its factor in a rotational mode; only parameters of a channel change their unit."""
     own = (parameter.unit, 1.0)
     return _ROTATIONAL.get(parameter.unit, own) if parameter.of_channel else own

@@ -26,7 +26,7 @@ from bushcli.errors import nearest, printable
 
 
 class _Group(click.Group):
-    """A group that knows the nearest command, and says in a sentence where its own words cannot be written."""
+    """A group that suggests the nearest command, and reports in a sentence that its output cannot be written."""
 
     def main(self, *args: Any, **extra: Any) -> Any:
         # Open MPI does not start without it, and Python knows it from the system's list of users.
@@ -58,7 +58,7 @@ class _Group(click.Group):
 
 @contextmanager
 def _printable_usage() -> Iterator[None]:
-    """Click repeats what was typed; control characters in it would act on the terminal."""
+    """Escape control characters in click's message, which repeats what the user typed: a terminal would act on them."""
     try:
         yield
     except click.UsageError as error:
@@ -78,8 +78,8 @@ def _home() -> str:
 def main() -> None:
     """Simulate rubber bushings and correlate them with test-rig recordings.
 
-    A case file (TOML) says what the bushing is and which recordings and coupon tests there are; `bushcli init` writes
-    an example. Units are N, mm, MPa, s and degrees.
+    A case file (TOML) describes the bushing and lists its recordings and coupon tests; `bushcli init` writes an
+    example. Units are N, mm, MPa, s and degrees.
 
     Exit codes: 0 done; 1 done, but the verdict is negative and --strict was given; 2 usage, case file or recording;
     3 a simulation did not converge.

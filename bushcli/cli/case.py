@@ -19,14 +19,14 @@ from geometry.errors import GeometryError
 def check(run: Run, strict: bool) -> int:
     """Validate CASE and its recordings, print a summary, solve nothing.
 
-    Faults of the recordings are said, such as units a thousand off or spikes, each with what mends it.
+    The summary includes faults of the recordings, such as wrong units or spikes, each with its remedy.
     """
     from bushcli import report
     from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_recording
     from bushcli.report.text import problem_parts
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
-    from bushcli.simulate.predict import check_material
+    from bushcli.simulate.admissible import check_material
 
     case = run.load()
     curves = [read_recording(source) for source in case.recordings]
@@ -48,7 +48,7 @@ def check(run: Run, strict: bool) -> int:
 @click.command()
 @on_a_case
 def mesh(run: Run) -> int:
-    """Build the meshes that CASE needs; a picture and a file for ParaView of each.
+    """Build the meshes that CASE needs, and write a picture and a file for ParaView of each.
 
     CASE may also be a part: a STEP, BREP, DXF, MSH or INP file. Its axis, bonds and symmetry are found and shown, and a
     case file to go on with is written.
@@ -83,7 +83,7 @@ def mesh(run: Run) -> int:
 @click.option(
     "--mesh-check",
     is_flag=True,
-    help="Solve again on a finer mesh and say how well the curves are converged.",
+    help="Solve again on a finer mesh and estimate the discretisation error of the curves.",
 )
 @click.option("--no-fields", is_flag=True, help="With -o: no field files (they are the largest).")
 @click.option(

@@ -1,16 +1,21 @@
-"""The command that says what a model leaves out: diagnose."""
+"""The command that finds the physics which a model leaves out: diagnose."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, ranks_there_are, speaks
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import is_interrupt
+
+if TYPE_CHECKING:
+    from bushcli.diagnosis.result import Diagnosis
 
 
 @click.command()
@@ -48,7 +53,7 @@ from bushcli.runtime.interrupt import is_interrupt
     help="Processes that share the work; the answer does not depend on their number.",
 )
 @click.option("--resume", is_flag=True, help="Go on with the fits of the last run into the same -o DIR.")
-@click.option("--no-maps", is_flag=True, help="No map of the misfit in the bushing.")
+@click.option("--no-maps", is_flag=True, help="Do not map the misfit in the bushing.")
 @click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
 @on_a_case
 def diagnose(
@@ -63,15 +68,13 @@ def diagnose(
     no_maps: bool,
     strict: bool,
 ) -> int:
-    """Say where the simulation of CASE misses its recordings, what physics was left out, and how probable that is.
+    """Find where the simulation of CASE misses its recordings, which physics was left out, and with what probability.
 
     The result lists the probability of every effect, the most probable models, and the fit before and after. With
-    -o DIR each fit is kept in DIR/history-diagnose; --resume uses those of an earlier run. Under `mpirun -n N` the
+    -o DIR each fit is saved in DIR/history-diagnose; --resume uses those of an earlier run. Under `mpirun -n N` the
     first process leads and the others share the work, on one machine or several.
     """
-    from bushcli import report
     from bushcli.diagnosis.diagnose import diagnose as find
-    from bushcli.runtime.store import SUFFIX
     from bushcli.runtime.workers import ranks
 
     case = run.load()
@@ -103,24 +106,36 @@ def diagnose(
                 )
         except BaseException as error:
             if journal is not None and is_interrupt(error):
-                kept = len(list(journal.glob(f"*{SUFFIX}")))
-                run.say(
-                    f"no verdict yet; {kept} {'result is' if kept == 1 else 'results are'} kept for --resume"
-                )
+                _say_what_is_saved(run, journal)
             raise
-        result = report.diagnosis_json(found, run.timings())
-        run.show(report.diagnosis_text(found))
-        run.emit(result)
-        if run.output:
-            report.write_diagnosis(run.output, result, found)
-            run.say(f"wrote {run.output}")
-        if any(condition.name == "not_converged" for condition in found.conditions):
-            return NOT_CONVERGED
-        return NEGATIVE if strict and found.verdict != "explained" else DONE
+        return _reported(run, found, strict)
+
+
+def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
+    """Print and save a diagnosis, and return the exit code."""
+    from bushcli import report
+
+    result = report.diagnosis_json(found, run.timings())
+    run.show(report.diagnosis_text(found))
+    run.emit(result)
+    if run.output:
+        report.write_diagnosis(run.output, result, found)
+        run.say(f"wrote {run.output}")
+    if any(condition.name == "not_converged" for condition in found.conditions):
+        return NOT_CONVERGED
+    return NEGATIVE if strict and found.verdict != "explained" else DONE
+
+
+def _say_what_is_saved(run: Run, journal: Path) -> None:
+    """Report on stderr, after an interruption, how many results --resume can use."""
+    from bushcli.runtime.store import SUFFIX
+
+    count = len(list(journal.glob(f"*{SUFFIX}")))
+    run.say(f"no verdict yet; {count} {'result is' if count == 1 else 'results are'} saved for --resume")
 
 
 def _names(wanted: tuple[str, ...]) -> list[str] | None:
-    """Names of the option as often as it was given, each a list with commas; None without the option."""
+    """Return the names given with all uses of --effects, each a list with commas; None without the option."""
     names = [name.strip() for given in wanted for name in given.split(",") if name.strip()]
     if wanted and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
@@ -128,7 +143,7 @@ def _names(wanted: tuple[str, ...]) -> list[str] | None:
 
 
 def _progress(run: Run) -> Callable[[str, str, str], None] | None:
-    """A line per step on stderr: seconds, stage, effect, misfit; of a screening, unless verbose, one per effect."""
+    """Return a function that prints one line per step on stderr: seconds, stage, effect, misfit."""
     if run.quiet or not speaks():
         return None
     begin, last = time.perf_counter(), ""

@@ -45,14 +45,26 @@ def fit(run: Run, model: str | None, weighting: str, strict: bool) -> int:
 
 
 def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> Fit:
-    """Fit a law to the case's coupons, with progress."""
+    """Fit a law to the coupon tests of a case and show the progress if the user asked for details.
+
+    Parameters
+    ----------
+    run : Run
+        Options of the command, and the timings to add to.
+    case : Case
+        With at least one coupon test.
+    model : str or None
+        Name of the law; None for the law of the case.
+    weighting : str
+        "relative" (misfit over the stress itself) or "absolute" (over the largest stress of the coupon).
+    """
     from bushcli.inverse import fit_coupons
     from forms.law import laws
 
     law = model or case.material.law
     if case.coupons and law in laws():
         run.say(f"fitting {law} to {len(case.coupons)} coupon test{'s' if len(case.coupons) != 1 else ''}")
-    # A coupon is solved in milliseconds: its evaluations are told only to who asks.
+    # A coupon is solved in milliseconds: its evaluations are printed only with --verbose.
     progress = search_progress(run, {}) if run.verbose else None
     with run.timed("fit"):
         return fit_coupons(case, model, weighting=weighting, progress=progress)  # type: ignore[arg-type]
@@ -124,8 +136,8 @@ def inverse(
 ) -> int:
     """Identify the law of CASE from its recordings.
 
-    Every channel counts by its own noise. With -o DIR each evaluation is kept in DIR/history-LAW.jsonl, from which
-    --resume goes on after an interruption.
+    Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW.jsonl, from
+    which --resume continues after an interruption.
     """
     from bushcli import report
     from bushcli.inverse import Task, identify

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], None] | None]:
-    """Progress of the march: a bar with step, Newton count and time left on a terminal, plain lines when piped."""
+    """Show the progress of a march: a bar on a terminal, plain lines when the output is piped."""
     if run.quiet or not speaks():
         yield None
         return
@@ -58,14 +58,16 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
 
 
 def search_progress(run: Run, turned: Mapping[str, EffectParameter]) -> Callable[[Evaluation], None] | None:
-    """Progress of an identification, a line per evaluation: misfit, iteration, step, trust radius, parameters.
+    """Return a function that prints one line for each evaluation of an identification.
 
     Step and radius are in units of the parameters' scales; they are left out where there is no trust region (the
     scaling of the start, profiles, robust losses). Of the fast fits to coupons lines are shown only on request (-v).
 
     Parameters
     ----------
-    turned
+    run : Run
+        Options of the command; with ``--quiet`` there is no progress.
+    turned : mapping of str to EffectParameter
         Parameters that are shown in degrees, by full name.
     """
     if run.quiet or not speaks():
@@ -80,7 +82,7 @@ def search_progress(run: Run, turned: Mapping[str, EffectParameter]) -> Callable
 
 
 def progress_line(found: Evaluation) -> str:
-    """One evaluation in words, the columns aligned: "  4  misfit  1.064  it 2  step 0.071  radius 1.2  C10 0.118"."""
+    """Return one evaluation as a line: "  4  misfit  1.064  it 2  step 0.071  radius 1.2  C10 0.118"."""
     misfit = "no solution     " if math.isnan(found.cost) else f"misfit {math.sqrt(found.cost):9.4g}"
     if found.stage == "profile":
         where = "profile"

@@ -1,4 +1,4 @@
-"""What all commands share: options, streams, timings, and errors turned into exit codes."""
+"""Common parts of all commands: options, streams, timings, and exit codes for errors."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Run:
         self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
 
     def timings(self) -> dict[str, float]:
-        """Seconds by stage, and the total so far."""
+        """Return the seconds of each stage and the total so far."""
         return {**self.seconds, "total": time.perf_counter() - self.begin}
 
     def say(self, text: str) -> None:
@@ -98,7 +98,7 @@ class Run:
 
 
 def on_terminal(stream: TextIO) -> bool:
-    """Whether somebody watches the stream. Open MPI gives a terminal of its own to processes whose output is piped."""
+    """Whether the stream is a terminal that a person reads."""
     return stream.isatty() and not any(name in os.environ for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
 
 
@@ -147,9 +147,9 @@ def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
         metavar="DIR",
         help="Write result.json, report.html, curves, plots and fields there.",
     )
-    @click.option("--json", is_flag=True, help="The result as JSON on stdout, nothing else there.")
-    @click.option("-q", "--quiet", is_flag=True, help="No narration and no progress.")
-    @click.option("-v", "--verbose", is_flag=True, help="Say more: every step of the march, every trial.")
+    @click.option("--json", is_flag=True, help="Print the result as JSON on stdout, and nothing else there.")
+    @click.option("-q", "--quiet", is_flag=True, help="Print no messages and no progress.")
+    @click.option("-v", "--verbose", is_flag=True, help="Print more: every step of the march, every trial.")
     @click.option("--debug", is_flag=True, help="Show a traceback on errors.")
     @functools.wraps(command)
     def wrapper(
@@ -169,7 +169,15 @@ def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
 
 
 def finish(work: Callable[[], int | None], debug: bool) -> None:
-    """Run, and exit with the code that interface and errors ask for; no traceback unless `debug`."""
+    """Run a command and exit with the code that its result or its error calls for.
+
+    Parameters
+    ----------
+    work : callable
+        The command; returns an exit code, None for 0.
+    debug : bool
+        Let errors through with their traceback instead of printing one sentence.
+    """
     listen()
     try:
         code = work() or DONE
@@ -202,14 +210,14 @@ def _interrupted() -> int:
 
 
 def _complain(text: str) -> None:
-    """Say on stderr, if anybody can be told, what went wrong."""
+    """Print an error on stderr; a stderr that is closed or full is ignored."""
     if speaks():
         with suppress(OSError):
             click.echo(text, err=True)
 
 
 def unwritable(error: OSError) -> int:
-    """Say which file or stream the operating system refused: a full disk, a cache that is a file, a name too long."""
+    """Report which file or stream the operating system refused, and return the exit code."""
     place, expected = str(error.filename or "standard output"), ""
     if "cases.jit" in sys.modules:
         cache = str(sys.modules["cases.jit"].cache_directory())
@@ -218,7 +226,7 @@ def unwritable(error: OSError) -> int:
         if error.filename is None and any("ffcx" in frame or "cffi" in frame for frame in frames):
             place = cache
         if place.startswith(cache) or cache.startswith(f"{place}/"):
-            expected = "compiled kernels are kept there; another folder: BUSHCLI_CACHE=/path"
+            expected = "compiled kernels are saved there; another folder: BUSHCLI_CACHE=/path"
     what = f"cannot be read or written: {error.strerror or error}"
     _complain(f"error: {Problem(place[:300], what, '', expected)}")
     # The interpreter flushes it at exit, and would fail again.
@@ -231,7 +239,7 @@ def _mistaken(error: Exception) -> int:
 
     if speaks():
         click.echo(printable(f"internal error: {type(error).__name__}: {error}"), err=True)
-        click.echo("this is a mistake in bushcli; --debug shows where", err=True)
+        click.echo("this is an error in bushcli; --debug shows where", err=True)
         for possible in untried_dolfinx(installed_dolfinx()):
-            click.echo(f"perhaps because {possible.message}\n  remedy: {possible.remedy}", err=True)
+            click.echo(f"a possible cause: {possible.message}\n  remedy: {possible.remedy}", err=True)
     return MISTAKE

@@ -30,7 +30,7 @@ def init(directory: Path) -> None:
 @click.argument("kind", type=click.Choice(["laws", "shapes", "modes", "effects"]))
 @click.option("--json", is_flag=True, help="As JSON on stdout.")
 def list_(kind: str, json: bool) -> None:
-    """Print what there is: laws with their parameters, shapes with their dimensions, modes, effects."""
+    """Print the available laws with their parameters, shapes with their dimensions, modes or effects."""
 
     def work() -> int:
         from bushcli.case import catalogue
@@ -47,7 +47,7 @@ def list_(kind: str, json: bool) -> None:
 @click.command()
 @click.option("--json", is_flag=True, help="As JSON on stdout.")
 def doctor(json: bool) -> None:
-    """Versions, BLAS, MPI, compiler and cache: what is there, and what is missing."""
+    """Print versions, BLAS, MPI, compiler and cache, and what is missing or slow."""
 
     def work() -> int:
         from bushcli.runtime.doctor import examine

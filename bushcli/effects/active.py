@@ -17,11 +17,11 @@ class ActiveEffect:
     ----------
     effect : Effect
     values : mapping of str to float
-        By parameter name, in N, mm, MPa, s, rad; what is not given is to be identified.
+        By parameter name, in N, mm, MPa, s, rad; parameters without a value have to be identified.
     channels : tuple of str, optional
         Names of the channels that have it; None = all that it acts on.
     rig : str
-        A channel that tells it from the same effect on other channels, with other values; empty for the first one.
+        A channel that distinguishes it from the same effect on other channels; empty for the first one.
     """
 
     effect: Effect
@@ -31,7 +31,7 @@ class ActiveEffect:
 
     @property
     def name(self) -> str:
-        """The effect's name; with the rig, "offset@radial", where the effect is there once more."""
+        """Name of the effect; "offset@radial" if the same effect occurs in more than one rig."""
         return in_rig(self.effect, self.rig)
 
     @property
@@ -45,36 +45,52 @@ class ActiveEffect:
 
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
-        """The parameters in play: those that are not optional, and all of a branch of which one is given."""
-        begun = {_branch(name) for name in self.values}
-        return tuple(p for p in self.effect.parameters if not p.optional or _branch(p.name) in begun)
+        """The parameters that the model uses: all that are not optional, and all of a branch with a given value."""
+        given = {_branch(name) for name in self.values}
+        return tuple(p for p in self.effect.parameters if not p.optional or _branch(p.name) in given)
 
     @property
     def lacking(self) -> tuple[str, ...]:
-        """Full names of the parameters in play that have no value."""
+        """Full names of the parameters that the model uses and that have no value."""
         return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)
 
     def acts_on(self, channel: str, mode: str) -> bool:
-        """Whether the effect changes a channel, given its name and its mode."""
+        """Whether the effect changes a channel.
+
+        Parameters
+        ----------
+        channel : str
+            Name of the channel.
+        mode : str
+            Name of the channel's mode.
+        """
         return (self.channels is None or channel in self.channels) and self.effect.acts_on(mode)
 
     def started(self) -> ActiveEffect:
-        """Return the same with the start values of what is not given."""
+        """Return the effect with start values for the parameters that have no value."""
         return replace(self, values={p.name: self.values.get(p.name, p.start) for p in self.parameters})
 
     def off(self) -> ActiveEffect:
-        """Return the same with its amplitudes off; shape parameters stay, or get their start values."""
+        """Return the effect with its amplitudes off; shape parameters keep their values or get their start values."""
         off = {p.name: p.off for p in self.parameters if p.off is not None}
         return replace(self, values=dict(self.started().values) | off)
 
 
 def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
-    """Return the name of an effect on some channels: with the first of them where it belongs to their rig."""
+    """Return the name by which models are compared: "gain@radial" for an effect of a rig, else the effect's own name.
+
+    Parameters
+    ----------
+    effect : Effect
+        Effect as registered.
+    channels : tuple of str or None
+        Channels that have it; the first one names the rig. None for all channels.
+    """
     return in_rig(effect, channels[0]) if effect.of_channel and channels else effect.name
 
 
 def told_apart(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
-    """Return the same, each effect that is there several times named by its rig, but for the first by its channels."""
+    """Return the effects with unique names: if an effect occurs more than once, all but the first are named by rig."""
     seen: set[str] = set()
     rigs: dict[int, str] = {}
     for one in sorted(active, key=lambda one: one.channels or ()):
@@ -84,12 +100,29 @@ def told_apart(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
 
 
 def acting(active: Sequence[ActiveEffect], channel: str, mode: str) -> tuple[ActiveEffect, ...]:
-    """Return those of the effects that change a channel, given its name and its mode."""
+    """Return the effects that change a channel.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the case.
+    channel : str
+        Name of the channel.
+    mode : str
+        Name of the channel's mode.
+    """
     return tuple(one for one in active if one.acts_on(channel, mode))
 
 
 def require_values(active: Sequence[ActiveEffect], where: str) -> None:
-    """Refuse effects with parameters that have no value, as for a prediction.
+    """Refuse effects that have a parameter without a value: only a fit can find it.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the case.
+    where : str
+        Name of the case file, for the message.
 
     Raises
     ------
@@ -107,7 +140,18 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
 
 
 def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where: str) -> None:
-    """Refuse a channel without time to the effects that need one.
+    """Refuse a channel without time if one of its effects needs time.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the case.
+    channel : str
+        Name of the channel.
+    mode : str
+        Name of the channel's mode.
+    where : str
+        File of the recording or case file, for the message.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""From the effects of a channel to the features of its finite-element model."""
+"""The features of a finite-element model that follow from the effects of its channel."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What an effect is, and which effects there are.
+"""The type of an effect, and the registry of effects.
 
 An effect is physics that the plain model leaves out, as a small change to it that vanishes with its amplitude. It
-stands in one file, ``bushcli/effects/library/<name>.py``, which offers it there as ``EFFECT``, and serves to
-simulate, to identify and to diagnose. It acts on the finite-element model (``feature``) or on the curve (``rig``).
+is defined in one file, ``bushcli/effects/library/<name>.py``, as ``EFFECT``, and serves simulation,
+identification and diagnosis alike. It acts on the finite-element model (``feature``) or on the curve (``rig``).
 
 This module imports nothing of the finite-element stack, so that a case file can be checked against the registry
 before that is loaded. Effects are found at run time; nothing here depends on any of them.
@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.effects.change import RigChange
 from bushcli.effects.prior import Prior
 from cases.mode import modes
 from forms.law import UnknownName
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-# Between the name of an effect and the rig, where the effect is there once more.
+# Separates the name of an effect from the rig where the same effect occurs more than once.
 _AT = "@"
 
 
@@ -51,7 +52,7 @@ class EffectParameter:
     meaning : str
         One line for ``bushcli list effects``.
     start : float
-        Where a fit may begin when nothing is known; of an amplitude a small, typical value that is not ``off``.
+        Start value of a fit without better knowledge; of an amplitude a small, typical value other than ``off``.
     lower, upper : float
         Closed interval of admissible values.
     off : float or None
@@ -67,7 +68,7 @@ class EffectParameter:
         Finite values of an amplitude that a diagnosis tries in place of the derivative at ``off``, over the rubber's
         thickness: of an effect whose curve takes another form as it grows.
     reciprocal : (str, str) or None
-        Name and unit under which 1/value may be given in the case file, and by which the field knows it.
+        Name and unit of 1/value, which the case file may give instead and which is the usual one in the literature.
     adds_to : str
         Attribute of the material to whose reciprocal the value is added: a bulk modulus, to a compliance.
     of_channel : bool
@@ -85,7 +86,7 @@ class EffectParameter:
         "thickness" or "length" of the rubber, and the share of it that the value's size must not exceed: beyond it
         there is no such bushing.
     prior : Prior
-        What is known of it before any recording.
+        Knowledge of its value before any recording.
     """
 
     name: str
@@ -131,94 +132,21 @@ class EffectParameter:
     def distinct(
         self, shape: Shape, acting: Collection[str], broken: Mirrors = frozenset()
     ) -> tuple[str, ...]:
-        """Return the choices that differ in some of the modes ``acting``: of mirror images that do not, the first.
+        """Return the choices that differ in at least one of the modes `acting`; of two mirror images only the first.
 
         Parameters
         ----------
-        shape
-        acting
+        shape : Shape
+            Specimen, whose planes of symmetry count.
+        acting : collection of str
             Names of modes.
-        broken
+        broken : Mirrors
             Planes of symmetry that other effects take from the shape.
         """
         planes = shape.mirror_planes - broken
         alike = all(modes()[name].looks_the_same(planes) for name in acting)
         images = {image for _, image in self.twins} if alike else set()
         return tuple(choice for choice in self.choices if choice not in images)
-
-
-@dataclass(frozen=True)
-class Signal:
-    """Samples (or one number) with their derivatives by all parameters of interest: forward differentiation.
-
-    Attributes
-    ----------
-    value : (n,) array, or a number
-    slope : (n, P) array, or (P,) of a number
-        Derivative by each parameter, in an order that all signals of a computation share.
-    """
-
-    value: Array
-    slope: Array
-
-    def __add__(self, other: Signal) -> Signal:
-        return Signal(self.value + other.value, self.slope + other.slope)
-
-    def __sub__(self, other: Signal) -> Signal:
-        return Signal(self.value - other.value, self.slope - other.slope)
-
-    def __mul__(self, other: Signal) -> Signal:
-        a, b = np.asarray(self.value)[..., None], np.asarray(other.value)[..., None]
-        return Signal(self.value * other.value, self.slope * b + a * other.slope)
-
-    def where(self, condition: NDArray[np.bool_]) -> Signal:
-        """Return the samples at which the condition (n,) holds, zeros elsewhere."""
-        return Signal(np.where(condition, self.value, 0.0), np.where(condition[:, None], self.slope, 0.0))
-
-    def sampled(self, index: NDArray[np.intp]) -> Signal:
-        """Return the samples ``index``, any number of them in any order."""
-        return Signal(self.value[index], self.slope[index])
-
-
-Given = Mapping[str, Signal]
-"""Values of an effect's parameters by name, each one number with its derivatives."""
-
-
-@dataclass(frozen=True)
-class RigChange:
-    """What an effect does to the curve; `bushcli.effects.rig` puts the changes of all effects together.
-
-    The displacement of the rig goes through every ``drive``, then is shared between the bushing and the springs in
-    series; the bushing's force goes through every ``parallel``, is logged late by every ``clock`` and goes through
-    every ``read``. Effects of lower ``order`` come first.
-
-    Attributes
-    ----------
-    drive : callable, optional
-        ``drive(q, given) -> Signal``: displacement (n,) behind the effect from the one before it, along the path.
-    parallel : callable, optional
-        ``parallel(q, force, time, given) -> Signal``: force that moves the bushing by q, from the force without the
-        effect. It acts on each sample by itself.
-    spring : str, optional
-        Name of the parameter that is the compliance of a spring in series.
-    clock : str, optional
-        Name of the parameter that is the time by which the force is logged late.
-    read : callable, optional
-        ``read(force, time, given) -> Signal``: force as it is logged.
-    order : int
-
-    Notes
-    -----
-    ``time`` is of the samples (n,), s since the recording began; None where it has none, which an effect that
-    ``needs_time`` never sees.
-    """
-
-    drive: Callable[[Signal, Given], Signal] | None = None
-    parallel: Callable[[Signal, Signal, Array | None, Given], Signal] | None = None
-    spring: str | None = None
-    clock: str | None = None
-    read: Callable[[Signal, Array | None, Given], Signal] | None = None
-    order: int = 0
 
 
 @dataclass(frozen=True)
@@ -229,16 +157,16 @@ class Effect:
     ----------
     name : str
     title : str
-        What people call it, to begin a sentence with.
+        Its name for people, at the start of a sentence.
     summary : str
-        What it means, in one sentence.
+        Its meaning in one sentence.
     acts : {"rubber", "assembly", "rig"}
     parameters : tuple of EffectParameter
         At least one amplitude. With all amplitudes off the response is the plain model's.
     needs : str
-        What a recording must contain for it to be identified.
+        Content that a recording must have for the effect to be identified.
     rivals : tuple of str
-        Names of effects that look like it in a recording that lacks what it needs.
+        Names of effects that give a similar curve in a recording without that content.
     source : str
         Reference with DOI.
     modes : frozenset of str, optional
@@ -301,11 +229,11 @@ class Effect:
 
     @property
     def amplitudes(self) -> tuple[EffectParameter, ...]:
-        """The parameters that switch the effect off."""
+        """The parameters whose `off` values switch the effect off."""
         return tuple(p for p in self.parameters if p.off is not None)
 
     def is_told_from_law(self, having: Collection[str], channels: Collection[str], law_held: bool) -> bool:
-        """Whether the effect does anything that a law identified from the same recordings cannot do.
+        """Whether the effect can change a curve in a way that a law fitted to the same recordings cannot.
 
         Parameters
         ----------
@@ -326,22 +254,30 @@ class Effect:
 
 
 def in_rig(effect: Effect, rig: str) -> str:
-    """Return the name of an effect that is there once more, in the rig of a channel; without one its own."""
+    """Return the name of an effect in the rig of a channel, "offset@radial"; without a rig the effect's own name.
+
+    Parameters
+    ----------
+    effect : Effect
+        Effect as registered.
+    rig : str
+        Name of a channel; empty for the first use of the effect.
+    """
     return f"{effect.name}{_AT}{rig}" if rig else effect.name
 
 
 def effect_name(name: str) -> str:
-    """Return the catalogue's name of an effect that may be in several rigs: "offset" of "offset@radial"."""
+    """Return the name of an effect without its rig: "offset" for "offset@radial"."""
     return name.partition(_AT)[0]
 
 
 def rig_of(name: str) -> str:
-    """Return the rig of an effect that is there once more: "radial" of "offset@radial"."""
+    """Return the rig in the name of an effect, "radial" for "offset@radial"; empty without a rig."""
     return name.partition(_AT)[2]
 
 
 def spoken(name: str) -> str:
-    """Return the name of an effect as people say it: "offset (radial)" of "offset@radial"."""
+    """Return the name of an effect for a sentence: "offset (radial)" for "offset@radial"."""
     rig = rig_of(name)
     return f"{effect_name(name)} ({rig})" if rig else name
 
@@ -349,16 +285,18 @@ def spoken(name: str) -> str:
 def unsuited(
     effect: Effect, shape: Shape, others: Collection[str] = (), values: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, str], ...]:
-    """Why a specimen cannot have an effect beside others, each reason with what would do; none where it can.
+    """Return why a specimen cannot have an effect, each reason with what would be valid; empty where it can.
 
     Parameters
     ----------
-    effect
-    shape
-    others
-        Names of the other effects.
-    values
-        Of the effect's parameters, as far as they are given.
+    effect : Effect
+        Effect to be added.
+    shape : Shape
+        The specimen.
+    others : collection of str
+        Names of the other effects of the model.
+    values : mapping of str to float or None
+        Values of the effect's parameters by name, N, mm, MPa, s, rad, as far as they are known.
     """
     if shape.specimen != "bushing":
         return ()

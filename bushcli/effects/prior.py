@@ -1,4 +1,4 @@
-"""What is known of a parameter before any recording: one prior per parameter of an effect, with its source.
+"""Knowledge of a parameter before any recording: one prior per parameter of an effect, with its source.
 
 A prior may be relative to the test at hand: a gap goes by the travel, a relaxation time by the duration of the
 recording. `Scales` holds what priors are relative to.
@@ -34,14 +34,14 @@ Of = Literal[
     "force/duration",
 ]
 Scales = Mapping[str, float]
-"""What priors are relative to, by name: duration and interval between samples (s), largest travel (mm or rad), largest
-force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of the rubber (mm),
-shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear" and
-"force/duration" are quotients of them."""
+"""Quantities to which priors are relative, by name: duration and interval between samples (s), largest travel (mm or
+rad), largest force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of
+the rubber (mm), shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear"
+and "force/duration" are quotients of them."""
 
 # A log-uniform prior has half-normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5
-# Standard normal quantile of 97.5 %, and what is beyond it.
+# Standard normal quantile of 97.5 %, and the probability beyond it.
 QUANTILE = 1.959964
 _OUTSIDE = 0.025
 
@@ -91,16 +91,23 @@ class Prior:
         return self.shape in ("log_normal", "log_uniform")
 
     def unit(self, scales: Scales) -> float:
-        """What the prior's numbers are multiplied with."""
+        """Return the factor from the prior's numbers to the unit of the parameter."""
         if not self.of:
             return 1.0
         above, _, below = self.of.partition("/")
         return (1.0 if above == "1" else float(scales[above])) / (float(scales[below]) if below else 1.0)
 
     def log_density(self, value: float, scales: Scales) -> float:
-        """Natural logarithm of the density at `value`, per unit of the parameter; -inf where it has none.
+        """Return the natural logarithm of the density per unit of the parameter; -inf where the density is zero.
 
-        Of a choice it is that of the probability.
+        For a choice it is the logarithm of the probability.
+
+        Parameters
+        ----------
+        value : float
+            In the unit of the parameter (N, mm, MPa, s, rad); of a choice its index.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return -math.log(self.low) if value in range(round(self.low)) else -math.inf
@@ -123,10 +130,17 @@ class Prior:
         return per_value - 0.5 * (beyond / TAIL) ** 2 - math.log(self._width())
 
     def slope(self, value: float, scales: Scales) -> float:
-        """Derivative of `log_density` by the value; of the logarithm's own density for a logarithmic prior.
+        """Return the derivative of `log_density` by the value.
 
         A logarithmic prior is differentiated without the Jacobian 1/value: the maximum a posteriori is that in the
         logarithm of the parameter, which does not run towards zero.
+
+        Parameters
+        ----------
+        value : float
+            In the unit of the parameter; of a choice its index.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return 0.0
@@ -139,7 +153,15 @@ class Prior:
         return self._log_slope(abs(x)) / value
 
     def curvature(self, value: float, scales: Scales) -> float:
-        """Precision of the prior at `value`, 1 / variance per unit of the parameter squared; at least 0."""
+        """Return the precision of the prior: 1 / variance, per unit of the parameter squared; at least 0.
+
+        Parameters
+        ----------
+        value : float
+            In the unit of the parameter; of a choice its index.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
+        """
         if self.shape == "choice":
             return 0.0
         unit = self.unit(scales)
@@ -156,7 +178,7 @@ class Prior:
         return 1.0 / (spread * value) ** 2
 
     def _log_slope(self, size: float) -> float:
-        """Derivative of the logarithm's density by the logarithm."""
+        """Return the derivative of the logarithm's log density by the logarithm."""
         if self.shape == "log_normal":
             return -math.log(size / self.low) / self.high**2
         if size < self.low:
@@ -166,14 +188,16 @@ class Prior:
         return 0.0
 
     def log_row(self, size: float, unit: float) -> tuple[float, float]:
-        """A residual whose half square is the negative log density of the logarithm, and its derivative by the value.
+        """Return a residual whose half square is the negative log density of the logarithm, and its derivative.
+
+        The derivative is by the value of the parameter.
 
         Parameters
         ----------
         size : float
-            Absolute value over the prior's unit, more than 0.
+            Absolute value of the parameter as a ratio to the prior's unit, more than 0.
         unit : float
-            Derivative of `size` by the value.
+            Derivative of `size` by the value, 1 / unit of the parameter.
         """
         if self.shape == "log_normal":
             return math.log(size / self.low) / self.high, unit / size / self.high
@@ -184,7 +208,7 @@ class Prior:
         return 0.0, 0.0
 
     def median(self, scales: Scales) -> float:
-        """Median, of the absolute value where the prior is signed or normal about zero; of a choice the first."""
+        """Return the median; of the absolute value if the prior is signed or normal about zero."""
         if self.shape == "choice":
             return 0.0
         unit = self.unit(scales)
@@ -200,7 +224,7 @@ class Prior:
         )
 
     def range(self, scales: Scales) -> tuple[float, float]:
-        """Interval of 95 %, of the absolute value where the prior is signed; all of a choice."""
+        """Return the 95 % interval; of the absolute value if the prior is signed, of a choice all indices."""
         if self.shape == "choice":
             return 0.0, self.low - 1.0
         unit = self.unit(scales)
@@ -215,10 +239,17 @@ class Prior:
         return self.center * unit + below, self.center * unit + wide
 
     def tail(self, value: float, scales: Scales) -> float:
-        """Probability of a value at least as far out as this one: small where few bushings have it.
+        """Return the probability of a value at least as far from the centre as this one.
 
         Far out is away from the center; for a logarithmic prior, on the same side of the median, counted twice. It is
         0.05 at the ends of `range`, and for an amplitude that is half-normal at its upper end.
+
+        Parameters
+        ----------
+        value : float
+            In the unit of the parameter; of a choice its index.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
         if self.shape == "choice":
             return 1.0 if value in range(round(self.low)) else 0.0
@@ -236,15 +267,15 @@ class Prior:
         return 2.0 * self._beyond() * (1.0 - float(erf(-inwards / TAIL / math.sqrt(2.0))))
 
     def _width(self) -> float:
-        """Width of the uniform density of the logarithm that is as high as that of a log-uniform with its tails."""
+        """Return the width of the uniform density as high as a log-uniform prior with its tails, in the logarithm."""
         return math.log(self.high / self.low) + TAIL * math.sqrt(2.0 * math.pi)
 
     def _beyond(self) -> float:
-        """Probability of each of a log-uniform prior's two tails."""
+        """Return the probability of each of the two tails of a log-uniform prior."""
         return 0.5 * TAIL * math.sqrt(2.0 * math.pi) / self._width()
 
     def _margin(self) -> float:
-        """How far 2.5 % of a log-uniform prior lie beyond each end, in the logarithm; negative inside."""
+        """Return how far the 2.5 % quantile of a log-uniform prior lies outside each end, in the logarithm."""
         beyond = self._beyond()
         if beyond <= _OUTSIDE:
             return -(_OUTSIDE - beyond) * self._width()

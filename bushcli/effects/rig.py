@@ -1,4 +1,4 @@
-"""What the rig makes of a curve: the changes of all effects of a channel, put together, with exact derivatives.
+"""The curve that a rig logs: the changes by all effects of a channel, combined, with exact derivatives.
 
 The displacement that the rig records is driven through offset, free play and permanent set, then shared between the
 bushing and the springs in series with it. The bushing's force is scaled, joined by that of stops beside it, carried by
@@ -6,8 +6,8 @@ the springs, logged late and read with an offset. Whatever goes in may depend on
 ``columns`` (names such as "C10" and "rig_compliance.compliance") are carried along, those of the law included.
 
 `elastic_response` does everything for a force that is a function of the displacement. A force with a history is
-marched elsewhere: `bushing_path` says what drives it, `spring` and `parallel` what stands in series and beside it, and
-`reading` makes of its force what is logged.
+marched elsewhere: `bushing_path` gives the displacement that drives it, `spring` and `parallel` the springs in series
+and the forces beside it, and `reading` the logged force.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import Given, RigChange, Signal
+from bushcli.effects.change import Given, RigChange, Signal
 
 Array = NDArray[np.float64]
 Response = Callable[[Array], tuple[Array, Array, Array]]
@@ -29,7 +29,7 @@ Response = Callable[[Array], tuple[Array, Array, Array]]
 
 # A Newton step from here squares the error, to below the rounding of the force.
 _CLOSE = 1e-12
-# Bisection alone, should no Newton step be of use, needs 60 to get from the whole travel to its rounding.
+# Bisection alone, if no Newton step helps, needs 60 steps from the whole travel to its rounding error.
 _MOST_STEPS = 200
 # Times between which the rate of a marched force is taken for the derivative by a lag, as a share of the recording.
 _LAG_DIFFERENCE = 1e-6
@@ -60,11 +60,12 @@ def bushing_path(active: Sequence[ActiveEffect], travel: Travel, columns: Sequen
 
     Parameters
     ----------
-    active
+    active : sequence of ActiveEffect
         Effects of this channel, all parameters given.
-    travel
-    columns
-        Full names of the parameters by which derivatives are wanted.
+    travel : Travel
+        Recorded displacement (n,), mm or rad, and time.
+    columns : sequence of str
+        Full names of the P parameters by which derivatives are wanted.
     """
     q = Signal(travel.displacement, np.zeros((len(travel.displacement), len(columns))))
     for change, given in _changes(active, columns):
@@ -74,7 +75,15 @@ def bushing_path(active: Sequence[ActiveEffect], travel: Travel, columns: Sequen
 
 
 def spring(active: Sequence[ActiveEffect], columns: Sequence[str]) -> Signal:
-    """Return the compliance of all springs in series, mm/N, with its derivatives (P,)."""
+    """Return the compliance of all springs in series, mm/N or rad/(N mm), with its derivatives (P,).
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of this channel, all parameters given.
+    columns : sequence of str
+        Full names of the P parameters by which derivatives are wanted.
+    """
     total = Signal(np.zeros(()), np.zeros(len(columns)))
     for change, given in _changes(active, columns):
         if change.spring is not None:
@@ -89,17 +98,21 @@ def parallel(
     columns: Sequence[str],
     time: Array | None = None,
 ) -> Signal:
-    """Return the force that moves the bushing and all that stands beside it, sample by sample.
+    """Add the forces of everything that stands beside the bushing, sample by sample.
 
     Parameters
     ----------
-    active
-    q, force
-        Displacement (n,) and force (n,) of the bushing alone, each with derivatives (n, P). For the stiffness add a
-        column of any other name, in which the slope of q is 1 and that of the force dF/dq.
-    columns
-    time
-        Of the samples (n,), s since the recording began.
+    active : sequence of ActiveEffect
+        Effects of this channel, all parameters given.
+    q : Signal
+        Displacement of the bushing (n,), mm or rad, with derivatives (n, P).
+    force : Signal
+        Force of the bushing alone (n,), N or N mm, with derivatives (n, P). For the stiffness add a column of any other
+        name, in which the slope of q is 1 and that of the force dF/dq.
+    columns : sequence of str
+        Full names of the P parameters, in the order of the derivatives.
+    time : (n,) array or None
+        Seconds since the start of the recording.
     """
     for change, given in _changes(active, columns):
         if change.parallel is not None:
@@ -123,15 +136,17 @@ def reading(
 
     Parameters
     ----------
-    active
-    time
-        Of the forces (n,), s; needed for a lag or for other times.
-    force
-        Carried by the rig, (n,).
-    columns
-    at
-        Times (m,) of the samples that are logged; those of the forces when None.
-    corners
+    active : sequence of ActiveEffect
+        Effects of this channel, all parameters given.
+    time : (n,) array or None
+        Times of the forces, s; needed for a lag or for other times.
+    force : Signal
+        Force that the rig carries (n,), N or N mm, with derivatives (n, P).
+    columns : sequence of str
+        Full names of the P parameters, in the order of the derivatives.
+    at : (m,) array or None
+        Times of the samples that are logged, s; None for the times of the forces.
+    corners : sequence of int
         Indices of times at which the program turns sharply.
 
     Raises
@@ -167,14 +182,16 @@ def sampled(
 
     Parameters
     ----------
-    active
-    interpolation
-        Times (m,) -> matrix (m, nodes) that takes values at the nodes to these times.
-    times
-        Of the samples (m,); the recording begins with the first.
-    force
-        Carried by the rig, at the nodes.
-    columns
+    active : sequence of ActiveEffect
+        Effects of this channel, all parameters given.
+    interpolation : callable
+        Function of times (m,), s, that returns the matrix (m, nodes) from values at the nodes to values at these times.
+    times : (m,) array
+        Times of the samples, s; the recording begins with the first.
+    force : Signal
+        Force that the rig carries at the nodes, N or N mm, with derivatives (nodes, P).
+    columns : sequence of str
+        Full names of the P parameters, in the order of the derivatives.
     """
     lag = Signal(np.zeros(()), np.zeros(len(columns)))
     for change, given in _changes(active, columns):
@@ -183,7 +200,7 @@ def sampled(
     matrix = interpolation(times - float(lag.value))
     slope = matrix @ force.slope
     if np.any(lag.slope):
-        # Of both sides where the rate is broken: a node of the march at a corner is such a place.
+        # Mean of both sides: the rate is discontinuous at the nodes of the march that are corners of the path.
         apart = _LAG_DIFFERENCE * float(np.ptp(times))
         ahead, behind = (interpolation(times - float(lag.value) + sign * apart) for sign in (1.0, -1.0))
         rate = (ahead - behind) @ force.value / (2.0 * apart)
@@ -202,13 +219,16 @@ def elastic_response(
 
     Parameters
     ----------
-    active
+    active : sequence of ActiveEffect
         Effects of this channel, all parameters given.
-    travel
-    response
-        Force, stiffness and derivatives of the plain bushing at given displacements; smooth, and asked for no
-        displacement beyond the rig's (apart from offsets) while the force has the sign of the displacement.
-    columns
+    travel : Travel
+        Recorded displacement (n,), mm or rad, and time.
+    response : Response
+        Returns force (n,), stiffness (n,) and derivatives (n, P) of the plain bushing at displacements (n,).
+        It must be smooth. While the force has the sign of the displacement, no displacement beyond the rig's (apart
+        from offsets) is passed to it.
+    columns : sequence of str
+        Full names of the P parameters by which derivatives are wanted.
 
     Raises
     ------

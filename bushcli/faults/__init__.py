@@ -1,8 +1,8 @@
-"""Faults of the data: what a rig or its logger did to a recording, found before any law is fitted to it.
+"""Faults of the data: damage by a rig or its logger, found before any law is fitted to the recording.
 
-A fault is no physics: no law and no effect may be blamed for it. Some faults make every fit meaningless (the
-force has the other sign, units are a thousand off, two channels are exchanged); they are *fatal*, and must be
-mended first. Others touch a few samples (spikes, stuck samples, a clipped load cell), which a fit leaves out.
+A fault is not physical: no law and no effect may be fitted to it. Some faults make every fit meaningless (the
+force has the other sign, units are wrong by a factor of 1000, two channels are exchanged); they are *fatal* and must be
+corrected first. Others touch a few samples (spikes, stuck samples, a clipped load cell), which a fit leaves out.
 """
 
 from bushcli.faults.fault import DataFault, Kind, condition, masks

@@ -1,4 +1,4 @@
-"""What a fault of the data is, and which samples it takes out of a fit."""
+"""The type of a data fault, and the samples that a fit has to leave out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LISTED = 3
 
 @dataclass(frozen=True)
 class DataFault:
-    """Something that is wrong with a recording and is no physics.
+    """A defect of a recording that has no physical cause.
 
     Attributes
     ----------
@@ -29,11 +29,11 @@ class DataFault:
         Name of the recording's channel.
     kind : {"sign", "unit", "swapped", "clipped", "spikes", "stuck", "time"}
     where : str
-        What was seen and in which samples, with numbers.
+        The observation and the samples concerned, with numbers.
     remedy : str
-        What mends it.
+        How to correct it.
     fatal : bool
-        Whether every fit to the recording is meaningless until the fault is mended.
+        Whether every fit to the recording is meaningless until the fault is corrected.
     samples : (n,) array of bool
         Samples of the recording that a fit has to leave out; none where the whole channel is at fault.
     """
@@ -71,7 +71,15 @@ def condition(fault: DataFault) -> Condition:
 
 
 def places(recording: Recording, samples: Sequence[int] | NDArray[np.intp]) -> str:
-    """Return where samples are, by their time or their number from 1: ``at 12.5, 40.1 and 3 more s``."""
+    """Return the times of samples, or their numbers from 1 without time: ``at 12.5 s, 40.1 s and 3 more``.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording with the samples.
+    samples : sequence of int
+        Sample indices from 0; at least one.
+    """
     shown = [
         f"{recording.time[i]:.6g} s" if recording.time is not None else f"sample {i + 1}"
         for i in list(samples)[:_LISTED]

@@ -18,9 +18,9 @@ from bushcli.recording import Recording, branches, force_noise
 
 Array = NDArray[np.float64]
 
-# With more than this share of its samples clipped a recording lacks the forces that it was made for.
+# With a larger share of clipped samples a recording lacks the forces that it was made for.
 _MOST_CLIPPED = 0.1
-# A recording of which so much is bad is judged as a whole.
+# With a larger share of bad samples the search has misunderstood the signal: no sample is left out.
 _MOST_BAD = 0.5
 # A sudden motion makes a peak of force, as at a step that relaxes: up to this many times the stiffness of the
 # whole recording, which a bump stop or the corner of a friction loop exceeds some threefold.
@@ -30,19 +30,19 @@ _LEFT_OUT = "fits and diagnosis leave these samples out; for `bushcli direct` de
 
 
 def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault, ...]:
-    """Return what is wrong with recordings and is no physics, the fatal faults first.
+    """Return the faults of recordings, the fatal ones first.
 
     Parameters
     ----------
     case : Case
-        Its shape tells how stiff a bushing of rubber can be.
+        Its shape determines how stiff a bushing of rubber can be.
     recordings : sequence of Recording
         As they were read, of bushing or coupons.
 
     Returns
     -------
     tuple of DataFault
-        Faults that touch single samples say which; `bushcli.faults.masks` puts them together.
+        Faults of single samples list them; `bushcli.faults.masks` combines the lists.
     """
     found: list[DataFault] = []
     left_out: list[Mask] = []
@@ -73,9 +73,9 @@ def _samples(recording: Recording) -> Iterator[DataFault]:
         yield DataFault(
             recording.name,
             "time",
-            f"{len(recording.repeated)} rows repeat the row before them, time stamp and all (line {lines}"
+            f"{len(recording.repeated)} rows repeat the row before them, including its time stamp (line {lines}"
             + (f" and {rest} more)" if rest > 0 else ")"),
-            "none needed: these rows are left out; see why the logger writes rows twice",
+            "none needed: these rows are left out; find out why the logger writes rows twice",
             False,
             np.zeros(len(recording.force), dtype=bool),
         )
@@ -133,7 +133,7 @@ def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
     branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(whole))])
     explained = _BESIDE * abs(slope(still[kept], recording.force[kept])) * _unsteady(still[kept])
     spiked[kept] = spikes(recording.force[kept], x[kept], branch[kept], explained)
-    # Where both jump together the bushing was moved: that is no fault of a sensor.
+    # Where both jump together the bushing was moved: that is not a fault of a sensor.
     both = jumps & spiked
     for bad, what in ((spiked & ~both, "force"), (jumps & ~both, "displacement")):
         if bad.any():

@@ -14,11 +14,11 @@ from bushcli.faults.signal import SAME, quantum, repetitions, slope
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Samples of a run that count as stuck where noise makes a repetition unlikely, and where only a jump tells.
+# Samples of a run that count as stuck where noise makes a repetition unlikely, and where only a jump is evidence.
 _RUN_IN_NOISE, _RUN = 5, 4
 # Repetitions are no accident where fewer than this are expected by chance in the whole recording.
 _CHANCE = 1e-3
-# Samples on each side from which the usual step is taken.
+# Samples on each side from which the typical step is taken.
 _BESIDE = 5
 # A jump out of a run is this many times the largest step beside it, steps of the converter, share of the
 # range.
@@ -36,9 +36,12 @@ def clipped(force: Array, displacement: Array, noise: float) -> Mask:
 
     Parameters
     ----------
-    force, displacement : (n,) arrays
+    force : (n,) array
+        N, N mm or MPa.
+    displacement : (n,) array
+        mm, rad or stretch - 1.
     noise : float
-        Standard deviation of the force's noise.
+        Standard deviation of the force's noise, in the unit of the force: N, N mm or MPa.
 
     Notes
     -----
@@ -72,18 +75,21 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
 
     Parameters
     ----------
-    force, displacement : (n,) arrays
+    force : (n,) array
+        N, N mm or MPa.
+    displacement : (n,) array
+        mm, rad or stretch - 1.
     stiffness : float
-        Of the whole recording, to tell how much force a motion is worth.
+        Slope of the whole recording, N/mm, N mm/rad or MPa; the force that a motion should have made follows from it.
     noise : float
-        Standard deviation of the force's noise.
+        Standard deviation of the force's noise, N, N mm or MPa.
     clip : (n,) array of bool
-        Samples that are clipped, which explains why they repeat.
+        Clipped samples, which repeat for that reason.
     """
     bad = np.zeros(len(force), dtype=bool)
     step = quantum(force)
     # Neighbours of noisy samples fall on the same step of the converter with this probability.
-    # Where noise is smaller than a step it is the converter's own, and says nothing of chance.
+    # Where noise is smaller than a step it is that of the converter, and chance cannot be estimated.
     chance = step / (2.0 * np.sqrt(np.pi) * noise) if noise > step else 1.0
     for start, stop in repetitions(force):
         length = stop - start
@@ -107,9 +113,12 @@ def stuck_displacement(displacement: Array, force: Array, x: Array) -> Mask:
 
     Parameters
     ----------
-    displacement, force : (n,) arrays
+    displacement : (n,) array
+        mm, rad or stretch - 1.
+    force : (n,) array
+        N, N mm or MPa.
     x : (n,) array
-        Time or sample number.
+        Time in s, or sample number.
     """
     bad = np.zeros(len(displacement), dtype=bool)
     span = float(np.ptp(force))
@@ -125,7 +134,7 @@ def stuck_displacement(displacement: Array, force: Array, x: Array) -> Mask:
 
 
 def _catches_up(values: Array, x: Array, start: int, stop: int) -> bool:
-    """Whether a run ends with a jump that makes up for it, while x takes its usual steps.
+    """Whether a run ends with a jump that makes up for it, while x takes its typical steps.
 
     Parameters
     ----------

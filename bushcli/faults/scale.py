@@ -38,8 +38,8 @@ Array = NDArray[np.float64]
 _RUBBER, _PRETENDED = (0.1, 10.0), (0.03, 30.0)
 # A force falls with the displacement where their correlation is below this; a loop of half the range has 0.8.
 _FALLING = -0.5
-# Travel over rubber thickness (axial, radial), strain of a coupon or rotation in rad that somebody would
-# record, and what is usual.
+# Travel over rubber thickness (axial, radial), strain of a coupon or rotation in rad that may be
+# recorded, and a typical one.
 _TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
 _USUAL = 0.3
 # Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over
@@ -56,7 +56,7 @@ _EXCHANGED, _AGREE = 3.0, 1.3
 
 @dataclass(frozen=True)
 class _Scale:
-    """What a channel says of the rubber's shear modulus.
+    """The range of shear moduli that the recording of a channel implies.
 
     ``stiffness`` (least, largest) in N/mm, N mm/rad or MPa over the whole recording and at rest; ``unit`` (least,
     largest) for a shear modulus of 1 MPa; ``travel`` as `_TRAVEL` has it.
@@ -74,7 +74,7 @@ class _Scale:
 
     @property
     def kind(self) -> str:
-        """What the displacement is: "length", "angle" or "strain"."""
+        """Quantity of the displacement: "length", "angle" or "strain"."""
         return _dimension(self.recording, "displacement")
 
 
@@ -89,7 +89,15 @@ class _Change:
 
 
 def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
-    """Say where the force falls while the displacement rises."""
+    """Yield a fault where the force falls while the displacement rises.
+
+    Parameters
+    ----------
+    recording : Recording
+        Displacement (mm, rad) and force (N, N mm).
+    bad : (n,) array of bool
+        Samples to leave out.
+    """
     q, force = recording.displacement[~bad], recording.force[~bad]
     if len(q) < 3 or np.ptp(q) == 0 or np.ptp(force) == 0:
         return
@@ -100,19 +108,21 @@ def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             "sign",
             f"the force falls while the displacement rises (correlation {correlation:.2f}): one of them has the "
             "other sign",
-            'turn the force round: reverse = ["force"] in this table of the case file',
+            'reverse the sign of the force: reverse = ["force"] in this table of the case file',
             True,
             np.zeros(len(recording.force), dtype=bool),
         )
 
 
 def scales(shape: Shape, recordings: Sequence[Recording], bad: Sequence[Mask]) -> Iterator[DataFault]:
-    """Say which channels are exchanged, and which columns are in another unit than they are read in.
+    """Yield a fault for each exchanged pair of channels and for each column that was read in the wrong unit.
 
     Parameters
     ----------
     shape : Shape
+        Shape of the bushing, from which the stiffness for a shear modulus of 1 MPa follows.
     recordings : sequence of Recording
+        All recordings of the case, bushing or coupon.
     bad : sequence of (n,) array of bool
         Samples to leave out, by recording.
     """
@@ -271,7 +281,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
             continue
         if any(_apart(changed, other.modulus) > _TOGETHER for other in rest):
             continue
-        # Of several changes that serve, the one to the most usual rubber and travel.
+        # Of several changes that would do, take the one to the most typical rubber and travel.
         unusual = abs(math.log10(middle * factor)) + abs(
             math.log10(one.travel * change.displacement / _USUAL)
         )
@@ -292,7 +302,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
 
 
 def _changes(recording: Recording) -> Iterator[_Change]:
-    """Yield the changes of one unit, or of both to SI units, that somebody may have forgotten."""
+    """Yield the changes of one unit, or of both to SI units, that the user may have forgotten."""
     displacement, force = (_dimension(recording, quantity) for quantity in ("displacement", "force"))
     read = recording.units
     common = {"m", "um", "rad", "deg", "mm", "percent", "kN", "N", "Nm", "Nmm", "MPa", "kPa", "Pa"}
@@ -315,8 +325,10 @@ def _changes(recording: Recording) -> Iterator[_Change]:
             yield _Change(factors[0], factors[1], f"if the file is in {si[0]} and {si[1]}: {words}", 0.2)
     for factor in (1e-3, 1e3):
         word = "multiply" if factor > 1 else "divide"
-        yield _Change(1.0, factor, f"the force is a thousand off: {word} its column by 1000", 0.4)
-        yield _Change(factor, 1.0, f"the displacement is a thousand off: {word} its column by 1000", 0.4)
+        yield _Change(1.0, factor, f"the force is wrong by a factor of 1000: {word} its column by 1000", 0.4)
+        yield _Change(
+            factor, 1.0, f"the displacement is wrong by a factor of 1000: {word} its column by 1000", 0.4
+        )
 
 
 def _others(kind: str, read: str, common: set[str]) -> Iterator[tuple[str, float, float]]:

@@ -1,4 +1,4 @@
-"""What several searches for bad samples need of a signal: its smallest step, its repetitions, its abscissa."""
+"""Properties of a signal for the searches for bad samples: smallest step, repetitions, abscissa."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
-# Below this share of the range two values are the same number, converted from one unit to another.
+# Values that differ by a smaller share of the range are the same number after a conversion of units.
 SAME = 1e-9
 
 
@@ -28,12 +28,20 @@ def repetitions(values: Array) -> list[tuple[int, int]]:
 
 
 def abscissa(recording: Recording) -> Array:
-    """Return what the recorded signals are smooth in (n,): time, or else the sample number."""
+    """Return the abscissa (n,) over which the signals are smooth: time in s, or the sample number."""
     return np.arange(len(recording.force), dtype=float) if recording.time is None else recording.time
 
 
 def slope(x: Array, y: Array) -> float:
-    """Return the slope of a straight line through points (n,); 0 where x does not change."""
+    """Return the slope of a straight line through points (n,); 0 where x does not change.
+
+    Parameters
+    ----------
+    x : (n,) array
+        Abscissa in any unit.
+    y : (n,) array
+        Ordinate in any unit.
+    """
     x = x - x.mean()
     power = float(x @ x)
     return float(x @ (y - y.mean())) / power if power > 0 else 0.0

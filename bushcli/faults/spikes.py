@@ -1,8 +1,8 @@
-"""Single bad samples of a signal: neither what came before nor what follows foretells them.
+"""Single bad samples of a signal: neither the samples before them nor those after them predict them.
 
 From the samples before a sample, and from those after it, a parabola and straight lines through fewer samples
 are extrapolated to it; the nearest forecast of each side counts. At a kink (a knee, a reversal, the start of a
-hold) one side foretells the sample; over a step each side foretells one end of it; where the signal bends
+hold) one side predicts the sample; at a step each side predicts one end of it; where the signal bends
 sharply they miss it in opposite directions. A spike of one to three samples is missed by both, in the same
 direction, and by more than the samples next to it are. What a miss means is measured on the recording itself,
 so that noise with memory, a hum or a coarse converter only make the search less sharp. The largest spike is
@@ -40,9 +40,9 @@ _BOTH, _ALONE = 4.0, 6.0
 _OVER_NEARBY, _NEARBY, _NOISE_NEARBY = 4.0, 6, 3.0
 # No fit notices a smaller spike: share of the range, and steps of the converter.
 _SMALLEST, _STEPS = 3e-3, 3.0
-# Fewer samples than this say too little of their own scatter.
+# Fewer samples do not determine their scatter.
 _FEWEST = 40
-# More than this share of the samples is no handful of bad ones: then the search has misunderstood the signal.
+# More than this share of the samples cannot be single bad ones: then the search has misunderstood the signal.
 _MOST = 0.05
 
 
@@ -75,7 +75,7 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array |
     Returns
     -------
     (n,) array of bool
-        All False where so many samples stand out that they are no handful of bad ones.
+        All False where too many samples stand out for single bad ones.
     """
     n = len(values)
     bad = np.zeros(n, dtype=bool)

@@ -1,4 +1,4 @@
-"""Between which stiffnesses a bushing or a coupon of shear modulus 1 MPa lies, from closed forms.
+"""Bounds of the stiffness of a bushing or a coupon with a shear modulus of 1 MPa, from closed forms.
 
 Bonded annulus a < b, length L, incompressible, small displacement, shear modulus mu:
 
@@ -38,7 +38,7 @@ def unit_stiffness(shape: Shape, mode: str) -> tuple[float, float] | None:
     Parameters
     ----------
     shape : Shape
-        Of the bushing; it does not count for the modes of a coupon.
+        Shape of the bushing; it is not used for the modes of a coupon.
     mode : str
 
     Returns

@@ -18,11 +18,11 @@ from bushcli.recording.holds import Hold, holds_along
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 
 Array = NDArray[np.float64]
 
-# Recorded loops are told from nothing at five standard errors, over all closed cycles of a channel...
+# Recorded loops count as real from five standard errors on, over all closed cycles of a channel...
 SURE = 5.0
 # ... and where they take this share of the work done while loading. Arbitrary: less is within what a rig's own
 # friction, or a force logged a sample late, adds.
@@ -69,36 +69,44 @@ class History:
         return any(cycle is not None for cycle in self.recorded)
 
     @property
-    def tells(self) -> bool:
-        """Whether the path comes back or holds: one way only has neither loop nor relaxation."""
+    def has_history(self) -> bool:
+        """Whether the path comes back or holds; a path in one direction has neither loop nor relaxation."""
         comes_back = {branch.direction for branch in self.found} >= {1, -1}
         return (comes_back and bool(self.cycles)) or bool(self.holds)
 
     @property
     def cycles(self) -> list[tuple[Cycle, Cycle | None, Cycle | None]]:
-        """Of each cycle: whichever is known, for what the path says; recorded; simulated."""
+        """For each cycle: one that describes its path, the recorded cycle, the simulated cycle."""
         pairs = zip(self.recorded, self.simulated, strict=True)
         return [(known, r, s) for r, s in pairs if (known := r or s) is not None]
 
     @property
     def holds(self) -> list[tuple[Hold, Hold | None, Hold | None]]:
-        """Of each hold, likewise."""
+        """For each hold: one that describes its path, the recorded hold, the simulated hold."""
         pairs = zip(self.recorded_holds, self.simulated_holds, strict=True)
         return [(known, r, s) for r, s in pairs if (known := r or s) is not None]
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[History, ...]:
-    """Channels of a direct prediction whose path comes back or holds."""
+    """Return the channels of a direct prediction whose path comes back or holds.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    """
     found = (_of_channel(channel, misfits.get(channel.name)) for channel in response.channels)
-    return tuple(history for history in found if history.tells)
+    return tuple(history for history in found if history.has_history)
 
 
 def fit_histories(fit: Fit) -> tuple[History, ...]:
-    """Channels of an identification whose path comes back or holds."""
+    """Return the channels of an identification whose path comes back or holds."""
     found = (
         _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in fit.curves
     )
-    return tuple(history for history in found if history.tells)
+    return tuple(history for history in found if history.has_history)
 
 
 def _of_channel(channel: Simulated, compared: Misfit | None) -> History:
@@ -142,7 +150,7 @@ def _history(name: str, path: Curve, simulated: Array, *, recorded: bool, held_o
 
 
 def history_json(history: History) -> dict[str, Any]:
-    """`cycles` and `holds` of a channel, in the units of the case file."""
+    """Return `cycles` and `holds` of a channel in the units of the case file."""
     shown = quantities(history.mode)
     return {
         "cycles": [
@@ -226,23 +234,23 @@ def _unexplained(history: History) -> Condition | None:
         "unexplained_hysteresis",
         f"{history.name}: the recorded loops take {number(energy)} ± {number(std, 2)} {unit} ({share}), the simulated "
         f"ones {number(simulated, 2) if simulated > std else '0'} {unit}{held}",
-        "add an effect that dissipates: viscoelasticity, friction or mullins (bushcli diagnose tells them apart)",
+        "add an effect that dissipates: viscoelasticity, friction or mullins (bushcli diagnose distinguishes them)",
     )
 
 
 def _relaxed(history: History) -> float:
-    """Recorded relaxation of the hold at the largest force, where it is more than noise; else 0."""
+    """Return the recorded relaxation of the hold at the largest force; 0 where it is within the noise."""
     held = [hold for _, hold, _ in history.holds if hold is not None]
     found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation if held else Uncertain(0.0)
     return found.value if found.value > SURE * found.std else 0.0
 
 
 def energy_unit(mode: str) -> str:
-    """Unit of the hysteresis energy: per volume for a coupon."""
+    """Return the unit of the hysteresis energy: N mm, or MPa (energy per volume) for a coupon."""
     # N mm x rad of a rotation is N mm.
     return "MPa" if quantities(mode).force_unit == "MPa" else "N mm"
 
 
 def by_name(histories: Sequence[History]) -> dict[str, History]:
-    """Histories by channel."""
+    """Return the histories by channel name."""
     return {history.name: history for history in histories}

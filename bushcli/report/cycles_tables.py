@@ -16,12 +16,14 @@ FEW, MANY = 12, 100
 
 
 def history_tables(histories: Sequence[History], *, brief: bool) -> list[Table]:
-    """Tables of cycles, and of holds where there are any, channel by channel.
+    """Return tables of cycles and of holds, channel by channel.
 
     Parameters
     ----------
-    brief
-        For the terminal: without the peaks, and of long tables without their middle.
+    histories : sequence of History
+        Channels with cycles or holds.
+    brief : bool
+        For the terminal: without peak forces, and long tables without their middle rows.
     """
     tables = []
     for history in histories:
@@ -32,7 +34,15 @@ def history_tables(histories: Sequence[History], *, brief: bool) -> list[Table]:
 
 
 def cycle_table(history: History, *, peaks: bool = True) -> Table:
-    """Energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated."""
+    """Return energy, loss, secant stiffness and peak force of each cycle, recorded beside simulated.
+
+    Parameters
+    ----------
+    history : History
+        One channel.
+    peaks : bool
+        Whether the table has peak forces.
+    """
     shown, both = quantities(history.mode), history.has_recording
     timed = history.path.time is not None
     columns = [
@@ -61,7 +71,7 @@ def cycle_table(history: History, *, peaks: bool = True) -> Table:
 
 
 def hold_table(history: History) -> Table:
-    """Force at the start of each hold, and how much of it is lost, recorded beside simulated."""
+    """Return the force at the start of each hold and its relaxation, recorded beside simulated."""
     shown, both = quantities(history.mode), history.has_recording
     times = [at for at in STANDARD_TIMES if any(at in known.after for known, _, _ in history.holds)]
     rows: list[Row] = []
@@ -94,18 +104,18 @@ def _scaled(found: Cycle | Hold | None, name: str, factor: float) -> Uncertain |
     if found is None:
         return None
     value: Uncertain = getattr(found, name)
-    # The error of every peak is that of one sample: it would say the same in every line.
+    # The error of every peak is that of one sample: it would be the same in every row.
     return Uncertain(factor * value.value, 0.0 if name == "peak_force" else factor * value.std)
 
 
 def _lost(hold: Hold | None, at: float | None) -> Uncertain | None:
-    """Relaxation in percent after a time, or at the end."""
+    """Return the relaxation in percent after a time in s, or at the end of the hold."""
     found = None if hold is None else hold.relaxation if at is None else hold.after.get(at)
     return None if found is None else Uncertain(100 * found.value, 100 * found.std)
 
 
 def _pair(recorded: Uncertain | None, simulated: Uncertain | None, both: bool) -> list[str]:
-    """A recorded value with its error, and the simulated one with the digits that this error leaves."""
+    """Return a recorded value with its error, and the simulated value with as many digits."""
     std = recorded.std if recorded is not None and recorded.std > 0 else math.nan
     cells = []
     for found in (recorded, simulated) if both else (simulated,):
@@ -120,7 +130,7 @@ def _pair(recorded: Uncertain | None, simulated: Uncertain | None, both: bool) -
 
 
 def _plain(value: float) -> str:
-    # Noise about zero is no displacement worth five digits.
+    # Noise about zero does not deserve five digits.
     return f"{float(f'{value:.2f}') + 0.0:g}"
 
 

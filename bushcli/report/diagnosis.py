@@ -1,4 +1,4 @@
-"""Diagnosis -> text for the terminal: the verdict first, then where, what, how sure, and what to do next."""
+"""Diagnosis -> text for the terminal: verdict, places, effects, probabilities and the next test."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rich.text import Text
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.diagnosis.words import sentences
-from bushcli.report.diagnosis_names import chance, law_title, said
+from bushcli.report.diagnosis_names import chance, law_title, phrase
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import (
     effect_table,
@@ -45,7 +45,7 @@ def diagnosis_text(found: Diagnosis) -> Group:
     """Return what a person reads at the terminal; lines of words wrap, tables fit into 100 columns."""
     style = {"good": "bold green", "bad": "bold red", "plain": "bold"}[tone(found)]
     parts: list[object] = [Text(f"{headline(found)}.", style)]
-    # Where nothing else can be said the paragraph has them.
+    # A verdict of faulty data has them in its paragraph.
     faults = [] if found.verdict == "faulty_data" else fault_lines(found)
     parts += [*_block("Data faults", faults), *([Text()] if faults else []), Text(paragraph(found))]
     parts += [Text(), Text("Where", "bold")]
@@ -59,7 +59,7 @@ def diagnosis_text(found: Diagnosis) -> Group:
         parts.append(Shown(effect_table(found, brief=True)))
     if is_missing(found):
         parts += _block("What is missing", _ended(*missing_lines(found)))
-    parts += _block("What cannot be told apart", _ended(*rival_lines(found)))
+    parts += _block("What these recordings cannot tell apart", _ended(*rival_lines(found)))
     parts += _table(probability_table(found))
     parts += _table(model_table(found, _MODELS))
     parts += _table(misfit_table(found))
@@ -74,7 +74,7 @@ def diagnosis_text(found: Diagnosis) -> Group:
 
 
 def effect_lines(found: Diagnosis) -> list[str]:
-    """A line per effect: how probable, what it is, whether its values are plausible, and what else to know."""
+    """Return a line for each effect: probability, summary, whether its values are plausible, and a remark."""
     lines = []
     for effect in found.effects:
         doubt = "" if effect.plausible else " Hardly plausible."
@@ -86,7 +86,7 @@ def effect_lines(found: Diagnosis) -> list[str]:
 
 
 def map_lines(found: Diagnosis) -> list[str]:
-    """Where in the bushing, a paragraph per map; which channels say so, where there are several."""
+    """Return a paragraph for each map of the bushing, with its channels if the diagnosis has several."""
     lines = []
     for one in found.maps:
         both = " together" if len(one.channels) > 1 else ""
@@ -102,8 +102,8 @@ def map_lines(found: Diagnosis) -> list[str]:
 
 
 def untestable_lines(found: Diagnosis) -> list[str]:
-    """Which effects these recordings cannot show; why stands in the report."""
-    names = [said(name) for name in found.searched.untestable]
+    """Return a line that lists the effects which these recordings cannot show; the report gives the reasons."""
+    names = [phrase(name) for name in found.searched.untestable]
     if not names:
         return []
     return [f"Cannot be seen in these recordings: {listed(names)} (why: result.json and report.html, -o DIR)"]
@@ -125,7 +125,7 @@ def points(lines: Sequence[str]) -> list[str]:
 
 
 def _block(heading: str, lines: Sequence[str]) -> list[object]:
-    """Lines under a heading; nothing where there are none."""
+    """Return lines under a heading; nothing if there are no lines."""
     return [Text(), Text(heading, "bold"), *_indented(lines)] if lines else []
 
 
@@ -138,5 +138,5 @@ def _table(table: Table) -> list[object]:
 
 
 def _ended(*lines: str) -> list[str]:
-    """Sentences, each with its capital and full stop; none of nothing."""
+    """Return sentences, each with an initial capital and a full stop; empty lines are left out."""
     return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]

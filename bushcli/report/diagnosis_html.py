@@ -60,10 +60,12 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
 
     Parameters
     ----------
-    result
+    result : mapping of str to object
         What `diagnosis_json` returned.
-    pictures
-        What `diagnosis_figures` returned; the curves among them are in the page as plots to zoom instead.
+    found : Diagnosis
+        The diagnosis.
+    pictures : iterable of Picture
+        What `diagnosis_figures` returned; curves among them are left out, since the page has them as plots to zoom.
     """
     kinds = by_kind(pictures)
     missing, first = _missing(found, kinds.get("missing", [])), is_missing(found)
@@ -81,17 +83,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         *([missing] if first else []),
         *_left_out(found, kinds),
         Section("Before and after", tables=[misfit_table(found)], lines=_sentences([form_error_line(found)])),
-        Section(
-            "Recorded and simulated curves",
-            plots=[Markup(svg(curve_plot(found, one))) for one in found.channels],
-            note=_HOW,
-        ),
-        Section(
-            "Misfit over time",
-            plots=[Markup(svg(time_plot(found, one))) for one in found.channels],
-            note="Simulated minus recorded force. The grey band is the noise, two standard deviations to either side."
-            + _out(found),
-        ),
+        *_plots(found),
         *([] if first else [missing]),
         _record(found, kinds.get("record_map", [])),
         Section("Where in the bushing", kinds.get("bushing_map", []), lines=_sentences(map_lines(found))),
@@ -117,6 +109,23 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
     )
 
 
+def _plots(found: Diagnosis) -> list[Section]:
+    """Return the plots that can be zoomed: curves, and the misfit over time."""
+    return [
+        Section(
+            "Recorded and simulated curves",
+            plots=[Markup(svg(curve_plot(found, one))) for one in found.channels],
+            note=_HOW,
+        ),
+        Section(
+            "Misfit over time",
+            plots=[Markup(svg(time_plot(found, one))) for one in found.channels],
+            note="Simulated minus recorded force. The grey band is the noise, two standard deviations to either side."
+            + _out(found),
+        ),
+    ]
+
+
 def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[Section]:
     if not found.effects:
         return []
@@ -134,7 +143,7 @@ def _left_out(found: Diagnosis, kinds: Mapping[str, list[Picture]]) -> list[Sect
 
 
 def _effect(effect: Named) -> str:
-    """What an effect is, how probable, and whether its values are plausible."""
+    """Return a sentence on an effect: its probability, and whether its values are plausible."""
     doubt = "" if effect.plausible else " Hardly plausible."
     remark = f" {_sentence(effect.remark)}" if effect.remark else ""
     return f"{effect.label} ({chance(effect.probability)}): {_sentence(effect.summary)}{doubt}{remark}"
@@ -150,7 +159,7 @@ def _missing(found: Diagnosis, pictures: list[Picture]) -> Section:
 
 
 def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
-    # What there is stands beside the curves, with the numbers that it has there.
+    # The places are listed beside the curves, with their numbers.
     lines = [] if found.location.mismatch else _sentences(list(sentences(found.location)))
     if found.remaining.mismatch and found.effects:
         lines += ["After the most probable model:", *_sentences(list(sentences(found.remaining)))]
@@ -185,7 +194,7 @@ def _out(found: Diagnosis) -> str:
 
 
 def _full(table: Table) -> list[Table]:
-    """The table, where it has rows."""
+    """Return a list with the table; empty if the table has no rows."""
     return [table] if table.rows else []
 
 
@@ -196,5 +205,5 @@ def _sentences(lines: list[str]) -> list[str]:
 def _sentence(text: str) -> str:
     """Begin with a capital, unless that would change a name; end with a full stop."""
     first = text.split(maxsplit=1)[0] if text else ""
-    begun = text if "_" in first or first.endswith(":") else text[:1].upper() + text[1:]
-    return begun if begun.endswith((".", ":")) else f"{begun}."
+    started = text if "_" in first or first.endswith(":") else text[:1].upper() + text[1:]
+    return started if started.endswith((".", ":")) else f"{started}."

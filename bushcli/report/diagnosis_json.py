@@ -14,12 +14,20 @@ from bushcli.effects.effect import effect_name
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_values import derived, shown
 from bushcli.report.diagnosis_words import headline
-from bushcli.report.document import cleaned, head
+from bushcli.report.document import cleaned, faults_json, head
 from bushcli.report.quantity import quantities
 
 
 def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return a diagnosis as JSON-ready data."""
+    """Return a diagnosis as JSON-ready data.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     document = head("diagnose", found.case, found.conditions, timings)
     document |= {
         "verdict": found.verdict,
@@ -34,27 +42,9 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         "parameters": {name: _quantity(found, name, quantity) for name, quantity in found.parameters.items()},
         "effects": [_effect(found, effect) for effect in found.effects],
         "probability": dict(found.probability),
-        "models": [
-            {
-                "law": one.law,
-                "effects": list(one.effects),
-                "probability": one.probability,
-                "log_evidence": one.log_evidence,
-                "misfit": one.misfit,
-                "form_error": one.form_error,
-            }
-            for one in found.models
-        ],
+        "models": _models(found),
         "rivals": _rivals(found),
-        "groups": [
-            {
-                "name": one.name,
-                "effects": list(one.effects),
-                "probability": one.probability,
-                "text": one.text,
-            }
-            for one in found.groups
-        ],
+        "groups": _groups(found),
         "form_error": {
             "share": found.form_error.share,
             "percent": dict(found.form_error.percent),
@@ -62,33 +52,13 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
         },
         "missing": _missing(found),
         "searched": _searched(found.searched),
-        "data_faults": [
-            {
-                "channel": one.channel,
-                "kind": one.kind,
-                "where": one.where,
-                "remedy": one.remedy,
-                "fatal": one.fatal,
-                "samples": int(one.samples.sum()),
-            }
-            for one in found.faults
-        ],
+        "data_faults": faults_json(found.faults),
         "mismatch": _mismatches(found, found.location),
         "remaining": _mismatches(found, found.remaining),
         "excess": {"before": found.location.excess, "after": found.remaining.excess},
         "misfit": _misfit(found),
         "next_test": None if found.next_test is None else _next_test(found, found.next_test),
-        "maps": [
-            {
-                "channel": one.name,
-                "channels": list(one.channels),
-                "local_gain": one.local_gain,
-                "uniform_gain": one.uniform_gain,
-                "helps_locally": one.helps_locally,
-                "text": one.text,
-            }
-            for one in found.maps
-        ],
+        "maps": _maps(found),
         "forward_solves": found.forward_solves,
         "failed_solves": found.failed_solves,
         "seconds": found.seconds,
@@ -96,8 +66,48 @@ def diagnosis_json(found: Diagnosis, timings: Mapping[str, float]) -> dict[str, 
     return cleaned(document)
 
 
+def _models(found: Diagnosis) -> list[dict[str, Any]]:
+    return [
+        {
+            "law": one.law,
+            "effects": list(one.effects),
+            "probability": one.probability,
+            "log_evidence": one.log_evidence,
+            "misfit": one.misfit,
+            "form_error": one.form_error,
+        }
+        for one in found.models
+    ]
+
+
+def _groups(found: Diagnosis) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": one.name,
+            "effects": list(one.effects),
+            "probability": one.probability,
+            "text": one.text,
+        }
+        for one in found.groups
+    ]
+
+
+def _maps(found: Diagnosis) -> list[dict[str, Any]]:
+    return [
+        {
+            "channel": one.name,
+            "channels": list(one.channels),
+            "local_gain": one.local_gain,
+            "uniform_gain": one.uniform_gain,
+            "helps_locally": one.helps_locally,
+            "text": one.text,
+        }
+        for one in found.maps
+    ]
+
+
 def _rivals(found: Diagnosis) -> list[list[str]]:
-    """Sets of effects by their own names; with the rig where that alone tells a set from the most probable one."""
+    """Return the sets of effects without rigs, unless the rigs alone make a set differ from the first one."""
     first = list(dict.fromkeys(map(effect_name, found.models[0].effects))) if found.models else None
     sets: list[list[str]] = []
     for names in found.rivals:
@@ -164,19 +174,19 @@ def _material(material: Material) -> dict[str, Any]:
 
 
 def _quantity(found: Diagnosis, name: str, quantity: Quantity) -> dict[str, Any]:
-    door = shown(name, quantity, found.channels)
+    value = shown(name, quantity, found.channels)
     return {
-        "value": quantity.word or door.value,
-        "std": door.std,
-        "unit": door.unit,
-        "lower": door.lower,
-        "upper": door.upper,
+        "value": quantity.word or value.value,
+        "std": value.std,
+        "unit": value.unit,
+        "lower": value.lower,
+        "upper": value.upper,
         "meaning": quantity.meaning,
         "prior": None
-        if door.prior is None
+        if value.prior is None
         else {
-            "lower": door.prior[0],
-            "upper": door.prior[1],
+            "lower": value.prior[0],
+            "upper": value.prior[1],
             "tail": quantity.prior_tail,
             "source": quantity.prior_source,
         },
@@ -227,7 +237,7 @@ def _mismatch(one: Mismatch, channels: int) -> dict[str, Any]:
 
 
 def _misfit(found: Diagnosis) -> dict[str, Any]:
-    """By channel, in percent of the recorded force range; null where a channel was not held out."""
+    """Return the misfits by channel, percent of the recorded force range; null for channels not held out."""
     held = [one.name for one in found.channels if one.held_out]
     before = {one.name: one.before_percent for one in found.channels}
     after = {one.name: one.after_percent for one in found.channels}
@@ -258,5 +268,5 @@ def _next_test(found: Diagnosis, test: NextTest) -> dict[str, Any]:
 
 
 def _mode(found: Diagnosis, test: NextTest) -> str:
-    """Mode of the test to be made: that of a recorded channel of this name, or the name itself."""
+    """Return the mode of the proposed test: that of the recorded channel of this name, else the name itself."""
     return {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)

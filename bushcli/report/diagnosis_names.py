@@ -1,4 +1,4 @@
-"""Effects, laws, models and probabilities of a diagnosis as people say them; identifiers stay in the JSON."""
+"""Effects, laws, models and probabilities of a diagnosis in words; the JSON has the identifiers."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from bushcli.effects.effect import effect_name, effects, rig_of
 from bushcli.report.quantity import listed
 
 UNKNOWN, NOTHING, FREE_LAW = "unknown", "nothing", "free_law"
-# A probability beyond these is said as a limit: nothing is certain.
+# A probability beyond these is given as a limit: nothing is certain.
 _ALMOST_NEVER, _ALMOST_CERTAIN = 0.01, 0.99
-# Words that keep their capital within a sentence: people.
+# Names of people, which have a capital within a sentence, too.
 _PEOPLE = frozenset({"Mullins"})
 _TITLES = {
     UNKNOWN: "Unknown physics",
@@ -20,7 +20,7 @@ _TITLES = {
 
 
 def title(name: str) -> str:
-    """Return the name of an effect for people, as it begins a line: "Offset (radial)" of "offset@radial"."""
+    """Return the title of an effect for the start of a line: "Offset (radial)" for "offset@radial"."""
     own, rig = effect_name(name), rig_of(name)
     known = effects().get(own)
     words = _TITLES.get(own) or getattr(known, "title", "") or own.replace("_", " ").capitalize()
@@ -29,13 +29,13 @@ def title(name: str) -> str:
 
 
 def within(words: str) -> str:
-    """Return a name as it stands within a sentence: "internal friction", but "Mullins softening"."""
+    """Return a title as part of a sentence: "internal friction", but "Mullins softening"."""
     first = words.split(maxsplit=1)[0] if words else ""
-    keeps = first in _PEOPLE or not first[1:].islower()
-    return words if keeps else words[:1].lower() + words[1:]
+    capital = first in _PEOPLE or not first[1:].islower()
+    return words if capital else words[:1].lower() + words[1:]
 
 
-def said(name: str) -> str:
+def phrase(name: str) -> str:
     """Return the name of an effect within a sentence: "internal friction", "unknown physics"."""
     return within(title(name))
 
@@ -46,14 +46,30 @@ def law_title(name: str) -> str:
 
 
 def together(names: Sequence[str], none: str = "no effect") -> str:
-    """Return a set of effects within a sentence: "Mullins softening with internal friction and offset"."""
-    first, *others = [said(name) for name in names] or [none]
+    """Return a set of effects as part of a sentence: "Mullins softening with internal friction and offset".
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of effects, with their rigs.
+    none : str
+        Words for an empty set.
+    """
+    first, *others = [phrase(name) for name in names] or [none]
     return f"{first} with {listed(others)}" if others else first
 
 
 def model_title(law: str, names: Sequence[str]) -> str:
-    """Return a model as it stands in a table: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone"."""
-    return " + ".join((law_title(law), *map(said, names))) if names else f"{law_title(law)} alone"
+    """Return a model as a table shows it: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone".
+
+    Parameters
+    ----------
+    law : str
+        Name of the law.
+    names : sequence of str
+        Names of effects, with their rigs.
+    """
+    return " + ".join((law_title(law), *map(phrase, names))) if names else f"{law_title(law)} alone"
 
 
 def chance(probability: float) -> str:
@@ -62,7 +78,7 @@ def chance(probability: float) -> str:
 
 
 def short_chance(probability: float) -> str:
-    """Return the same for a table: "97 %", "> 99 %", "< 1 %"; a dash where there is none."""
+    """Return a probability for a table: "97 %", "> 99 %", "< 1 %"; a dash for nan."""
     if probability != probability:
         return "-"
     if probability < _ALMOST_NEVER:

@@ -25,12 +25,12 @@ from bushcli.report.quantity import listed
 
 # So many sets of effects are named; the report has the others in a table.
 _SETS = 6
-# An effect that is less probable is never told without its probability.
+# A less probable effect is always named with its probability.
 _SURE = 0.95
 
 
 def paragraph(found: Diagnosis) -> str:
-    """One paragraph: what was found, where, how much it helps, what it assumes, and what cannot be told."""
+    """Return the diagnosis in one paragraph: findings, places, improvement, assumptions, and open alternatives."""
     parts = [_opening(found)]
     if found.verdict == "faulty_data":
         return " ".join(parts + _ended(fault_lines(found)))
@@ -81,7 +81,7 @@ def _opening(found: Diagnosis) -> str:
             sure = missing_lines(found)[:1] or [f"Nothing {catalogue(found)} explains it"]
             return f"{origin}, misses more than noise. {sure[0]}."
         case "faulty_data":
-            return "A diagnosis has to wait until the data are mended."
+            return "A diagnosis is possible only after the data are corrected."
         case "missing_physics":
             if group_of(found) is not None:
                 return f"{origin}, leaves out {missing_physics(found)}."
@@ -91,7 +91,7 @@ def _opening(found: Diagnosis) -> str:
 
 
 def _law(found: Diagnosis) -> str:
-    """What became of the law beside the effects."""
+    """Return a sentence if the law, too, differs from that of the plain model."""
     if found.material.law != found.plain.law:
         replaced = f"the {law_title(found.material.law)} law in place of {law_title(found.plain.law)}"
         return f"Beside it stands {replaced}: the fall of the misfit is that of both."
@@ -104,32 +104,32 @@ def _law(found: Diagnosis) -> str:
 
 
 def _effects(found: Diagnosis) -> list[str]:
-    told = []
+    parts: list[str] = []
     for one in found.effects:
         values = parameters_text(one, found.channels)
         sure = "" if one.probability >= _SURE else f", {chance(one.probability)}"
-        told.append(f"{one.summary.rstrip('.')} ({one.label}{sure}: {values}).")
+        parts.append(f"{one.summary.rstrip('.')} ({one.label}{sure}: {values}).")
         if not one.plausible:
-            told += _ended([f"{one.label} is hardly plausible" + (f": {one.remark}" if one.remark else "")])
-    return told
+            parts += _ended([f"{one.label} is hardly plausible" + (f": {one.remark}" if one.remark else "")])
+    return parts
 
 
 def _gain(found: Diagnosis) -> str:
-    told = []
+    parts: list[str] = []
     for channel in found.channels:
         if channel.before_percent == channel.after_percent:
             continue
         held = ", held out," if channel.held_out else ""
-        told.append(
+        parts.append(
             f"{channel.name}{held} from {channel.before_percent:.2g} to {channel.after_percent:.2g} % of the force "
             f"range (noise {channel.noise_percent:.2g} %)"
         )
     what = "With it" if len(found.effects) == 1 else "With them" if found.effects else "With that law"
-    return f"{what} the misfit falls: {', '.join(told)}." if told else ""
+    return f"{what} the misfit falls: {', '.join(parts)}." if parts else ""
 
 
 def _rivals(found: Diagnosis) -> str:
-    """What else is possible, with its probability."""
+    """Return a sentence with the other sets of effects that are possible, with their probabilities."""
     others = [f"{together(one.effects)} ({chance(one.probability)})" for one in likely(found)[1:]]
     if not others:
         return ""
@@ -145,5 +145,5 @@ def _rivals(found: Diagnosis) -> str:
 
 
 def _ended(lines: Iterable[str]) -> list[str]:
-    """Sentences: each begins with a capital and ends with a full stop."""
+    """Return sentences, each with an initial capital and a full stop."""
     return [f"{line[:1].upper()}{line[1:].rstrip('.')}." for line in lines if line]

@@ -20,7 +20,7 @@ _EIGHTHS = " ▏▎▍▌▋▊▉"
 
 
 def probability_table(found: Diagnosis) -> Table:
-    """Probability of each effect as a bar of characters, the most probable first."""
+    """Return the probability of each effect as a bar of characters, the most probable effect first."""
     ranked = sorted(found.probability.items(), key=lambda one: -one[1])
     rows: list[Row] = [(title(name), bar(p), short_chance(p)) for name, p in ranked if p >= SMALL]
     few = unlikely(found, SMALL)
@@ -30,13 +30,29 @@ def probability_table(found: Diagnosis) -> Table:
 
 
 def bar(share: float, width: int = _BAR) -> str:
-    """A share as a bar of characters; what is not nothing is seen."""
+    """Return a share as a bar of block characters; a share above zero has at least an eighth of a character.
+
+    Parameters
+    ----------
+    share : float
+        Share of the full bar, from 0 to 1.
+    width : int
+        Characters of the full bar.
+    """
     eighths = max(round(8 * width * share), 1 if share > 0 else 0)
     return "█" * (eighths // 8) + _EIGHTHS[eighths % 8].strip()
 
 
 def model_table(found: Diagnosis, most: int | None = None) -> Table:
-    """The smallest set of models that holds 95 % of the probability, or so many of it."""
+    """Return the most probable models, as many as hold 95 % of the probability together.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    most : int or None
+        Largest number of rows; None for no limit.
+    """
     rows: list[Row] = []
     so_far = 0.0
     for one in found.models:
@@ -58,18 +74,26 @@ def model_table(found: Diagnosis, most: int | None = None) -> Table:
 
 
 def logarithm(value: float) -> str:
-    """Natural logarithm of an evidence, against that of the plain law."""
+    """Return the natural logarithm of an evidence, relative to that of the plain law, as text."""
     return f"{value:+.1f}" if math.isfinite(value) else "-"
 
 
 def effect_table(found: Diagnosis, brief: bool = False) -> Table:
-    """What was left out: each effect with its parameters, after the recordings and before them."""
+    """Return each effect that was left out, with its parameters before and after the recordings.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    brief : bool
+        For the terminal: without the columns for rarity, reciprocal names and evidence.
+    """
     rows: list[Row] = []
     for effect in found.effects:
         first = [effect.label, number(effect.evidence, 2)]
         for name, quantity in effect.parameters.items():
-            door = shown(f"{effect.name}.{name}", quantity, found.channels)
-            own = [name, door.text, door.interval, door.prior_text]
+            value = shown(f"{effect.name}.{name}", quantity, found.channels)
+            own = [name, value.text, value.interval, value.prior_text]
             if not brief:
                 far = "-" if quantity.prior is None else short_chance(quantity.prior_tail)
                 own += [far, derived_text(quantity), *first[1:]]
@@ -83,7 +107,7 @@ def effect_table(found: Diagnosis, brief: bool = False) -> Table:
 
 
 def source_table(found: Diagnosis) -> Table:
-    """Where what was known of the parameters comes from."""
+    """Return the sources of the priors of the effects' parameters."""
     rows = [
         (effect.label, name, quantity.prior_source)
         for effect in found.effects
@@ -94,20 +118,20 @@ def source_table(found: Diagnosis) -> Table:
 
 
 def parameter_table(found: Diagnosis) -> Table:
-    """All parameters of the most probable model."""
+    """Return all parameters of the most probable model."""
     rows: list[Row] = []
     for name, quantity in found.parameters.items():
-        door = shown(name, quantity, found.channels)
+        value = shown(name, quantity, found.channels)
         effect, _, own = name.rpartition(".")
         rows.append(
             (
                 f"{title(effect)}: {own}" if effect else own,
                 quantity.meaning,
-                "-" if door.unit == "1" else door.unit,
-                door.word or number(door.value, 4),
-                "-" if door.word else number(door.std, 2),
-                door.interval,
-                door.prior_text,
+                "-" if value.unit == "1" else value.unit,
+                value.word or number(value.value, 4),
+                "-" if value.word else number(value.std, 2),
+                value.interval,
+                value.prior_text,
                 derived_text(quantity),
             )
         )
@@ -116,7 +140,7 @@ def parameter_table(found: Diagnosis) -> Table:
 
 
 def misfit_table(found: Diagnosis) -> Table:
-    """Misfit before and after, noise, and the error that the formulas are taken to have."""
+    """Return the misfit before and after, the noise, and the form error of each channel."""
     rows = []
     form = found.form_error.percent
     for one in found.channels:
@@ -134,7 +158,7 @@ def misfit_table(found: Diagnosis) -> Table:
 
 
 def trial_table(found: Diagnosis) -> Table:
-    """All models that were fitted, in the order of the search."""
+    """Return all models that were fitted, in the order of the search."""
     rows = [_trial(i, one) for i, one in enumerate(found.searched.trials, start=1)]
     heads = ("", "model", "remark", "predicted", "found", "misfit/noise")
     return Table("Models in the order of the search (ln evidence)", heads, tuple(rows), left=3)
@@ -146,19 +170,19 @@ def _trial(order: int, one: Trial) -> Row:
 
 
 def untestable_table(found: Diagnosis) -> Table:
-    """What these recordings cannot show, and why."""
+    """Return the effects that these recordings cannot show, with the reasons."""
     rows = [(title(name), reason) for name, reason in found.searched.untestable.items()]
     return Table("Cannot be seen in these recordings", ("effect", "why"), tuple(rows), left=2)
 
 
 def fault_table(found: Diagnosis) -> Table:
-    """What is wrong with the data, and what to do; what must be mended first on top."""
+    """Return the faults of the recordings with their remedies, the fatal ones first."""
     rows = [
         (
             one.channel,
             fault_kind(one),
             one.where,
-            "mend first" if one.fatal else f"{int(one.samples.sum())} samples left out",
+            "correct first" if one.fatal else f"{int(one.samples.sum())} samples left out",
             one.remedy,
         )
         for one in sorted(found.faults, key=lambda one: not one.fatal)

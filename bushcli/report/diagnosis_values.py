@@ -38,7 +38,7 @@ class ShownQuantity:
 
     @property
     def text(self) -> str:
-        """Value, standard deviation and unit: "0.31 ± 0.01 MPa"; the word of a choice."""
+        """Value, standard deviation and unit, "0.31 ± 0.01 MPa"; for a choice its word."""
         return self.word or with_std(self.value, self.std) + tail(self.unit)
 
     @property
@@ -53,70 +53,88 @@ class ShownQuantity:
 
 
 def shown(name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]) -> ShownQuantity:
-    """A parameter of the most probable model at the door: angles in degrees.
+    """Return a parameter of the most probable model in the units of the case file: angles in degrees.
 
     Parameters
     ----------
-    name
-        Full name, "mullins.m"; of the law without a point.
-    quantity
-    channels
-        Those of the diagnosis: a displacement of a rotational channel is an angle.
+    name : str
+        Full name, "mullins.m"; a parameter of the law has no point in its name.
+    quantity : Quantity
+        The parameter in internal units.
+    channels : iterable of DiagnosedChannel
+        Channels of the diagnosis; they say whether a displacement is an angle.
     """
-    at, name_of_unit = _door(name, quantity, channels)
+    at, name_of_unit = _conversion(name, quantity, channels)
     value, std, lower, upper = (at(v) for v in (quantity.value, quantity.std, quantity.lower, quantity.upper))
     prior = None if quantity.prior is None else (at(quantity.prior[0]), at(quantity.prior[1]))
     return ShownQuantity(value, std, lower, upper, name_of_unit, prior, quantity.word.replace("_", " "))
 
 
 def derived(quantity: Quantity) -> dict[str, tuple[float, str]]:
-    """The same parameter under the names by which the field knows it, at the door."""
+    """Return the parameter under its reciprocal names, in the units of the case file."""
     return {
         name: (_degrees(of)[0] * value, _degrees(of)[1]) for name, (value, of) in quantity.derived.items()
     }
 
 
 def derived_text(quantity: Quantity) -> str:
-    """The same in words: "r = 3.2"."""
+    """Return the parameter under its reciprocal names as text: "r = 3.2"."""
     return ", ".join(f"{name} = {number(value)}{tail(of)}" for name, (value, of) in derived(quantity).items())
 
 
 def parameters_text(effect: Named, channels: Sequence[DiagnosedChannel]) -> str:
-    """All parameters of an effect in a line, by the name that the field has for each where it has one.
+    """Return all parameters of an effect in one line; a parameter with a reciprocal goes by the reciprocal's name.
 
     The errors are to first order, of r = 1/x as of 1/(x + y) with a given y: their squares times that of x.
+
+    Parameters
+    ----------
+    effect : Named
+        An effect of the diagnosis.
+    channels : sequence of DiagnosedChannel
+        Channels of the diagnosis; they say whether a displacement is an angle.
     """
-    told = []
+    parts = []
     for name, quantity in effect.parameters.items():
         known, first = derived(quantity) if quantity.value else {}, 0.0
         for other, (value, of) in known.items():
             first = first or value
             std = value**2 / abs(first) * quantity.std / abs(quantity.value)
-            told.append(f"{other} = {value:.4g} ± {std:.2g}{tail(of)}")
+            parts.append(f"{other} = {value:.4g} ± {std:.2g}{tail(of)}")
         if not known:
-            door = shown(f"{effect.name}.{name}", quantity, channels)
-            told.append(f"{name}: {door.word}" if door.word else f"{name} = {_given(door)}")
-    return ", ".join(told)
+            value_shown = shown(f"{effect.name}.{name}", quantity, channels)
+            parts.append(
+                f"{name}: {value_shown.word}" if value_shown.word else f"{name} = {_given(value_shown)}"
+            )
+    return ", ".join(parts)
 
 
-def _given(door: ShownQuantity) -> str:
-    return f"{door.value:.3g} ± {door.std:.2g}{tail(door.unit)}"
+def _given(value: ShownQuantity) -> str:
+    return f"{value.value:.3g} ± {value.std:.2g}{tail(value.unit)}"
 
 
 def tail(of: str) -> str:
-    """A unit behind a number; nothing where there is none."""
+    """Return a unit with the space before it; empty for the unit "1"."""
     return "" if of == "1" else f" {of}"
 
 
 def span(lower: float, upper: float) -> str:
-    """An interval."""
+    """Return an interval in words: "0.1 to 0.3".
+
+    Parameters
+    ----------
+    lower : float
+        Lower end, in any unit.
+    upper : float
+        Upper end, in the same unit.
+    """
     return f"{number(lower)} to {number(upper)}"
 
 
-def _door(
+def _conversion(
     name: str, quantity: Quantity, channels: Iterable[DiagnosedChannel]
 ) -> tuple[Callable[[float], float], str]:
-    """How a value inside becomes one at the door, and its unit there."""
+    """Return the conversion from internal units to those of the case file, and the unit there."""
     found = _parameter(name)
     if found is not None and found.of_channel and _is_rotational(name, quantity, channels):
         return lambda value: outside(found, value, rotational=True), unit(found, rotational=True)
@@ -138,7 +156,7 @@ def _is_rotational(name: str, quantity: Quantity, channels: Iterable[DiagnosedCh
 
 
 def _degrees(of: str) -> tuple[float, str]:
-    """Factor and unit at the door of a unit inside; "rad" may stand above or below the line."""
+    """Return factor and unit in the case file of an internal unit; "rad" may be numerator or denominator."""
     above, _, below = of.partition("/")
     if above == "rad":
         return math.degrees(1.0), of.replace("rad", "degrees", 1)

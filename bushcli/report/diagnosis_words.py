@@ -1,4 +1,4 @@
-"""A diagnosis in words: its headline, what it cannot tell apart, what it assumed, how far it searched."""
+"""A diagnosis in words: headline, alternatives that it cannot distinguish, assumptions, extent of the search."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Literal
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
 from bushcli.effects.effect import effect_name
 from bushcli.faults import DataFault
-from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, said, title, together, within
+from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, title, together, within
 from bushcli.report.quantity import listed, percent
 
 # So many sets of effects go into the headline.
 _SETS = 3
-# A group is said in place of its members when this much of the probability is in it.
+# A group is named instead of its members if it holds at least this probability.
 _GROUP = 0.95
-# Unknown physics that is less probable than this is told with what is left, and is not called missing.
+# Less probable unknown physics is reported with the remaining misfit and is not called missing.
 _POSSIBLE = 0.05
-# Conditions that say what the faults of the data say.
+# Conditions that repeat the faults of the data.
 FAULTS = frozenset({"faulty_data", "bad_samples"})
 _KINDS = {
     "sign": "wrong sign",
@@ -47,7 +47,7 @@ class Likely:
 
 
 def headline(found: Diagnosis) -> str:
-    """One sentence, without its full stop."""
+    """Return the verdict in one sentence, without its full stop."""
     law, best = law_title(found.material.law), best_probability(found)
     match found.verdict:
         case "explained":
@@ -56,7 +56,7 @@ def headline(found: Diagnosis) -> str:
             better = f"the {law} law describes the recordings without any effect{best}"
             return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}"
         case "missing_physics":
-            # Two colons in a sentence would be one too many.
+            # One sentence has at most one colon.
             return f"Missing physics: {missing_physics(found).replace(': ', '; ', 1)}"
         case "unexplained":
             beside = f"; beside it {listed(effects_with_chance(found))}" if found.effects else ""
@@ -66,11 +66,11 @@ def headline(found: Diagnosis) -> str:
         case "faulty_data":
             fatal = [one for one in found.faults if one.fatal] or list(found.faults)
             named = dict.fromkeys(f"{fault_kind(one)} in the {one.channel} channel" for one in fatal)
-            return f"Faulty data: {listed(list(named))}, to be mended first"
+            return f"Faulty data: {listed(list(named))}, to be corrected first"
 
 
 def likely(found: Diagnosis) -> tuple[Likely, ...]:
-    """The smallest set of sets of effects that holds 95 % of the probability, the most probable model's first."""
+    """Return the fewest sets of effects that hold 95 % of the probability, that of the best model first."""
     if not found.models:
         return ()
     sets = (found.models[0].effects, *found.rivals)
@@ -78,18 +78,18 @@ def likely(found: Diagnosis) -> tuple[Likely, ...]:
 
 
 def best_probability(found: Diagnosis) -> str:
-    """Probability of the most probable set of effects in brackets; nothing where nothing was compared."""
+    """Return the probability of the most probable set of effects in brackets; empty if no models were compared."""
     sets = likely(found)
     return f" ({chance(sets[0].probability)})" if sets else ""
 
 
 def effects_with_chance(found: Diagnosis) -> list[str]:
-    """The effects of the most probable model, each with its own probability."""
+    """Return the effects of the most probable model, each with its own probability."""
     return [f"{name} ({chance(p)})" for name, p in _named(found).items()]
 
 
 def effect_names(found: Diagnosis) -> list[str]:
-    """The effects of the most probable model within a sentence; with their channels where one is there twice."""
+    """Return the effects of the most probable model for a sentence, with channels if an effect occurs twice."""
     return list(_named(found))
 
 
@@ -103,14 +103,14 @@ def _named(found: Diagnosis) -> dict[str, float]:
 
 
 def catalogue(found: Diagnosis) -> str:
-    """Where the effects that were considered stand: "in the catalogue of effects"."""
+    """Return the words for the effects that were considered: "in the catalogue of effects"."""
     if found.asked is None:
         return "in the catalogue of effects"
-    return f"among the effects asked for ({listed([said(name) for name in found.asked])})"
+    return f"among the effects asked for ({listed([phrase(name) for name in found.asked])})"
 
 
 def group_of(found: Diagnosis) -> Group | None:
-    """The group that all likely sets share a member of, though not the same one; None where there is none."""
+    """Return the group of which each likely set has a member, though not the same one; None without one."""
     rests = _rests(found)
     if len(rests) < 2:
         return None
@@ -124,7 +124,7 @@ def group_of(found: Diagnosis) -> Group | None:
 
 
 def group_text(group: Group) -> str:
-    """What a group says, with its probability: "dissipation (97 %): internal friction or viscoelasticity, ..."."""
+    """Return a group with its probability: "dissipation (97 %): internal friction or viscoelasticity, ..."."""
     p = f" ({chance(group.probability)})"
     if group.name and group.text.startswith(group.name):
         return f"{group.name}{p}{group.text[len(group.name) :]}"
@@ -132,7 +132,7 @@ def group_text(group: Group) -> str:
 
 
 def missing_physics(found: Diagnosis) -> str:
-    """What was left out: all that is certain, then the group, or the sets that cannot be told apart."""
+    """Return what was left out: the certain effects, then the group or the alternative sets."""
     sets = likely(found)
     if len(sets) < 2:
         return f"{listed(effect_names(found))}{best_probability(found)}"
@@ -146,19 +146,19 @@ def missing_physics(found: Diagnosis) -> str:
     if group is not None:
         more = set.union(*(set(one.effects) for one in _rests(found)))
         others = sorted(more - set(group.effects))
-        also = f"; perhaps also {listed([said(name) for name in others])}" if others else ""
+        also = f"; perhaps also {listed([phrase(name) for name in others])}" if others else ""
         return " and ".join([*sure, group_text(group)]) + also
     nothing = "nothing else" if sure else "no effect"
     rests = [f"{together(one.effects, nothing)} ({chance(one.probability)})" for one in _rests(found)]
     if len(rests) > _SETS:
         rests = [*rests[: _SETS - 1], "others"]
     if sure:
-        return f"{listed(sure)}, with {', or with '.join(rests)}; these recordings cannot tell"
+        return f"{listed(sure)}, with {', or with '.join(rests)}; these recordings cannot tell them apart"
     return f"{', or '.join(rests)}; these recordings cannot tell them apart"
 
 
 def _rests(found: Diagnosis) -> list[Likely]:
-    """The likely sets without what they all have."""
+    """Return the likely sets without the effects that all of them have."""
     sets = likely(found)
     common = set.intersection(*(set(one.effects) for one in sets)) if sets else set()
     return [
@@ -167,7 +167,7 @@ def _rests(found: Diagnosis) -> list[Likely]:
 
 
 def _not_ruled_out(found: Diagnosis, without: Sequence[str] = ()) -> str:
-    """The other likely sets, except those that have one of these effects."""
+    """Return the other likely sets, except those that have one of the effects `without`."""
     others = [
         f"{together(one.effects)} ({chance(one.probability)})"
         for one in likely(found)[1:]
@@ -183,7 +183,7 @@ def _probability(found: Diagnosis, names: Sequence[str]) -> float:
 
 
 def tone(found: Diagnosis) -> Literal["good", "bad", "plain"]:
-    """How good the news is."""
+    """Return the tone of the verdict, which selects its colour."""
     tones: dict[str, Literal["good", "bad", "plain"]] = {
         "explained": "good",
         "unexplained": "bad",
@@ -193,14 +193,14 @@ def tone(found: Diagnosis) -> Literal["good", "bad", "plain"]:
 
 
 def is_missing(found: Diagnosis) -> bool:
-    """Whether unknown physics is probable enough to be told as missing."""
+    """Whether unknown physics is probable enough to be reported as missing."""
     return found.missing is not None and (
         found.verdict == "unexplained" or found.missing.probability >= _POSSIBLE
     )
 
 
 def missing_lines(found: Diagnosis) -> list[str]:
-    """What the unknown physics looks like, with how much of the misfit it is."""
+    """Return sentences on the unknown physics: its probability, its share of the misfit, its appearance."""
     missing = found.missing
     if missing is None:
         return []
@@ -213,7 +213,7 @@ def missing_lines(found: Diagnosis) -> list[str]:
 
 
 def form_error_line(found: Diagnosis) -> str:
-    """How wrong the formulas are taken to be, and how much of what is left that explains; empty without models."""
+    """Return a sentence on the form error and how much of the remaining misfit it covers; empty without models."""
     form = found.form_error
     if not found.models:
         return ""
@@ -230,7 +230,7 @@ def form_error_line(found: Diagnosis) -> str:
 
 
 def rival_lines(found: Diagnosis) -> list[str]:
-    """What these recordings cannot tell apart: groups, then the sets of effects with their probabilities."""
+    """Return the groups and the sets of effects that these recordings cannot distinguish, with their probabilities."""
     lines = [f"{text[:1].upper()}{text[1:]}" for text in map(group_text, found.groups)]
     sets = likely(found)
     if len(sets) > 1:
@@ -240,7 +240,7 @@ def rival_lines(found: Diagnosis) -> list[str]:
 
 
 def next_test_lines(found: Diagnosis) -> list[str]:
-    """The recording to make next, and how much it would tell."""
+    """Return sentences on the proposed test and the information that it is expected to give."""
     test = found.next_test
     if test is None:
         return []
@@ -250,7 +250,7 @@ def next_test_lines(found: Diagnosis) -> list[str]:
 
 
 def searched_lines(found: Diagnosis) -> list[str]:
-    """How many models were fitted, whether that was all that matters, and which ones were lost."""
+    """Return sentences on how many models were fitted, whether others matter, and which ones could not be solved."""
     searched = found.searched
     count = len(searched.trials)
     if not count:
@@ -271,12 +271,12 @@ def searched_lines(found: Diagnosis) -> list[str]:
 
 
 def fault_kind(fault: DataFault) -> str:
-    """What is wrong with the data, in two or three words."""
+    """Return the kind of a fault in two or three words."""
     return _KINDS.get(fault.kind, fault.kind)
 
 
 def fault_lines(found: Diagnosis) -> list[str]:
-    """What is wrong with the data, where, and what to do; a line each, those that must be mended first."""
+    """Return a line for each fault of the recordings: place and remedy; the fatal faults first."""
     lines = []
     for one in sorted(found.faults, key=lambda one: not one.fatal):
         left = int(one.samples.sum())
@@ -291,12 +291,20 @@ def fault_lines(found: Diagnosis) -> list[str]:
 
 
 def channel_label(channel: DiagnosedChannel) -> str:
-    """Its name, and that it was held out where it was."""
+    """Return the name of a channel, with "(held out)" where it applies."""
     return f"{channel.name} (held out)" if channel.held_out else channel.name
 
 
 def unlikely(found: Diagnosis, limit: float) -> list[str]:
-    """Names of what is less probable than a limit, for people, in alphabetical order."""
+    """Return the titles of the effects that are less probable than a limit, in alphabetical order.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    limit : float
+        Probability, from 0 to 1.
+    """
     return sorted(title(name) for name, p in found.probability.items() if p < limit and name != UNKNOWN)
 
 

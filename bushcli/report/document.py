@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -11,8 +10,7 @@ import numpy as np
 
 from bushcli.case import Case, resolved
 from bushcli.faults import DataFault, condition
-from bushcli.inverse import Fit, FittedCurve
-from bushcli.inverse.door import parameter_unit
+from bushcli.inverse import Fit
 from bushcli.recording import Recording, branches, force_noise
 from bushcli.report.cycles import (
     by_name,
@@ -21,20 +19,33 @@ from bushcli.report.cycles import (
     response_histories,
     unexplained_hysteresis,
 )
+from bushcli.report.fit_part import fit_part
 from bushcli.report.quantity import quantities
 from bushcli.report.verdict import Verdict, judge
 from bushcli.report.versions import versions
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 from cases.mode import modes
 
 
 def direct_json(
     response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, timings: Mapping[str, float]
 ) -> dict[str, Any]:
-    """Return a direct prediction, and the fit that went before it, as JSON-ready data."""
+    """Return a direct prediction, and the coupon fit that preceded it, as JSON-ready data.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     document = head("direct", response.case, problems_of(response, misfits, fit), timings)
     document["data_faults"] = faults_json(response.faults)
     document["complete"] = response.complete
@@ -55,7 +66,17 @@ def direct_json(
 
 
 def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return an identified law as JSON-ready data."""
+    """Return an identified law as JSON-ready data.
+
+    Parameters
+    ----------
+    case : Case
+        The case with the coupon tests.
+    fit : Fit
+        The identified law.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     faults = {"data_faults": faults_json(fit.faults)}
     return cleaned(head("fit", case, fit.conditions, timings) | faults | fit_part(fit))
 
@@ -67,7 +88,21 @@ def case_json(
     timings: Mapping[str, float],
     faults: Sequence[DataFault] = (),
 ) -> dict[str, Any]:
-    """Return a checked case, what its recordings hold and what is wrong with them as JSON-ready data."""
+    """Return a checked case, the contents of its recordings and their faults as JSON-ready data.
+
+    Parameters
+    ----------
+    case : Case
+        The validated case.
+    curves : sequence of Recording
+        Recordings of the bushing.
+    coupons : sequence of Recording
+        Coupon tests.
+    timings : mapping of str to float
+        Seconds by stage.
+    faults : sequence of DataFault
+        Faults of recordings and coupon tests.
+    """
     document = head("check", case, map(condition, faults), timings)
     document["data_faults"] = faults_json(faults)
     document["recordings"] = [_summary(curve) for curve in curves]
@@ -76,7 +111,17 @@ def case_json(
 
 
 def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return the meshes of a case as JSON-ready data."""
+    """Return the meshes of a case as JSON-ready data.
+
+    Parameters
+    ----------
+    case : Case
+        The validated case.
+    meshes : sequence of Meshed
+        Its meshes, in the order of the tables.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     document = head("mesh", case, (), timings)
     document["geometry"] = {"notes": list(case.geometry.notes), "measures": dict(case.geometry.measures())}
     document["meshes"] = [
@@ -95,7 +140,20 @@ def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]
 
 
 def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
-    """What is doubtful about a direct prediction: fit, marches, recordings left uncompared, loops not simulated."""
+    """Return what is doubtful about a direct prediction.
+
+    These are problems of the coupon fit and of the marches, recordings that were not compared, and recorded loops
+    that are not simulated.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    """
     left = tuple(
         Condition(
             "not_compared",
@@ -112,7 +170,19 @@ def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
 def head(
     command: str, case: Case, problems: Iterable[Condition], timings: Mapping[str, float]
 ) -> dict[str, Any]:
-    """What every result has."""
+    """Return the entries that every result has.
+
+    Parameters
+    ----------
+    command : str
+        Name of the command: "direct", "inverse".
+    case : Case
+        The validated case.
+    problems : iterable of Condition
+        Conditions of the result.
+    timings : mapping of str to float
+        Seconds by stage.
+    """
     return {
         "command": command,
         "case": resolved(case),
@@ -245,64 +315,6 @@ def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     return document
 
 
-def fit_part(fit: Fit) -> dict[str, Any]:
-    """What every identified law has."""
-    names = list(fit.parameters)
-    return {
-        "law": fit.material.law,
-        "bulk_modulus": fit.material.bulk_modulus,
-        "parameters": {
-            name: {
-                "value": estimate.value,
-                "std": estimate.std,
-                "lower": estimate.lower,
-                "upper": estimate.upper,
-                "at_bound": estimate.at_bound,
-                "interval": _interval(estimate.interval),
-                "unit": parameter_unit(fit, name),
-            }
-            for name, estimate in fit.parameters.items()
-        },
-        "correlation": {
-            one: {other: fit.correlation[i, j] for j, other in enumerate(names)}
-            for i, one in enumerate(names)
-        },
-        "misfit": {
-            key: {"rms_percent": curve.rms_percent, "held_out": curve.held_out}
-            for key, curve in curves_by_mode(fit).items()
-        },
-        "weighting": fit.weighting,
-        "stability": {mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()},
-        "forward_solves": fit.forward_solves,
-        "failed_solves": fit.failed_solves,
-        "sweeps": fit.sweeps,
-        "iterations": fit.iterations,
-        "converged": fit.converged,
-        "seconds": fit.seconds,
-        "identifiability": {
-            "singular_values": fit.singular_values,
-            "undetermined": [
-                {"weights": dict(c.weights), "singular_value": c.singular_value, "text": c.text}
-                for c in fit.undetermined
-            ],
-        },
-    }
-
-
-def _interval(found: tuple[float, float] | None) -> list[float | None] | None:
-    """An interval; None for an end that was not found."""
-    return None if found is None else [end if math.isfinite(end) else None for end in found]
-
-
-def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
-    """Fitted curves by mode, or by the test's name where a mode was tested more than once."""
-    count = Counter(curve.recording.mode for curve in fit.curves)
-    return {
-        curve.recording.mode if count[curve.recording.mode] == 1 else curve.name: curve
-        for curve in fit.curves
-    }
-
-
 def cleaned(document: dict[str, Any]) -> dict[str, Any]:
     """Return the document with nothing but JSON's own types."""
     clean = _clean(document)
@@ -311,7 +323,7 @@ def cleaned(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def _clean(value: Any) -> Any:
-    """Arrays to lists, NumPy scalars to Python's, nan to None, infinities to text."""
+    """Convert arrays to lists, NumPy scalars to Python's, nan to None, infinities to text."""
     if isinstance(value, Mapping):
         return {str(key): _clean(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""The folder of results: what in it is bushcli's own, and how files get into it.
+"""The folder of results: which files in it belong to bushcli, and writing files into it.
 
 `result.json` lists the files that bushcli wrote; no other file is replaced, and no symbolic link is followed. Every
 file is written beside its place and then renamed, so that a reader never sees half of one.
@@ -38,7 +38,7 @@ def check_folder(directory: Path) -> None:
     try:
         existing = next(path for path in (directory, *directory.absolute().parents) if path.exists())
         if existing.is_dir():
-            # A file that is never there: permissions alone do not tell of a full disk or of /proc.
+            # A temporary file: permissions alone do not reveal a full disk or /proc.
             with tempfile.TemporaryFile(dir=existing) as probe:
                 probe.write(b"x")
             return
@@ -157,7 +157,7 @@ def _replace(path: Path, write: Callable[[Path], None]) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         part.unlink(missing_ok=True)
-        # Made here, and not by whoever planted a link of this name.
+        # Created exclusively, in case somebody planted a link of this name.
         os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW, 0o666))
         write(part)
         part.replace(path)

@@ -34,7 +34,7 @@ from bushcli.report.tables import (
 )
 from bushcli.report.verdict import judge
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response
+from bushcli.simulate.response import Response
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Section:
     plots : sequence of Markup
         SVG with its legend, all text in it escaped.
     fold : str
-        What is clicked to see what is folded.
+        Words to click to unfold the tables in `folded`.
     folded : sequence of Table
         Folded away, at the end.
     """
@@ -78,8 +78,16 @@ def direct_html(
 
     Parameters
     ----------
-    result
+    result : mapping of str to object
         What `direct_json` returned.
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    pictures : iterable of Picture
+        What `direct_figures` returned.
     """
     verdict = judge(response, misfits)
     kinds = by_kind(pictures)
@@ -103,7 +111,19 @@ def direct_html(
 
 
 def fit_html(result: Mapping[str, Any], case: Case, fit: Fit, pictures: Iterable[Picture]) -> str:
-    """Return the page of an identified law."""
+    """Return the page of an identified law.
+
+    Parameters
+    ----------
+    result : mapping of str to object
+        What `fit_json` returned.
+    case : Case
+        The case with the coupon tests.
+    fit : Fit
+        The identified law.
+    pictures : iterable of Picture
+        What `fit_figures` returned.
+    """
     worst = max(curve.rms_percent for curve in fit.curves)
     headline = f"{fit.material.law} fits {curves_of(fit)} to {worst:.1f} % rms or better"
     lines = [] if fit.converged else ["The fit did not converge."]
@@ -124,7 +144,15 @@ def _fitted(fit: Fit, kinds: Mapping[str, list[Picture]]) -> Section:
 
 
 def history_sections(histories: Sequence[History], kinds: Mapping[str, Sequence[Picture]]) -> list[Section]:
-    """Cycles and holds of every channel; no section where no path comes back or holds."""
+    """Return the section on cycles and holds; an empty list where no path comes back or holds.
+
+    Parameters
+    ----------
+    histories : sequence of History
+        Channels with cycles or holds.
+    kinds : mapping of str to sequence of Picture
+        Pictures by kind, as `by_kind` returned them.
+    """
     note = (
         "Energy is the net work of a cycle, the area of its loop where it closes; loss is that energy over the work "
         "done while loading. ± is one standard error from the noise of the recording. A law without memory has "
@@ -150,13 +178,27 @@ def page(
 
     Parameters
     ----------
-    source
-        What the law was identified from, where that is not the coupon tests.
-    warning
-        What is to be read before all else, in a box.
+    result : mapping of str to object
+        The result as JSON-ready data.
+    case : Case
+        The validated case.
+    material : Material or None
+        Material that was used, where it is not that of the case.
+    headline : str
+        The verdict in one sentence.
+    lines : sequence of str
+        Sentences below the headline.
+    tone : str
+        "good", "bad" or "plain", which selects the colour of the verdict.
+    sections : sequence of Section
+        Parts of the page; empty ones are left out.
+    source : str
+        Origin of the law's parameters, where that is not the coupon tests.
+    warning : Section or None
+        Section in a box above everything else.
     """
-    kept = [s for s in sections if s.pictures or s.tables or s.lines or s.plots or s.folded]
-    script = _script() if any(section.plots for section in kept) else ""
+    shown = [s for s in sections if s.pictures or s.tables or s.lines or s.plots or s.folded]
+    script = _script() if any(section.plots for section in shown) else ""
     return (
         _environment()
         .get_template("report.html")
@@ -170,7 +212,7 @@ def page(
             problems=result["problems"],
             conditions=conditions(case, material, source),
             path=str(case.path),
-            sections=kept,
+            sections=shown,
             script=script,
             digest=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
             case=json.dumps(result["case"], indent=2, ensure_ascii=False),
@@ -181,7 +223,7 @@ def page(
 
 
 def by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
-    """Pictures in their order, by kind."""
+    """Return pictures by kind, in their order."""
     kinds: dict[str, list[Picture]] = {}
     for picture in pictures:
         kinds.setdefault(picture.kind, []).append(picture)
@@ -189,7 +231,7 @@ def by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
 
 
 def _embedded(picture: Picture) -> str:
-    """A data address: lines stay sharp as SVG, shaded bodies are smaller as PNG."""
+    """Return a picture as a data address: lines as SVG, which stays sharp, shaded bodies as PNG, which is smaller."""
     if picture.kind in ("mesh", "deformed"):
         return "data:image/png;base64," + base64.b64encode(picture.png).decode()
     return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
@@ -197,7 +239,7 @@ def _embedded(picture: Picture) -> str:
 
 @cache
 def _script() -> Markup:
-    """The script of the zoomable plots; it holds nothing that would end its element."""
+    """Return the script of the zoomable plots, which cannot end its own element."""
     text = (resources.files("bushcli.report") / "templates" / "zoom.js").read_text(encoding="utf-8")
     assert "</" not in text
     return Markup(f"\n{text}")

@@ -13,7 +13,8 @@ from bushcli.case import Case
 from bushcli.inverse import Fit
 from bushcli.inverse.door import at_door
 from bushcli.report.cycles import fit_histories, history_json, unexplained_hysteresis
-from bushcli.report.document import cleaned, curves_by_mode, faults_json, fit_part, head
+from bushcli.report.document import cleaned, faults_json, head
+from bushcli.report.fit_part import curves_by_mode, fit_part
 from bushcli.report.identification_tables import (
     correlation_table,
     curve_table,
@@ -26,12 +27,16 @@ from bushcli.report.text import Shown, history_parts, problem_parts
 
 
 def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) -> dict[str, Any]:
-    """Return identified laws as JSON-ready data; what stands at the top is the best one's.
+    """Return identified laws as JSON-ready data; the entries at the top level describe the best law.
 
     Parameters
     ----------
-    fits
-        Best first.
+    case : Case
+        The case with the recordings.
+    fits : sequence of Fit
+        Identified laws, the best first.
+    timings : mapping of str to float
+        Seconds by stage.
     """
     fits = [at_door(fit) for fit in fits]
     best = fits[0]
@@ -111,7 +116,7 @@ def _model(fit: Fit) -> dict[str, Any]:
 
 
 def inverse_text(fits: Sequence[Fit]) -> Group:
-    """The ranking of several laws; of the best one verdict, parameters, curves, what is determined, search, problems.
+    """Return the ranking of several laws and, for the best one, verdict, parameters, curves, search and problems.
 
     Parameters
     ----------

@@ -22,8 +22,14 @@ def inverse_html(
 
     Parameters
     ----------
-    result
+    result : mapping of str to object
         What `inverse_json` returned.
+    case : Case
+        The case with the recordings.
+    fits : sequence of Fit
+        Identified laws, the best first.
+    pictures : iterable of Picture
+        What `inverse_figures` and `history_figures` returned.
     """
     best, kinds = fits[0], by_kind(pictures)
     found = answer(best)

@@ -14,7 +14,7 @@ from bushcli.report.tables import Row, Table
 
 
 def estimate_table(fit: Fit) -> Table:
-    """Parameters with standard error, 95 % interval, bounds and what is doubtful about them."""
+    """Return the parameters with standard error, 95 % interval, bounds and doubts."""
     rows: list[Row] = []
     for name, estimate in fit.parameters.items():
         unit = parameter_unit(fit, name)
@@ -39,7 +39,7 @@ def _interval(estimate: Estimate) -> str:
     if estimate.interval is None:
         return "-"
     low, high = estimate.interval
-    # Two digits of the width, so that the ends of a narrow interval are told apart.
+    # Two digits of the width, so that the ends of a narrow interval differ.
     width, size = high - low, max((abs(v) for v in (low, high) if math.isfinite(v)), default=1.0)
     narrow = math.isfinite(width) and 0 < width < size
     digits = 2 + math.ceil(math.log10(size / width)) if narrow else 3
@@ -49,7 +49,7 @@ def _interval(estimate: Estimate) -> str:
     return f"{low_shown} to {high_shown}" if math.isfinite(high) else f"above {low_shown}"
 
 
-# What ends an interval other than the misfit.
+# Limits of an interval other than the misfit.
 _LIMITED = {"stability": "the law's stability", "unsolvable": "what can be solved", "bound": "the bound"}
 
 
@@ -67,7 +67,7 @@ def _flags(estimate: Estimate) -> str:
 
 
 def curve_table(fit: Fit) -> Table:
-    """Misfit of each channel before and after."""
+    """Return the misfit of each channel before and after."""
     rows = [
         (
             curve.name,
@@ -85,7 +85,7 @@ def curve_table(fit: Fit) -> Table:
 
 
 def correlation_table(fit: Fit) -> Table:
-    """Correlation of the parameters' errors."""
+    """Return the correlation of the parameters' errors."""
     names = tuple(fit.parameters)
     rows = [
         (
@@ -98,7 +98,7 @@ def correlation_table(fit: Fit) -> Table:
 
 
 def leverage_table(fit: Fit) -> Table:
-    """What an error of 1 % in the force of one channel does to the parameters."""
+    """Return the effect of an error of 1 % in the force of one channel on the parameters."""
     names = tuple(fit.parameters)
     rows = [
         (channel, *(_change(fit.parameters[name], changes.get(name, math.nan)) for name in names))
@@ -109,12 +109,12 @@ def leverage_table(fit: Fit) -> Table:
 
 
 def _change(estimate: Estimate, relative: float) -> str:
-    # Of a value on its bound the changes that the linear theory gives are none.
+    # A value on its bound does not change as the linear theory predicts.
     return "-" if estimate.at_bound or not math.isfinite(relative) else f"{100 * relative:+.1f} %"
 
 
 def model_table(fits: Sequence[Fit]) -> Table:
-    """Laws, best first; the information criterion over the smallest one."""
+    """Return the laws, the best first, with their criterion relative to the smallest one."""
     names = list(dict.fromkeys(curve.name for fit in fits for curve in fit.curves))
     held = {curve.name for fit in fits for curve in fit.curves if curve.held_out}
     order = [name for name in names if name not in held] + [name for name in names if name in held]

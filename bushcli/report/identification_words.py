@@ -40,7 +40,7 @@ class Answer:
 
 
 def answer(fit: Fit) -> Answer:
-    """Put an identification into words."""
+    """Return the verdict on an identification in words."""
     fitted = [curve for curve in fit.curves if not curve.held_out]
     values = listed([f"{name} = {with_error(fit, name)}" for name in fit.parameters])
     misfits = ", ".join(f"{curve.name} {percent(curve.rms_percent)}" for curve in fitted)
@@ -73,19 +73,27 @@ def is_met(curve: FittedCurve) -> bool:
 
 
 def is_poor(curve: FittedCurve) -> bool:
-    """Whether the misfit says that the law does not describe the curve."""
+    """Whether the misfit is so large that the law does not describe the curve."""
     return curve.rms_percent > POOR_FIT and curve.rms_percent > POOR_NOISE * np.nan_to_num(
         curve.noise_percent
     )
 
 
 def is_uncertain(estimate: Estimate) -> bool:
-    """Whether the standard error says that the value is hardly determined."""
+    """Whether the standard error is so large that the value is poorly determined."""
     return not estimate.std <= POOR * abs(estimate.value)
 
 
 def with_error(fit: Fit, name: str) -> str:
-    """Value and standard error with the digits that the error leaves, and the unit: "0.1175 ± 0.0002 MPa"."""
+    """Return value, standard error and unit, as many digits as the error permits: "0.1175 ± 0.0002 MPa".
+
+    Parameters
+    ----------
+    fit : Fit
+        The identified law.
+    name : str
+        Full name of the parameter.
+    """
     estimate = fit.parameters[name]
     unit = parameter_unit(fit, name)
     tail = "" if unit == "1" else f" {unit}"
@@ -114,7 +122,7 @@ def _lines(fit: Fit) -> list[str]:
 
 
 def bulk_modulus(fit: Fit) -> str:
-    """Bulk modulus, MPa, where it was identified; its lower limit where the rubber may as well be incompressible."""
+    """Return the identified bulk modulus, MPa; its lower limit if the rubber may be incompressible."""
     found = fit.parameters["compliance"]
     if found.value > 2 * found.std:
         return number(1 / found.value, 3)
@@ -123,7 +131,7 @@ def bulk_modulus(fit: Fit) -> str:
 
 
 def determined(fit: Fit) -> list[str]:
-    """What the curves determine, by the singular values."""
+    """Return a sentence on what the curves determine, judged by the singular values."""
     values = np.asarray(fit.singular_values)
     if not len(values):
         return []
@@ -141,7 +149,7 @@ def determined(fit: Fit) -> list[str]:
 
 
 def search(fit: Fit) -> list[str]:
-    """How the result was found."""
+    """Return a line on how the result was found."""
     failed = f", {fit.failed_solves} trials failed" if fit.failed_solves else ""
     starts = f", {len(fit.end_points)} starts" if len(fit.end_points) > 1 else ""
     return [

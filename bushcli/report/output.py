@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,10 +21,13 @@ from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 from geometry.errors import GeometryError
 from geometry.shape import Shape
 from geometry.view import View
+
+if TYPE_CHECKING:
+    from bushcli.report.figures.picture import Picture
 
 REPORT = "report.html"
 _FIELDS = (".xdmf", ".h5")
@@ -40,7 +43,16 @@ _CURVES = {
 
 
 def write_check(directory: Path, result: Mapping[str, Any], case: Case) -> tuple[Path, ...]:
-    """Write what `case_json` returned.
+    """Write the result of `check`.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `case_json` returned.
+    case : Case
+        The validated case, whose input files are not replaced.
 
     Raises
     ------
@@ -89,9 +101,7 @@ def write_direct(
         if channel.name in misfits:
             files[f"{name}-comparison.csv"] = _comparison(channel, misfits[channel.name])
     pictures = direct_figures(response, misfits, fit, names)
-    for picture in pictures:
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(pictures)
     files[REPORT] = _text(direct_html(result, response, misfits, fit, pictures))
     return _write(
         directory, files, response.case, [f"{name}{end}" for name in names.values() for end in _FIELDS]
@@ -100,6 +110,17 @@ def write_direct(
 
 def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) -> tuple[Path, ...]:
     """Write an identified law: result.json, a CSV with recorded and fitted stress per coupon, picture, report.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `fit_json` returned.
+    case : Case
+        The validated case, whose input files are not replaced.
+    fit : Fit
+        The identified law.
 
     Raises
     ------
@@ -119,9 +140,7 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
             (shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force),
         )
     pictures = fit_figures(fit)
-    for picture in pictures:
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(pictures)
     files[REPORT] = _text(fit_html(result, case, fit, pictures))
     return _write(directory, files, case)
 
@@ -130,6 +149,17 @@ def write_inverse(
     directory: Path, result: Mapping[str, Any], case: Case, fits: Sequence[Fit]
 ) -> tuple[Path, ...]:
     """Write identified laws, best first: result.json, a CSV of the best one's curve per channel, pictures, report.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `inverse_json` returned.
+    case : Case
+        The validated case, whose input files are not replaced.
+    fits : sequence of Fit
+        Identified laws, the best first.
 
     Raises
     ------
@@ -156,15 +186,22 @@ def write_inverse(
             columns.append(curve.started.force)
         files[f"{names[curve.name]}-identified.csv"] = _table(heads, columns)
     pictures = (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
-    for picture in pictures:
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(pictures)
     files[REPORT] = _text(inverse_html(result, case, fits, pictures))
     return _write(directory, files, case)
 
 
 def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis) -> tuple[Path, ...]:
     """Write a diagnosis: result.json, a CSV of the curves per channel, maps for ParaView, pictures, report.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `diagnosis_json` returned.
+    found : Diagnosis
+        The diagnosis.
 
     Raises
     ------
@@ -183,9 +220,7 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
     for one in found.maps:
         files[f"{names[one.name]}-bushing-map.vtu"] = _text(map_vtu(one))
     pictures = diagnosis_figures(found, names)
-    for picture in pictures:
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(pictures)
     files[REPORT] = _text(diagnosis_html(result, found, pictures))
     return _write(directory, files, found.case)
 
@@ -198,6 +233,15 @@ def write_meshes(
 ) -> tuple[Path, ...]:
     """Write a picture of each mesh, as PNG and SVG, one of what was found in a file, and result.json.
 
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    meshes : sequence of Meshed
+        The meshes that were built.
+    result : mapping of str to object or None
+        What `mesh_json` returned; None writes no result.json.
+
     Raises
     ------
     InputError
@@ -208,9 +252,7 @@ def write_meshes(
     files: dict[str, Content] = {} if result is None else {RESULT: result}
     if shape is not None and shape.view is not None:
         files |= _geometry(shape.view, "What was taken for what", shape.measures())
-    for picture in mesh_figures(meshes):
-        files[f"{picture.name}.png"] = _bytes(picture.png)
-        files[f"{picture.name}.svg"] = _bytes(picture.svg)
+    files |= _drawn(mesh_figures(meshes))
     fields = [file.name for file in directory.glob("mesh-*") if file.suffix in _FIELDS]
     return _write(directory, files, None, fields)
 
@@ -246,7 +288,16 @@ def _geometry(view: View, title: str, measures: Mapping[str, float]) -> dict[str
 
 
 def check_output(directory: Path, case: Case, command: str = "direct") -> None:
-    """Refuse a folder before anything is computed for it by a command.
+    """Refuse an unusable output folder before a command computes anything.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result.
+    case : Case
+        The validated case, whose input files are not replaced.
+    command : str
+        Name of the command, from which the names of its files follow.
 
     Raises
     ------
@@ -283,6 +334,12 @@ def _write(
     return write_files(directory, files, _inputs(case), beside)
 
 
+def _drawn(pictures: Sequence[Picture]) -> dict[str, Content]:
+    """Return each picture as a PNG and an SVG file."""
+    files: dict[str, Content] = {f"{one.name}.png": _bytes(one.png) for one in pictures}
+    return files | {f"{one.name}.svg": _bytes(one.svg) for one in pictures}
+
+
 def _text(content: str) -> Callable[[Path], None]:
     return _bytes(content.encode())
 
@@ -299,7 +356,7 @@ def _curve(channel: Simulated) -> Callable[[Path], None]:
 
 
 def _comparison(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
-    """Recorded and simulated force at the recorded displacements, in the order of the recording."""
+    """Return recorded and simulated force at the recorded displacements, in the order of the recording."""
     shown = quantities(channel.mode)
     q, force = shown.csv_names
     return _table(
@@ -311,9 +368,9 @@ def _comparison(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
 def _diagnosed(
     channel: DiagnosedChannel, missing: np.ndarray[Any, Any] | None = None
 ) -> Callable[[Path], None]:
-    """Recorded force, that of the plain law and of the most probable model, what is missing, which samples are faulty.
+    """Return recorded force, forces of plain law and most probable model, missing force, and which samples are faulty.
 
-    With the time where there is one.
+    The first column is the time, if the recording has time.
     """
     shown = quantities(channel.mode)
     q, force = shown.csv_names

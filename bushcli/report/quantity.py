@@ -1,4 +1,4 @@
-"""How numbers are shown: units of a mode at the door (mm, degrees, N, N mm), and significant digits."""
+"""How numbers are shown: units of a mode for the user (mm, degrees, N, N mm), and significant digits."""
 
 from __future__ import annotations
 
@@ -38,27 +38,27 @@ class Quantities:
     csv_names: tuple[str, str] = ("displacement_mm", "force_N")
 
     def shown(self, displacement: Array) -> Array:
-        """Internal displacement (mm, rad, stretch - 1) -> mm, degrees, stretch."""
+        """Convert a displacement from internal units (mm, rad, stretch - 1) to mm, degrees, stretch."""
         return self.rest + self.per_internal * displacement
 
     def at(self, displacement: float) -> float:
-        """The same of one value."""
+        """Convert one displacement from internal units to mm, degrees, stretch."""
         return self.rest + self.per_internal * float(displacement)
 
     def stiffness(self, internal: float) -> float:
-        """N/mm, N mm/rad or MPa -> N/mm, N mm/degree or MPa."""
+        """Convert a stiffness from N/mm, N mm/rad or MPa to N/mm, N mm/degree or MPa."""
         return internal / self.per_internal
 
     @property
     def displacement_label(self) -> str:
-        """For an axis."""
+        """Label of an axis for the displacement."""
         return (
             f"{self.displacement} [{self.displacement_unit}]" if self.displacement_unit else self.displacement
         )
 
     @property
     def force_label(self) -> str:
-        """For an axis."""
+        """Label of an axis for the force."""
         return f"{self.force} [{self.force_unit}]"
 
 
@@ -72,7 +72,7 @@ _COUPON = Quantities(
 
 
 def quantities(mode: str) -> Quantities:
-    """What a mode's curve is made of."""
+    """Return names and units of displacement and force of a mode."""
     found = modes()[mode]
     if found.specimen == "coupon":
         return _COUPON
@@ -80,7 +80,15 @@ def quantities(mode: str) -> Quantities:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """Show a number with so many significant digits, without an exponent between 1e-4 and 1e7."""
+    """Return a number in decimal notation, with an exponent only below 1e-4 and from 1e7 on.
+
+    Parameters
+    ----------
+    value : float or None
+        In any unit; None and nan become a dash.
+    digits : int
+        Number of significant digits; digits before the decimal point are never rounded away.
+    """
     if value is None or math.isnan(value):
         return "-"
     if math.isinf(value):
@@ -95,7 +103,15 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def with_std(value: float, std: float) -> str:
-    """Show a value and its standard error with the digits that the error leaves: "0.1175 ± 0.0002"."""
+    """Return a value and its standard error, as many digits as the error permits: "0.1175 ± 0.0002".
+
+    Parameters
+    ----------
+    value : float
+        In any unit.
+    std : float
+        Standard error in the same unit; the value stands alone where it is not finite and positive.
+    """
     if not math.isfinite(std) or std <= 0:
         return number(value, 4)
     if max(abs(value), std) < 1e-4:

@@ -30,7 +30,7 @@ def rank(fit: Fit) -> tuple[bool, bool, float, int]:
 
 
 def information_criterion(fit: Fit) -> float:
-    """Bayesian information criterion, N ln(cost) + p ln N: lower is better, by 6 or more clearly.
+    """Return the Bayesian information criterion N ln(cost) + p ln N; a difference of 6 is clear, and lower is better.
 
     `cost` is the mean over the fitted channels of (rms misfit / noise)^2, as the identification minimises it. Its
     logarithm means that the misfit actually left is taken for the noise: where no law meets the recordings, a law

@@ -14,7 +14,7 @@ from bushcli.recording import Recording, branches
 from bushcli.report.quantity import number, percent, quantities
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response
+from bushcli.simulate.response import Response
 from cases.mode import modes
 from geometry.shape import Shape
 
@@ -41,12 +41,20 @@ class Table:
 
 
 def case_table(case: Case) -> Table:
-    """What a case says about bushing and rubber."""
+    """Return bushing and rubber of a case."""
     return Table(case.title, ("", ""), tuple(conditions(case)), left=2)
 
 
 def recording_table(title: str, curves: Sequence[Recording]) -> Table:
-    """What recordings hold."""
+    """Return a row for each recording: samples, cycles, ranges of displacement and force.
+
+    Parameters
+    ----------
+    title : str
+        Title of the table.
+    curves : sequence of Recording
+        The recordings.
+    """
     heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
     return Table(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
 
@@ -61,7 +69,7 @@ def measure_table(shape: Shape) -> Table:
 
 
 def mesh_table(meshes: Sequence[Meshed]) -> Table:
-    """Size and boundaries of the meshes."""
+    """Return size and boundaries of the meshes."""
     rows = tuple(
         (mesh.name, ", ".join(mesh.modes), ", ".join(mesh.boundaries), str(mesh.cells), str(mesh.nodes))
         for mesh in meshes
@@ -70,14 +78,16 @@ def mesh_table(meshes: Sequence[Meshed]) -> Table:
 
 
 def conditions(case: Case, material: Material | None = None, source: str = "") -> list[tuple[str, str]]:
-    """What was simulated, as names and values in words.
+    """Return what was simulated as pairs of name and value in words.
 
     Parameters
     ----------
-    material
-        The rubber that was used, where it is not the case's own.
-    source
-        What it was identified from; the coupon tests where that is not said and the case gives no parameters.
+    case : Case
+        The validated case.
+    material : Material or None
+        Material that was used, where it is not that of the case.
+    source : str
+        Origin of the law's parameters; empty for the coupon tests.
     """
     shape = case.geometry
     entries = shape.model_dump()
@@ -114,7 +124,15 @@ def _sleeve(values: Mapping[str, float | str]) -> str:
 
 
 def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
-    """Stiffness of each channel, simulated and measured, misfit, and whether it is within the 10 % band."""
+    """Return simulated and measured stiffness, misfit and "within 10 %" of each channel.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    """
     return _compared(response, misfits) if misfits else _simulated(response)
 
 
@@ -178,7 +196,7 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
 
 
 def solution_table(response: Response) -> Table:
-    """How each channel was solved."""
+    """Return how each channel was solved."""
     rows = []
     for channel in response.channels:
         rejected = sum(not attempt.accepted for attempt in channel.attempts)
@@ -208,7 +226,7 @@ def solution_table(response: Response) -> Table:
 
 
 def parameter_table(fit: Fit) -> Table:
-    """The identified law's parameters."""
+    """Return the parameters of the identified law."""
     rows = [
         (
             name,
@@ -224,7 +242,7 @@ def parameter_table(fit: Fit) -> Table:
 
 
 def fitted_table(fit: Fit) -> Table:
-    """The curves of a fit: misfit, range tested, range in which the law is stable."""
+    """Return the curves of a fit: misfit, range tested, range in which the law is stable."""
     rows = []
     for curve in fit.curves:
         mode, shown = curve.recording.mode, quantities(curve.recording.mode)
@@ -251,7 +269,7 @@ def _range(low: float, high: float, unit: str) -> str:
 
 
 def curves_of(fit: Fit) -> str:
-    """What a law was fitted to: "3 coupon tests"."""
+    """Return the words for what a law was fitted to: "3 coupon tests"."""
     count = sum(not curve.held_out for curve in fit.curves)
     return f"{count} {'coupon test' if _all_coupons(fit) else 'recording'}{'s' if count != 1 else ''}"
 

@@ -1,7 +1,7 @@
 """Results for people, at the terminal: tables with rules where it is one, plain aligned columns where output is piped.
 
-Everything returned is a rich renderable; the command line prints it. Colour carries no meaning of its own: what it says
-stands in words as well, and piped output has none.
+Everything returned is a rich renderable; the command line prints it. Colour carries no meaning of its own: the words
+are sufficient, and piped output has no colour.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from bushcli.report.verdict import judge
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response
+from bushcli.simulate.response import Response
 from geometry.shape import Shape
 
 
@@ -63,13 +63,23 @@ class Shown:
             justify: Literal["left", "right"] = "left" if i < self.table.left else "right"
             drawn.add_column(Text(head), justify=justify)
         for row in self.table.rows:
-            # As Text: a name in square brackets is no mark-up.
+            # As Text: a name in square brackets must not act as mark-up.
             drawn.add_row(*(Text(cell) for cell in row))
         yield drawn
 
 
 def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> Group:
-    """The verdict, the table of channels and the problems; the fit before them where there was one."""
+    """Return the table of channels, the verdict and the problems; before them the coupon fit if there was one.
+
+    Parameters
+    ----------
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    """
     parts: list[object] = []
     if fit is not None:
         parts += [*_fit_parts(fit), Text()]
@@ -88,14 +98,26 @@ def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
 
 
 def fit_text(fit: Fit) -> Group:
-    """The identified law: parameters, misfit by coupon, stability, problems."""
+    """Return the identified law: parameters, misfit by coupon, stability, problems."""
     return Group(*_fit_parts(fit), *problem_parts(fit.conditions))  # type: ignore[arg-type]
 
 
 def case_text(
     case: Case, curves: Sequence[Recording], coupons: Sequence[Recording], faults: Sequence[DataFault] = ()
 ) -> Group:
-    """What a case says, what its recordings hold and what is wrong with them."""
+    """Return a summary of a case, of its recordings and of their faults.
+
+    Parameters
+    ----------
+    case : Case
+        The validated case.
+    curves : sequence of Recording
+        Recordings of the bushing.
+    coupons : sequence of Recording
+        Coupon tests.
+    faults : sequence of DataFault
+        Faults of recordings and coupon tests.
+    """
     parts: list[object] = [Shown(case_table(case)), *_notes(case.geometry)]
     for title, recorded in (("Recordings", curves), ("Coupon tests", coupons)):
         if recorded:
@@ -105,7 +127,14 @@ def case_text(
 
 
 def mesh_text(meshes: Sequence[Meshed], shape: Shape | None = None) -> Group:
-    """What was found in a file, with areas and volumes; size and boundaries of the meshes."""
+    """Return what was found in a file, with areas and volumes, and size and boundaries of the meshes.
+
+    Parameters
+    ----------
+    meshes : sequence of Meshed
+    shape : Shape, optional
+        The geometry, where a file describes it.
+    """
     parts: list[object] = []
     if shape is not None and shape.notes:
         parts += [*_notes(shape), Text(), Shown(measure_table(shape)), Text()]
@@ -132,12 +161,12 @@ def _fit_parts(fit: Fit) -> list[object]:
 
 
 def history_parts(histories: Sequence[History]) -> list[object]:
-    """Cycles and holds of every channel, long tables without their middle."""
+    """Return cycles and holds of every channel, long tables without their middle rows."""
     return [part for table in history_tables(histories, brief=True) for part in (Text(), Shown(table))]
 
 
 def problem_parts(found: Iterable[Condition]) -> list[object]:
-    """Problems, each with its remedy."""
+    """Return the problems, each with its remedy."""
     parts: list[object] = []
     for problem in found:
         parts += [

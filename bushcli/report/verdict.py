@@ -15,7 +15,7 @@ import numpy as np
 
 from bushcli.report.quantity import Quantities, listed, number, percent, quantities
 from bushcli.simulate.misfit import BAND, Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 
 # A single factor counts as an explanation when it takes away this share of the rms misfit...
 EXPLAINS = 0.5
@@ -91,7 +91,7 @@ class Verdict:
 
 
 def judge(response: Response, misfits: Mapping[str, Misfit]) -> Verdict:
-    """Put a direct prediction into words.
+    """Return the verdict on a direct prediction in words.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def _alone(channel: Simulated, shown: Quantities) -> str:
 
 
 def stiffer(ratio: float) -> str:
-    """Say how stiff a simulation is, given simulated over measured stiffness: "78 % too stiff"."""
+    """Return how stiff a simulation is, given simulated over measured stiffness: "78 % too stiff"."""
     if not math.isfinite(ratio):
         return "no stiffness to compare"
     off = 100 * abs(ratio - 1.0)

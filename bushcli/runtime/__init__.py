@@ -1,1 +1,1 @@
-"""What every command stands on: conditions, checks of the installation, interrupts, processes, kept work."""
+"""Services for every command: conditions, checks of the installation, interrupts, processes, saved results."""

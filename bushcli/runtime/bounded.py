@@ -1,4 +1,4 @@
-"""Read a file of the user up to a stated size, and nothing that is no file."""
+"""Read a file of the user up to a stated size, and only if it is a regular file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def read_bounded(path: Path, most: int) -> bytes:
     Raises
     ------
     TooLarge
-        The file is larger, or is a device or a pipe, which may never end; the message says so.
+        The file is larger, or is a device or a pipe, which may never end; the message distinguishes the two.
     OSError
         It cannot be read.
     """

@@ -1,4 +1,4 @@
-"""Bytes that name a question: the same for equal values, in every process, whatever way they were put together."""
+"""Bytes that identify a question: the same for equal values, in every process, however the values were built."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 
 
 def canonical(question: tuple[Any, ...]) -> bytes:
-    """Bytes of a question's values.
+    """Return bytes that identify a question; equal questions give equal bytes in every process.
 
-    What an effect is described by, its parameters with their bounds included, is part of a question. Its functions are
-    pickled by name: what they do is not. A file counts by its path and by what it holds now.
+    The description of an effect is part of a question, including its parameters and their bounds. Its functions are
+    pickled by name, so their code is not part of it. A file counts by its path and its present contents.
     """
     out = io.BytesIO()
     _Canonical(out).dump(question)
@@ -23,18 +23,18 @@ class _Canonical(pickle.Pickler):
     def __init__(self, out: io.BytesIO) -> None:
         # Up to this protocol an array is the same whether it owns its memory or not.
         super().__init__(out, protocol=4)
-        # No references to what was met before: whether two equal objects are one differs after a run was resumed.
+        # No references to earlier objects: whether two equal objects are identical changes when a run is resumed.
         self.fast = True
 
     def persistent_id(self, obj: Any) -> Any:
         if isinstance(obj, set | frozenset):
-            # Their order is another one in every process.
+            # Their order differs from process to process.
             return "set", sorted(obj, key=repr)
         if isinstance(obj, Path):
-            # Not the parts of which it was put together.
+            # The whole path: its parts depend on how it was built.
             return "path", str(obj)
         contents = getattr(type(obj), "contents", None)
         if callable(contents):
-            # A recording is what its file holds.
+            # A recording counts by the contents of its file.
             return type(obj).__qualname__, vars(obj), contents(obj)
         return None

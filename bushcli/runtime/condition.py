@@ -1,4 +1,4 @@
-"""Named conditions of a result: what is doubtful about it, and what can be done."""
+"""Named conditions of a result: doubts about it, and their remedies."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Condition:
-    """Something about a result that its user should know.
+    """A doubt about a result that its user should know of.
 
     Attributes
     ----------
     name : str
         Short and stable, for scripts: "not_converged", "unstable_law", "coarse_mesh".
     message : str
-        What was seen, with numbers.
+        The observation, with numbers.
     remedy : str
-        What can be done about it.
+        What the user can do about it.
     """
 
     name: str

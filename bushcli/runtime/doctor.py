@@ -1,4 +1,4 @@
-"""What the program runs on, and what is wrong with it: versions, BLAS, MPI, compiler and compiled forms."""
+"""Examination of the installation: versions, BLAS, MPI, compiler and compiled forms."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bushcli.runtime.condition import Condition
 from bushcli.runtime.tried import untried_dolfinx
 from cases.jit import cache_directory
 
-#: What has to be importable: module -> what it is for.
+#: Modules that must be importable, with their purpose.
 MODULES = {
     "dolfinx": "finite elements",
     "petsc4py": "nonlinear and linear solvers",
@@ -34,14 +34,14 @@ _SET_UP = "run `make setup` in the checkout, or create the conda environment of 
 
 @dataclass(frozen=True)
 class Examination:
-    """What was found.
+    """Result of an examination.
 
     Attributes
     ----------
     facts : mapping of str to str
         Name -> finding, in the order in which to show them.
     problems : tuple of Condition
-        What keeps the program from working, or from working fast, each with its remedy.
+        Defects that stop or slow down the program, each with its remedy.
     """
 
     facts: Mapping[str, str]
@@ -95,7 +95,7 @@ def blas_among(libraries: Iterable[str]) -> str:
         "MKL": ("mkl_",),
         "BLIS": ("blis",),
         "ATLAS": ("atlas",),
-        # Debian keeps the reference in a folder of the first name, conda-forge in files of the second.
+        # Debian has the reference BLAS in a folder of the first name, conda-forge in files of the second.
         "reference": ("/blas/libblas.so", "librefblas", "/libcblas.so", "/libblas.so"),
     }
     return next((kind for kind, marks in kinds.items() if any(m in p for m in marks for p in shared)), "")
@@ -172,7 +172,7 @@ def _cache() -> Examination:
         return Examination(facts, ())
     problem = Condition(
         "cache_not_writable",
-        f"compiled forms cannot be kept: {existing} is {'not writable' if existing.is_dir() else 'a file'}",
+        f"compiled forms cannot be saved: {existing} is {'not writable' if existing.is_dir() else 'a file'}",
         "make it writable, or choose another folder with BUSHCLI_CACHE=/path",
     )
     return Examination(facts, (problem,))

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: both end a run in the same way, whatever the run is just doing.
+"""Ctrl-C and SIGTERM: both end a run in the same way, whatever the run is doing.
 
 A signal is raised as an exception wherever the interpreter is. In a callback of PETSc it comes out as PETSc's own
 error, and a kernel that was being compiled leaves a file for whose end every later run would wait.
@@ -52,7 +52,7 @@ def end_with_parent(end: Callable[[], None]) -> None:
 def is_interrupt(error: BaseException | None) -> bool:
     """Whether an exception is an interruption, as it is or as the cause of another one.
 
-    ctypes keeps of it the name alone, in its own error's words.
+    ctypes preserves only its name, in the message of its own error.
     """
     while error is not None:
         if isinstance(error, KeyboardInterrupt) or KeyboardInterrupt.__name__ in str(error):
@@ -69,7 +69,7 @@ def abandon_compilation(frame: FrameType | None) -> None:
     for caller in _callers(frame):
         if caller.f_code.co_name in _COMPILER and caller.f_globals.get("__name__", "").startswith("ffcx."):
             folder, name = caller.f_locals.get("cache_dir"), caller.f_locals.get("module_name")
-            # Not the one for whose compilation by another process this one waits.
+            # Not the source that another process is compiling while this one waits.
             if folder and name and not _waits(frame):
                 source = Path(folder) / f"{name}.c"
                 if not source.with_suffix(".c.cached").exists():

@@ -1,4 +1,4 @@
-"""Results of fits kept on disk, so that a diagnosis that was stopped goes on where it was.
+"""Results of fits saved on disk, so that an interrupted diagnosis can be resumed.
 
 Each result is one NumPy archive of plain arrays, which nothing executes when it is read. Its name is made of the
 question and of the code's own text: another question, or another revision of the code, is another file. A file that is
@@ -27,7 +27,7 @@ SUFFIX = ".npz"
 # Bytes; as much as a result may need.
 _PROBE = 100_000
 PACKAGES = ("bushcli", "cases", "forms", "geometry")
-# What NumPy, its archives and our own reading make of bytes that were overwritten.
+# Errors that NumPy, its archives and the codecs raise for overwritten bytes.
 _DAMAGED = (
     OSError,
     ValueError,
@@ -45,7 +45,7 @@ _DAMAGED = (
 
 @cache
 def code_revision() -> str:
-    """Digest of the text of all modules of the program."""
+    """Return the digest of the text of all modules of the program."""
     root = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256()
     for package in PACKAGES:
@@ -64,6 +64,13 @@ class Codec(Protocol):
     def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
         """Return the answer to a question from its arrays.
 
+        Parameters
+        ----------
+        found : dict
+            Arrays by name, as `encoded` returned them.
+        question : tuple
+            Arguments of the work that gave the answer.
+
         Raises
         ------
         Exception
@@ -80,12 +87,12 @@ class Store:
     codec
         How answers become arrays.
     resume
-        Use what the folder holds; it is emptied otherwise.
+        Use the results in the folder; without it the folder is emptied.
 
     Attributes
     ----------
     there : int
-        Results that the folder held: those to go on with, or those thrown away.
+        Number of results that the folder held: those to resume from, or those deleted.
 
     Raises
     ------
@@ -106,24 +113,47 @@ class Store:
         self.there = len(results)
 
     def file(self, work: str, question: tuple[Any, ...]) -> Path:
-        """Where the answer to a question is kept."""
+        """Return the file that holds, or will hold, the answer to a question.
+
+        Parameters
+        ----------
+        work : str
+            Qualified name of the function that answers.
+        question : tuple
+            Its arguments.
+        """
         digest = hashlib.sha256(f"{code_revision()} {work}".encode())
         digest.update(canonical(question))
         return self.folder / f"{digest.hexdigest()[:24]}{SUFFIX}"
 
     def read(self, file: Path, question: tuple[Any, ...]) -> tuple[bool, Any]:
-        """Whether there is an answer, and the answer."""
+        """Return whether the file holds an answer, and the answer.
+
+        Parameters
+        ----------
+        file : Path
+            As `file` returned it.
+        question : tuple
+            Arguments of the work, for decoding.
+        """
         try:
-            # Read at once: a damaged archive would stay open.
+            # Read completely first: a damaged archive would stay open.
             with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as found:
                 return True, self.codec.decoded({name: found[name] for name in found.files}, question)
         except _DAMAGED:
             return False, None
 
     def write(self, file: Path, answer: Any) -> None:
-        """Keep an answer; the file appears whole or not at all.
+        """Save an answer; the file appears whole or not at all.
 
         On a full disk the run goes on without it: the answer is worth more than the means of going on with the run.
+
+        Parameters
+        ----------
+        file : Path
+            As `file` returned it.
+        answer : object
+            What the codec can encode.
         """
         content = io.BytesIO()
         np.savez(content, **self.codec.encoded(answer))
@@ -135,12 +165,12 @@ class Store:
                 os.fsync(out.fileno())
             fresh.replace(file)
         except OSError:
-            # `failure` says so at the end; here it may be another process.
+            # `failure` reports it at the end of the run; this may be another process.
             with suppress(OSError):
                 fresh.unlink(missing_ok=True)
 
     def failure(self) -> str:
-        """Return why answers cannot be kept in the folder now; empty where they can."""
+        """Return why answers cannot be saved in the folder at present; empty if they can."""
         probe = self.folder / f"probe.{os.getpid()}.part"
         try:
             with probe.open("wb") as out:

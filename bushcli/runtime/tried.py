@@ -1,4 +1,4 @@
-"""Whether bushcli was tried with the DOLFINx that is installed; asked without loading it."""
+"""Whether bushcli was tried with the installed version of DOLFINx, determined without loading it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from geometry.dolfinx_api import TRIED, is_tried, release
 
 
 def installed_dolfinx() -> str | None:
-    """Version of the DOLFINx that is installed; None where there is none, or none that says so."""
+    """Return the version of the installed DOLFINx; None if it is not installed or declares no version."""
     try:
         return importlib.metadata.version("fenics-dolfinx")
     except importlib.metadata.PackageNotFoundError:
@@ -17,7 +17,7 @@ def installed_dolfinx() -> str | None:
 
 
 def untried_dolfinx(version: str | None) -> tuple[Condition, ...]:
-    """What to say of a version of DOLFINx: nothing, if bushcli was tried with it."""
+    """Return a condition if bushcli was not tried with this version of DOLFINx, else an empty tuple."""
     if version is None or is_tried(version):
         return ()
     first, last = (".".join(map(str, bound)) for bound in TRIED)

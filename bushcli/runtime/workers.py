@@ -1,7 +1,7 @@
 """Independent runs side by side: as many processes as asked for, on this machine or over MPI, results in order.
 
-Fits are kept on disk as soon as they are there (`store`), so that a diagnosis that was stopped goes on where it was,
-with any number of workers, to the same end.
+Fits are saved on disk as soon as they are finished (`store`), so that an interrupted diagnosis can be resumed, with any
+number of workers and with the same result.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from bushcli.runtime.store import Store
 
 Work = Callable[..., Any]
 
-# Work whose answers are kept (`store`): fits and derivatives; all else takes no time.
-KEPT = frozenset({"begin", "fit_plain", "fit", "columns"})
-# Seconds that a process is given to put its things in order.
+# Work whose answers are saved (`store`): fits and derivatives; the rest takes almost no time.
+SAVED = frozenset({"begin", "fit_plain", "fit", "columns"})
+# Seconds that a process has to clean up.
 GRACE = 2.0
 
 
@@ -36,9 +36,9 @@ class Workers:
     count
         Processes; with 1 everything runs in this one.
     store
-        Where results are kept; None keeps none.
+        Where results are saved; None saves none.
     executor
-        Processes that somebody else has started and ends (`ranks`), in place of `count` of our own. They may be on
+        Processes that the caller starts and ends (`ranks`), instead of `count` processes of our own. They may be on
         machines that do not see the store.
     """
 
@@ -62,7 +62,7 @@ class Workers:
         self._executor.shutdown()
 
     def stop(self) -> None:
-        """End all processes, whatever they do; nothing can be run after it."""
+        """End all processes, whatever they are doing; afterwards nothing can be run."""
         if self._executor is None:
             return
         self._executor.shutdown(wait=False, cancel_futures=True)
@@ -71,12 +71,12 @@ class Workers:
             process.terminate()
         for process in ours:
             process.join(GRACE)
-            # The compiler that a process has started is of its group.
+            # A compiler that the process has started belongs to its group.
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(process.pid or 0, signal.SIGKILL)
             process.kill()
         for process in ours:
-            # A process that was killed is there until it has been asked for.
+            # A killed process remains in the process table until it is joined.
             process.join(GRACE)
 
     def run(
@@ -85,7 +85,17 @@ class Workers:
         questions: Sequence[tuple[Any, ...]],
         notify: Callable[[int, Any], None] | None = None,
     ) -> list[Any]:
-        """Answers to all questions, in their order; `notify` hears of each as it is there."""
+        """Return the answers to all questions, in the order of the questions.
+
+        Parameters
+        ----------
+        work : Work
+            Function at module level, so that other processes can import it.
+        questions : sequence of tuple
+            Arguments of each call.
+        notify : callable or None
+            Called with index and answer as each answer becomes known; None calls nothing.
+        """
         answers: list[Any] = [None] * len(questions)
         waiting = []
         for i, question in enumerate(questions):
@@ -120,13 +130,13 @@ class Workers:
         return future
 
     def _file(self, work: Work, question: tuple[Any, ...]) -> Path | None:
-        if self.store is None or work.__qualname__ not in KEPT:
+        if self.store is None or work.__qualname__ not in SAVED:
             return None
         return self.store.file(f"{work.__module__}.{work.__qualname__}", question)
 
 
 def _answer(store: Store | None, file: Path | None, work: Work, question: tuple[Any, ...]) -> Any:
-    """Do the work, and keep what came of it."""
+    """Do the work and save its answer."""
     answer = work(*question)
     if file is not None and store is not None:
         store.write(file, answer)
@@ -139,7 +149,7 @@ def _has_answer(future: Future[Any]) -> bool:
 
 @contextmanager
 def ranks() -> Iterator[Executor | None]:
-    """The other ranks of `mpirun` as processes that answer questions; None for those ranks themselves.
+    """Yield an executor on the other ranks of `mpirun`; on those ranks themselves yield None.
 
     They answer until the first rank leaves the context, and only then leave it too.
     """
@@ -157,11 +167,13 @@ _STOPPING = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Processes are started whole, and do not hear of Ctrl-C or SIGTERM before they are ready to."""
-    heard: list[int] = []
-    # Blocked here, a signal goes to another thread, and the interpreter would raise it here all the same.
+    """Start processes completely: Ctrl-C and SIGTERM wait until they can handle them."""
+    received: list[int] = []
+    # Blocked in this thread, a signal goes to another one, and the interpreter would still raise it here.
     main = threading.current_thread() is threading.main_thread()
-    handlers = {one: signal.signal(one, lambda number, _: heard.append(number)) for one in _STOPPING if main}
+    handlers = {
+        one: signal.signal(one, lambda number, _: received.append(number)) for one in _STOPPING if main
+    }
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _STOPPING)
     try:
         yield
@@ -169,22 +181,22 @@ def _deaf() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         for one, handler in handlers.items():
             signal.signal(one, handler or signal.SIG_DFL)
-    if heard:
-        signal.raise_signal(heard[0])
+    if received:
+        signal.raise_signal(received[0])
 
 
 def _begin() -> None:
-    """Make this process one that ends when the first one says so, and with it in any case."""
+    """Prepare a worker process, which ends on SIGTERM and in any case with the process that started it."""
 
     def end(number: int, frame: FrameType | None) -> None:
         abandon_compilation(frame)
-        # Not by an exception: the next question may already wait.
+        # Not by an exception: the next question may already be waiting.
         os._exit(1)
 
     # Ctrl-C goes to all processes of the terminal's group: only the first one is to answer it.
     os.setpgrp()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # A process that has been told to end before it was ready ends here.
+    # A process that received SIGTERM before it was ready ends here.
     signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOPPING)
     signal.signal(signal.SIGTERM, end)
     end_with_parent(lambda: os.killpg(0, signal.SIGKILL))

@@ -1,4 +1,4 @@
-"""Field files of a channel, and what is said where they cannot be written."""
+"""Field files of a channel, and the reason if they cannot be written."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from cases.model import Model
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """HDF5 prints its whole stack on the process's stderr before it raises; what it raises says enough."""
+    """Discard what HDF5 prints on stderr: its whole stack, before it raises an error that is sufficient."""
     sys.stderr.flush()
-    kept = os.dup(2)
+    saved = os.dup(2)
     try:
         with Path(os.devnull).open("w") as nowhere:
             os.dup2(nowhere.fileno(), 2)
             yield
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        os.dup2(saved, 2)
+        os.close(saved)
 
 
 def written(model: Model, history: History, file: Path) -> str:
@@ -47,7 +47,7 @@ def written(model: Model, history: History, file: Path) -> str:
     try:
         with _silent():
             write_fields(model, history.displacement, history.states, file)
-    except (OSError, RuntimeError) as error:  # HDF5 says so where the disk is full
+    except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk
         with suppress(OSError):
             for part in (file, file.with_suffix(".h5")):
                 part.unlink(missing_ok=True)

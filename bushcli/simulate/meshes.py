@@ -46,9 +46,18 @@ class Meshed:
 
 
 def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tuple[Meshed, ...]:
-    """Build every mesh that the case's load cases and recordings need, and write each as XDMF.
+    """Build every mesh that the load cases and recordings of a case need, and write each as XDMF.
 
     A case without either gets the meshes of all bushing modes.
+
+    Parameters
+    ----------
+    case : Case
+        A case without load cases and recordings gets the meshes of all modes of its specimen.
+    directory : Path
+        Folder for the XDMF files; created if necessary.
+    comm : MPI.Comm
+        Ranks that share each mesh.
     """
     asked = {load.mode for load in case.load_cases} | {source.mode for source in case.recordings}
     names = asked or {mode.name for mode in modes().values() if mode.specimen == case.geometry.specimen}
@@ -81,7 +90,7 @@ def _build(
     file = directory / f"mesh-{name}.xdmf"
     try:
         write_mesh(mesh, file)
-    except (OSError, RuntimeError) as error:  # HDF5 says so where the disk is full
+    except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk
         raise InputError(Problem(str(file), f"cannot be written: {error}", "", "another -o")) from None
     topology = mesh.mesh.topology
 

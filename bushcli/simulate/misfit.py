@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from bushcli.recording import Recording, force_noise
 from bushcli.recording.curve import Curve
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 
 Array = NDArray[np.float64]
 
 BAND = 0.10
-# A misfit of fewer samples says nothing.
+# A misfit over fewer samples has no meaning.
 FEWEST = 5
 
 
@@ -82,7 +82,7 @@ class Misfit:
 
 
 def misfit(channel: Simulated) -> Misfit:
-    """Correlate a simulated channel with its recording.
+    """Return the misfit between a simulated channel and its recording.
 
     Raises
     ------
@@ -105,34 +105,36 @@ def misfit(channel: Simulated) -> Misfit:
     reached = (recording.displacement >= low) & (recording.displacement <= high)
     if np.count_nonzero(reached) < 3:
         raise ValueError(f"channel {channel.name}: the simulation ended before the recording's third sample")
-    kept = _samples(recording, reached)
+    followed = _samples(recording, reached)
     # The tolerance of `at` is a share of the simulated range, which may be much shorter than the recorded
     # one.
-    simulated = backbone.at(kept.displacement, tolerance=slack / float(np.ptp(backbone.displacement)) * 1.001)
-    return _compared(channel, kept, simulated, float(np.mean(reached)))
+    simulated = backbone.at(
+        followed.displacement, tolerance=slack / float(np.ptp(backbone.displacement)) * 1.001
+    )
+    return _compared(channel, followed, simulated, float(np.mean(reached)))
 
 
-def _compared(channel: Simulated, kept: Curve, simulated: Array, compared: float) -> Misfit:
+def _compared(channel: Simulated, reached: Curve, simulated: Array, compared: float) -> Misfit:
     assert channel.recording is not None
-    difference = simulated - kept.force
-    force_range = float(np.ptp(kept.force))
+    difference = simulated - reached.force
+    force_range = float(np.ptp(reached.force))
     return Misfit(
         channel=channel.name,
-        displacement=kept.displacement,
+        displacement=reached.displacement,
         difference=difference,
         simulated=simulated,
         force_range=force_range,
         rms_percent=100 * float(np.sqrt(np.mean(difference**2))) / force_range,
         peak_percent=100 * float(np.max(np.abs(difference))) / force_range,
         noise_percent=100 * force_noise(channel.recording) / force_range,
-        measured=stiffness(kept),
-        predicted=stiffness(Curve(kept.mode, kept.displacement, simulated, kept.time)),
+        measured=stiffness(reached),
+        predicted=stiffness(Curve(reached.mode, reached.displacement, simulated, reached.time)),
         compared=compared,
     )
 
 
 def misfits(response: Response) -> dict[str, Misfit]:
-    """Misfit of every channel that has a recording and got far enough to be compared, by channel name."""
+    """Return the misfit of every channel with a recording of which enough samples were simulated, by channel name."""
     return {
         channel.name: misfit(channel)
         for channel in response.channels
@@ -141,12 +143,12 @@ def misfits(response: Response) -> dict[str, Misfit]:
 
 
 def stiffness(curve: Curve) -> Stiffness:
-    """Initial and secant stiffness of a curve."""
+    """Return initial and secant stiffness of a curve."""
     return Stiffness(curve.initial_stiffness(), curve.secant_stiffness())
 
 
 def _slack(recording: Recording) -> float:
-    """How far beyond the simulated ends a recorded displacement may lie: noise, and a side left out."""
+    """Return how far a recorded displacement may lie beyond the simulated ends, because of noise."""
     return 0.01 * float(np.ptp(recording.displacement))
 
 

@@ -1,7 +1,7 @@
 """From a recorded path to the steps of a march, and from the march back to the samples.
 
-Where the rubber remembers, the whole path has to be followed, but neither every sample nor the sensor's noise: a march
-through noisy displacements would turn round at every sample. The path is a chain of straight lines in time, as few as
+If the rubber has memory, the march has to follow the whole path, but neither every sample nor the sensor's noise: on
+noisy displacements it would reverse at every sample. The path is a chain of straight lines in time, as few as
 stay within the noise and fitted to all samples; it is cut at its turning points into legs, and each leg into steps
 that are finest after the turn, where memory acts. A leg that goes further than the path has been before is cut there.
 Samples are interpolated within their leg.
@@ -68,7 +68,7 @@ class Schedule:
 
     @cached_property
     def _clock(self) -> Array:
-        """Position of each node within its leg: along the path, or in the logarithm of a hold's time."""
+        """Position of each node within its leg: along the path, or in the logarithm of the time of a hold."""
         clock = np.zeros(len(self.time))
         for leg in self.legs:
             inside = slice(leg.first + 1, leg.last + 1)
@@ -84,7 +84,7 @@ class Schedule:
         return np.abs(path - self.displacement[leg.first])
 
     def interpolation(self, time: Array) -> Array:
-        """Matrix, shape (samples, nodes), that takes values at the nodes to those at other times."""
+        """Return the matrix (samples, nodes) from values at the nodes to values at other times."""
         matrix = np.zeros((len(time), len(self.time)))
         starts = np.array([self.time[leg.first] for leg in self.legs])
         place = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(self.legs) - 1)
@@ -103,23 +103,23 @@ class Schedule:
         return matrix
 
     def path(self, time: Array) -> Array:
-        """Displacement at other times: the path without the sensor's noise."""
+        """Return the displacement at other times: the path without the sensor's noise."""
         return np.interp(time, self.time, self.displacement)
 
 
 def schedule(time: Array | None, displacement: Array, noise: float, fineness: float = 1.0) -> Schedule:
-    """Steps that follow a recorded path.
+    """Return the steps that follow a recorded path.
 
     Parameters
     ----------
-    time : shape (n,) or None
-        Seconds, increasing; None where rate does not matter.
-    displacement : shape (n,)
+    time : (n,) array or None
+        Seconds, increasing; None where the rate does not matter.
+    displacement : (n,) array
         mm or rad, as recorded.
-    noise
-        Standard deviation of the displacement's noise.
-    fineness
-        2 for twice the steps.
+    noise : float
+        Standard deviation of the displacement's noise, mm or rad.
+    fineness : float
+        Factor on the number of steps: 2 for twice as many.
     """
     clock = np.arange(len(displacement), dtype=float) if time is None else np.asarray(time, dtype=float)
     span = float(np.ptp(displacement))
@@ -132,7 +132,15 @@ def schedule(time: Array | None, displacement: Array, noise: float, fineness: fl
 
 
 def prescribed(time: Array | None, displacement: Array) -> Schedule:
-    """Steps through a prescribed program: its own points, cut into legs where it turns or stands still."""
+    """Return the steps of a prescribed program: its own points, cut into legs where it turns or stands still.
+
+    Parameters
+    ----------
+    time : (n,) array or None
+        Seconds, increasing; None where the rate does not matter.
+    displacement : (n,) array
+        mm or rad.
+    """
     q = np.asarray(displacement, dtype=float)
     clock = np.arange(len(q), dtype=float) if time is None else np.asarray(time, dtype=float)
     kinds = np.sign(np.diff(q))
@@ -142,7 +150,7 @@ def prescribed(time: Array | None, displacement: Array) -> Schedule:
 
 
 def _corners(time: Array, q: Array, tolerance: float) -> NDArray[np.intp]:
-    """Fewest samples through which straight lines stay within the tolerance of all samples (Douglas-Peucker)."""
+    """Return the fewest samples whose connecting lines stay within the tolerance of all samples (Douglas-Peucker)."""
     kept = {0, len(q) - 1}
     todo = [(0, len(q) - 1)]
     while todo:
@@ -161,7 +169,7 @@ def _corners(time: Array, q: Array, tolerance: float) -> NDArray[np.intp]:
 
 
 def _fitted(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:
-    """Displacement at the corners of the chain that is nearest to all samples."""
+    """Return the displacements at the corners of the chain that is nearest to all samples."""
     hats = np.array([np.interp(time, time[corners], row) for row in np.eye(len(corners))]).T
     return np.asarray(np.linalg.lstsq(hats, q, rcond=None)[0])
 
@@ -201,7 +209,7 @@ def _stepped(
 
 
 def _cut(t: Array, q: Array, reached: float, apart: float) -> list[tuple[float, float]]:
-    """A leg's pieces: where it goes beyond what was reached before, softened rubber is virgin again, with a knee."""
+    """Cut a leg where it passes the largest earlier displacement, behind which softened rubber is stiffer."""
     end = float(q[-1])
     before = np.copysign(reached, end)
     if (
@@ -217,7 +225,7 @@ def _cut(t: Array, q: Array, reached: float, apart: float) -> list[tuple[float, 
 
 
 def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
-    """Times of a leg's nodes after its first: evenly graded along the path, and its corners."""
+    """Return the times of a leg's nodes after the first: graded evenly along the path, and at its corners."""
     length = abs(q[-1] - q[0])
     count = max(int(np.ceil(FEWEST * fineness)), int(np.ceil(STEPS * fineness * length / span)))
     graded = np.linspace(0.0, 1.0, count + 1)[1:] ** GRADING

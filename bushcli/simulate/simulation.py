@@ -1,7 +1,7 @@
 """A recorded channel with the effects that act on it: parameters in, force at the recorded samples out.
 
 Where the rubber remembers nothing, the bushing is solved once over the range of the recording, and everything that the
-rig makes of its curve is exact algebra on a spline. Where it remembers, the recorded path is marched, thinned to what
+rig does to its curve is exact algebra on a spline. Where it remembers, the recorded path is marched, thinned to what
 the accuracy needs (`bushcli.simulate.schedule`). Either way every parameter, of the law, of the rubber, of the
 assembly or of the rig, has its exact derivative.
 """
@@ -15,18 +15,18 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
-from bushcli.effects.effect import Signal
+from bushcli.effects.change import Signal
+from bushcli.simulate.derivatives import carried_in_series, columns, elastic_curve
 from bushcli.simulate.schedule import prescribed, schedule
 from cases.march import History, march
 from cases.mode import Mode
 from cases.model import Model
 from cases.program import Program
-from cases.series import Carried, Series
+from cases.series import Series
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from geometry.shape import Refinement, Shape
 
@@ -41,13 +41,13 @@ STEPS, SOLID_STEPS, CONTACT_STEPS = 8, 6, 16
 ACCURATE = 2e-3
 FINEST = 4.0
 STANDS_STILL = "the rig takes up all of the travel: the bushing does not move"
-# The last curve or march of each body, and what it was asked with.
+# The last curve or march of each body, with the arguments that gave it.
 _last: WeakKeyDictionary[Model, tuple[object, History]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
 class Answer:
-    """Force of a channel at its samples.
+    """Force of a channel at its samples, with derivatives.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Simulation:
         self.plan(1.0)
 
     def plan(self, fineness: float) -> None:
-        """Follow the path in `fineness` times the usual steps."""
+        """Choose the steps along the path, `fineness` times as many as by default."""
         self.fineness = fineness
         if self.noise is None:
             self.steps = prescribed(self.time, self.displacement)
@@ -131,7 +131,7 @@ class Simulation:
     # -- parameters ----------------------------------------------------------------------------------------------
 
     def _set(self, parameters: Mapping[str, float]) -> tuple[ActiveEffect, ...]:
-        """Give the model its values and return the effects with theirs."""
+        """Set the values of the model's parameters, and return the effects with theirs."""
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
         found = []
         for one in self.active:
@@ -152,14 +152,19 @@ class Simulation:
         keep_states: bool = False,
         progress: Steps | None = None,
     ) -> Answer:
-        """Force at the samples, and its derivatives.
+        """Return the force at the samples and its derivatives.
 
         Parameters
         ----------
-        parameters
-            The law's by name, "compliance", and "effect.parameter"; the case's where absent.
-        names
-            Those by which derivatives are wanted.
+        parameters : mapping of str to float
+            Values by name, N, mm, MPa, s, rad: those of the law, "compliance" (1/MPa) and "effect.parameter". What is
+            not given keeps the value that the model has; an effect's parameter then has the value of the case.
+        names : sequence of str
+            Parameters by which derivatives are wanted.
+        keep_states : bool
+            Whether the history holds the displacement field of each step.
+        progress : Steps or None
+            Called after each step of the march.
 
         Raises
         ------
@@ -189,14 +194,14 @@ class Simulation:
             low, high = 0.0, max(high, -low)
         inner = tuple(name for name in names if name in self.model.constants)
         history = self._sweep(even_targets(low, high, self._count), inner, keep_states, progress)
-        response = _curve(history, self.odd, inner, names)
+        response = elastic_curve(history, self.odd, inner, names)
         logged = rig.elastic_response(active, travel, response, names)
         return Answer(logged.value, logged.slope, history)
 
     def _sweep(
         self, targets: Array, inner: tuple[str, ...], keep_states: bool, progress: Steps | None
     ) -> History:
-        """The body's curve; the last one again where only what the rig makes of it has changed."""
+        """Return the curve of the body; the last one is reused if only the rig has changed since."""
         asked = (self._values(), targets.tobytes(), inner)
         known = _last.get(self.model)
         if known is not None and known[0] == asked and not keep_states and progress is None:
@@ -228,16 +233,16 @@ class Simulation:
         series = None
         if float(compliance.value) != 0.0 or np.any(compliance.slope):
             rates = dict(zip(names, map(float, compliance.slope), strict=True))
-            series = Series(float(compliance.value), rates, _carried(active, names, self._clock[0]))
+            series = Series(float(compliance.value), rates, carried_in_series(active, names, self._clock[0]))
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
-        # What stands beside the bushing, or is logged late, does not change the march.
+        # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)
         program = Program(driven.value, steps.time if steps.timed else None)
         history = self._march(program, inner, path_rates, series, keep_states, progress)
-        q = Signal(history.displacement, _spread(history.path_sensitivity, inner, names, len(history.force)))
-        force = Signal(history.force, _spread(history.sensitivity, inner, names, len(history.force)))
-        began = self._clock[0]
-        total = rig.parallel(active, q, force, names, steps.time - began)
+        q = Signal(history.displacement, columns(history.path_sensitivity, inner, names, len(history.force)))
+        force = Signal(history.force, columns(history.sensitivity, inner, names, len(history.force)))
+        start = self._clock[0]
+        total = rig.parallel(active, q, force, names, steps.time - start)
         logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
         return Answer(logged.value, logged.slope, history)
 
@@ -250,13 +255,13 @@ class Simulation:
         keep_states: bool,
         progress: Steps | None,
     ) -> History:
-        """The body's answer to a path; the last one again where only what the rig makes of it has changed."""
+        """Return the body's response to a path; the last one is reused if only the rig has changed since."""
         rates = {name: rate.tobytes() for name, rate in path_rates.items()}
         times = None if program.time is None else program.time.tobytes()
         asked = (self._values(), program.displacement.tobytes(), times, inner, rates)
-        can_be_kept = not keep_states and progress is None and series is None
+        can_be_reused = not keep_states and progress is None and series is None
         known = _last.get(self.model)
-        if known is not None and known[0] == asked and can_be_kept:
+        if known is not None and known[0] == asked and can_be_reused:
             return known[1]
         found = march(
             self.model,
@@ -268,7 +273,7 @@ class Simulation:
             progress=progress,
             patience=self.patience,
         )
-        if can_be_kept:
+        if can_be_reused:
             _last[self.model] = (asked, found)
         return found
 
@@ -300,60 +305,8 @@ class Simulation:
             fine = self.solve(parameters).force
             error = float(np.sqrt(np.mean((fine - coarse) ** 2)) / np.ptp(fine))
             if error <= ACCURATE or fineness >= FINEST:
-                # The steps that were judged are kept: twice as many cost twice the time.
+                # Return to the steps that were judged: twice as many take twice the time.
                 self.plan(fineness)
                 self.step_error = error
                 return error
             coarse = fine
-
-
-def _spread(found: Array | None, inner: Sequence[str], names: Sequence[str], count: int) -> Array:
-    """Derivatives by some of the parameters as columns of all, zero elsewhere."""
-    columns = np.zeros((count, len(names)))
-    if found is not None:
-        columns[:, [names.index(name) for name in inner]] = found
-    return columns
-
-
-def _curve(history: History, odd: bool, inner: tuple[str, ...], names: tuple[str, ...]) -> rig.Response:
-    """The solved curve as a function of the displacement: force, stiffness, and derivatives by all names."""
-    q = history.displacement
-    slope = np.zeros((len(q), len(names)))
-    for i, name in enumerate(names):
-        if name in inner:
-            assert history.sensitivity is not None
-            slope[:, i] = history.sensitivity[:, inner.index(name)]
-    values = np.column_stack([history.force, slope])
-    if odd:
-        q, first = np.unique(np.concatenate([q, -q]), return_index=True)
-        values = np.concatenate([values, -values])[first]
-    spline = CubicSpline(q, values)
-    stiffness = spline.derivative()
-
-    def response(at: Array) -> tuple[Array, Array, Array]:
-        found = spline(at)
-        return found[:, 0], stiffness(at)[:, 0], found[:, 1:]
-
-    return response
-
-
-def _carried(
-    active: Sequence[ActiveEffect], names: tuple[str, ...], began: float
-) -> Callable[[float, float, float], Carried]:
-    """What springs in series carry, one state at a time; the recording began at the time `began`."""
-    local = ("", " ", *names)
-
-    def carried(q: float, force: float, time: float) -> Carried:
-        rows = np.zeros((2, 1, len(local)))
-        rows[0, 0, 0] = rows[1, 0, 1] = 1.0
-        moved, pushed = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
-        total = rig.parallel(active, moved, pushed, local, np.array([time - began]))
-        slope = total.slope[0]
-        return Carried(
-            float(total.value[0]),
-            float(slope[0]),
-            float(slope[1]),
-            dict(zip(names, map(float, slope[2:]), strict=True)),
-        )
-
-    return carried

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from bushcli.cli import main
 
-#: Documented exit codes; 70, a mistake in bushcli, is none of them.
+#: Documented exit codes; 70, an error in bushcli, is not one of them.
 CODES = {0, 1, 2, 3, 130}
 #: Seconds of work for a file that is refused, imports aside.
 PROMPT = 2.0

@@ -16,7 +16,7 @@ from bushcli.faults import condition, find_faults, masks
 from bushcli.faults.stiffness import unit_stiffness
 from bushcli.recording import Recording, force_noise, read_coupon, read_recording
 from bushcli.recording.source import Source
-from bushcli.simulate.predict import _check_travel
+from bushcli.simulate.admissible import check_travel
 from geometry.shape import shapes
 
 ROOT = Path(__file__).parents[2]
@@ -157,7 +157,7 @@ def test_closed_forms_give_the_published_numbers():
 def test_a_travel_through_the_rubber_is_refused_with_the_remedy_of_its_unit():
     case, wrong = bushing(), changed(recorded("radial"), 1e3)
     with pytest.raises(InputError, match=r"mm, but the rubber .*units = \{ displacement = \"um\" \}"):
-        _check_travel(case, [wrong], find_faults(case, [wrong]))
+        check_travel(case, [wrong], find_faults(case, [wrong]))
 
 
 # -- faults of samples -----------------------------------------------------------------------------------------------

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import Signal, effect
+from bushcli.effects.change import Signal
+from bushcli.effects.effect import effect
 from bushcli.effects.rig import (
     NoEquilibrium,
     Travel,

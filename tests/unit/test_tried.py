@@ -73,4 +73,4 @@ def test_an_internal_error_names_the_release_that_may_be_why(newer, monkeypatch)
     monkeypatch.setattr("bushcli.simulate.meshes.meshes", lambda *_: {}["max_facet_to_cell_links"])
     done = CliRunner().invoke(main, ["mesh", str(EXAMPLE)])
     assert done.exit_code == 70
-    assert "perhaps because DOLFINx 0.12.0 is newer than" in done.output
+    assert "a possible cause: DOLFINx 0.12.0 is newer than" in done.output

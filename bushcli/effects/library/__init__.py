@@ -1,1 +1,1 @@
-"""The effects, one file each; `bushcli.effects.effect` says what they are and finds them."""
+"""The effects, one file each; `bushcli.effects.effect` defines their type and finds them."""

@@ -12,12 +12,25 @@ doi:10.3390/polym13040538: the modulus of one recipe depends on mixing and dispe
 
 import numpy as np
 
-from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Array, Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
 def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
-    """Return exp(log_factor) times the force."""
+    """Multiply the force by exp(log_factor).
+
+    Parameters
+    ----------
+    q : Signal
+        Displacement of the bushing (n,), mm or rad; not used.
+    force : Signal
+        Force of the bushing (n,), N or N mm.
+    time : (n,) array or None
+        Seconds since the recording began; not used.
+    given : Given
+        Value of `log_factor` (dimensionless) with its derivatives.
+    """
     factor = np.exp(given["log_factor"].value)
     return force * Signal(factor, factor * given["log_factor"].slope)
 

@@ -10,12 +10,25 @@ Shaw and Holmes (1983), A periodically forced piecewise linear oscillator, J. So
 doi:10.1016/0022-460X(83)90407-8.
 """
 
-from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Array, Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
 def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
-    """Return the force with that of the stop."""
+    """Add the force of the stop to the force of the bushing.
+
+    Parameters
+    ----------
+    q : Signal
+        Displacement of the bushing (n,), mm or rad.
+    force : Signal
+        Force of the bushing (n,), N or N mm.
+    time : (n,) array or None
+        Seconds since the recording began; not used.
+    given : Given
+        Values of `stiffness` (N/mm or N mm/rad) and `gap` (mm or rad) with their derivatives.
+    """
     over = q - given["gap"]
     engaged = over.value > 0.0 if given["gap"].value >= 0.0 else over.value < 0.0
     return force + given["stiffness"] * over.where(engaged)

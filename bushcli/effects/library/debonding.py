@@ -30,7 +30,7 @@ BONDS = ("inner_top", "inner_bottom", "outer_top", "outer_bottom")
 # 5e-7 of a radial one.
 BOND = 2e7
 # Length over which the bond's compliance grows by a factor e, over the rubber's thickness. 0.03 brings the curve closer
-# to that of a free boundary, but on the usual mesh the slope by the length then jumps from element to element.
+# to that of a free boundary, but on the default mesh the slope by the length then jumps from element to element.
 EDGE = 0.05
 # Of the quadrature along the bond: the edge is narrower than an element.
 DEGREE = 20
@@ -39,7 +39,7 @@ FREE = 60.0
 
 
 def _bond(values: Values, place: Place, bond: str) -> list[Scalar]:
-    """Springs between rubber and sleeve, whose compliance beyond the bond's edge grows out of all bounds.
+    """Return the energy of springs between rubber and sleeve; beyond the bond's edge their compliance grows.
 
     With s the distance from the end and d = EDGE times the thickness the compliance (mm/MPa) that is added is
     d/mu (exp((length - s)/d) - exp(-s/d)): zero everywhere without a free length, and smooth in it. It is that of the
@@ -83,7 +83,7 @@ EFFECT = Effect(
     summary="Part of the bond between rubber and sleeve is free, from one end on.",
     acts="assembly",
     parameters=(
-        # The derivative at zero is that of the bond's corner, which says little of a length that reaches the bulk.
+        # The derivative at zero is that of the bond's corner, which is no guide to a length that reaches the bulk.
         EffectParameter(
             "length",
             "mm",

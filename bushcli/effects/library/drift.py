@@ -10,12 +10,23 @@ Stefanescu (2011), Handbook of Force Transducers, Springer, doi:10.1007/978-3-64
 
 import numpy as np
 
-from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Array, Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
 def read(force: Signal, time: Array | None, given: Given) -> Signal:
-    """Return the force with rate times the time."""
+    """Add rate times time to the force.
+
+    Parameters
+    ----------
+    force : Signal
+        Force that the rig carries (n,), N or N mm.
+    time : (n,) array or None
+        Seconds since the recording began.
+    given : Given
+        Value of `rate` (N/s or N mm/s) with its derivatives.
+    """
     if time is None:
         raise ValueError("a drift needs time")
     return force + given["rate"] * Signal(time, np.zeros((len(time), given["rate"].slope.shape[-1])))

@@ -12,12 +12,21 @@ doi:10.1016/S0005-1098(02)00047-X.
 
 import numpy as np
 
-from bushcli.effects.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
 def drive(q: Signal, given: Given) -> Signal:
-    """Return what is left of the rig's displacement behind the dead band."""
+    """Return the part of the rig's displacement that lies beyond the dead band.
+
+    Parameters
+    ----------
+    q : Signal
+        Displacement of the rig (n,), mm or rad.
+    given : Given
+        Value of `half_width` (mm or rad) with its derivatives.
+    """
     width = given["half_width"]
     sign = np.sign(q.value)
     edge = Signal(sign * width.value, sign[:, None] * width.slope)

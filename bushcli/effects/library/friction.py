@@ -73,7 +73,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="reversals at two amplitudes; a second rate or a hold tells it from viscoelasticity",
+    needs="reversals at two amplitudes; a second rate or a hold distinguishes it from viscoelasticity",
     rivals=("mullins", "viscoelasticity"),
     source="Garcia Tarrago et al. (2007), Torsion stiffness of a rubber bushing, doi:10.1243/03093247JSA246",
     specimens=frozenset({"bushing", "coupon"}),

@@ -11,12 +11,23 @@ ISO 7500-1:2018, Metallic materials - Calibration and verification of static uni
 
 import numpy as np
 
-from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Array, Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
 def read(force: Signal, time: Array | None, given: Given) -> Signal:
-    """Return (1 + error) times the force."""
+    """Multiply the force by 1 + error.
+
+    Parameters
+    ----------
+    force : Signal
+        Force that the load cell carries (n,), N or N mm.
+    time : (n,) array or None
+        Seconds since the recording began; not used.
+    given : Given
+        Value of `error` (dimensionless) with its derivatives.
+    """
     error = given["error"]
     return force * Signal(np.asarray(1.0 + error.value), error.slope)
 

@@ -86,7 +86,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="a reload below an earlier peak; first loadings to growing amplitudes tell m and beta",
+    needs="a reload below an earlier peak; first loadings to growing amplitudes determine m and beta",
     rivals=("friction", "viscoelasticity", "warming"),
     source="Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect, doi:10.1098/rspa.1999.0431",
     specimens=frozenset({"bushing", "coupon"}),

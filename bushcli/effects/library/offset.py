@@ -9,19 +9,38 @@ ASTM D638-14, Standard test method for tensile properties of plastics, annex A1 
 doi:10.1520/D0638-14.
 """
 
-from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Array, Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 ZERO = "engineering judgement: sensors are zeroed by hand, to some hundredths of what is then recorded"
 
 
 def drive(q: Signal, given: Given) -> Signal:
-    """Return the displacement from the true rest position."""
+    """Return the displacement from the true rest position.
+
+    Parameters
+    ----------
+    q : Signal
+        Displacement as recorded (n,), mm or rad.
+    given : Given
+        Value of `displacement` (mm or rad) with its derivatives.
+    """
     return q - given["displacement"]
 
 
 def read(force: Signal, time: Array | None, given: Given) -> Signal:
-    """Return the force as it is logged."""
+    """Add the force that the load cell reads at rest.
+
+    Parameters
+    ----------
+    force : Signal
+        Force that the rig carries (n,), N or N mm.
+    time : (n,) array or None
+        Seconds since the recording began; not used.
+    given : Given
+        Value of `force` (N or N mm) with its derivatives.
+    """
     return force + given["force"]
 
 
@@ -54,7 +73,7 @@ EFFECT = Effect(
             prior=Prior("normal", 0.03, of="travel", source=ZERO),
         ),
     ),
-    needs="curvature that differs between + and - tells the two apart; two amplitudes tell them from permanent set",
+    needs="curvature that differs between + and - separates the two; two amplitudes, both from permanent set",
     rivals=("drift", "free_play", "misalignment", "permanent_set"),
     source="ASTM D638-14, annex A1 (toe compensation), doi:10.1520/D0638-14",
     rig=RigChange(drive=drive, read=read, order=0),

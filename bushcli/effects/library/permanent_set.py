@@ -16,12 +16,21 @@ doi:10.1016/j.eurpolymj.2008.11.017.
 
 import numpy as np
 
-from bushcli.effects.effect import Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
 def drive(q: Signal, given: Given) -> Signal:
-    """Return q - set (M+ + M-)."""
+    """Return q - set (M+ + M-).
+
+    Parameters
+    ----------
+    q : Signal
+        Displacement of the rig (n,), mm or rad, in the order of the recording.
+    given : Given
+        Value of `set` (dimensionless) with its derivatives.
+    """
     return q - given["set"] * (_running_maximum(q, 1) + _running_maximum(q, -1))
 
 

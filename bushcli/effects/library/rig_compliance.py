@@ -10,7 +10,8 @@ Oliver and Pharr (1992), An improved technique for determining hardness and elas
 7:1564-1583, doi:10.1557/JMR.1992.1564: the compliance of the load frame in series with that of the specimen.
 """
 
-from bushcli.effects.effect import Effect, EffectParameter, RigChange
+from bushcli.effects.change import RigChange
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 from cases.mode import modes
 

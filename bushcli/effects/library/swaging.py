@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 
 def _inwards(x: Array, kinematics: str) -> Array:
-    """Displacement of the outer bond per unit of the reduction; everything but radial is held."""
+    """Return the displacement of the outer bond per unit of the reduction; only the radial component is not zero."""
     if kinematics == "cartesian":
         u = np.zeros((3, x.shape[1]))
         u[:2] = -x[:2] / np.maximum(np.hypot(x[0], x[1]), 1e-12)
@@ -70,7 +70,7 @@ EFFECT = Effect(
                 "half_normal",
                 0.03,
                 of="thickness",
-                source="engineering judgement: usual reductions are 2 to 5 % of the rubber's wall, enough "
+                source="engineering judgement: reductions are commonly 2 to 5 % of the rubber's wall, enough "
                 "to undo the tension of cooling",
             ),
         ),

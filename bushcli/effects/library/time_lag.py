@@ -10,7 +10,8 @@ References
 Lakes (2004), Viscoelastic measurement techniques, Rev. Sci. Instrum. 75:797-810, doi:10.1063/1.1651639.
 """
 
-from bushcli.effects.effect import Effect, EffectParameter, RigChange
+from bushcli.effects.change import RigChange
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 EFFECT = Effect(

@@ -68,7 +68,7 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
 
 
 def _branches(values: Values) -> list[Attached]:
-    """Those branches whose parameters are there."""
+    """Return the branches whose parameters have values."""
     from forms.branches.maxwell import BRANCH
     from forms.potential import Attached
 

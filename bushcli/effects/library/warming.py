@@ -13,12 +13,25 @@ doi:10.1007/BF01178397.
 
 import numpy as np
 
-from bushcli.effects.effect import Array, Effect, EffectParameter, Given, RigChange, Signal
+from bushcli.effects.change import Array, Given, RigChange, Signal
+from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 
 def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Signal:
-    """Return the force times 1 - amount (1 - exp(-t / tau))."""
+    """Multiply the force by 1 - amount (1 - exp(-t / tau)).
+
+    Parameters
+    ----------
+    q : Signal
+        Displacement of the bushing (n,), mm or rad; not used.
+    force : Signal
+        Force of the bushing (n,), N or N mm.
+    time : (n,) array or None
+        Seconds since the recording began.
+    given : Given
+        Values of `amount` (dimensionless) and `tau` (s) with their derivatives.
+    """
     if time is None:
         raise ValueError("warming needs time")
     amount, tau = given["amount"], given["tau"]

@@ -17,7 +17,7 @@ from bushcli.report.figures.projection import is_twisted
 from bushcli.report.quantity import listed, quantities
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 from cases.stretches import Surface
 
 __all__ = ["Picture", "direct_figures", "fit_figures", "mesh_figures"]
@@ -26,12 +26,18 @@ __all__ = ["Picture", "direct_figures", "fit_figures", "mesh_figures"]
 def direct_figures(
     response: Response, misfits: Mapping[str, Misfit], fit: Fit | None, names: Mapping[str, str]
 ) -> tuple[Picture, ...]:
-    """Curves, coupons, deformed shapes and meshes of a direct prediction.
+    """Return curves, coupons, deformed shapes and meshes of a direct prediction.
 
     Parameters
     ----------
-    names
-        Channel -> name for its files.
+    response : Response
+        The simulated channels.
+    misfits : mapping of str to Misfit
+        By channel name, for the channels that were compared with a recording.
+    fit : Fit or None
+        Fit to the coupons; None where the case gives the parameters.
+    names : mapping of str to str
+        File name by channel name.
     """
     found: list[Picture] = []
     for channel in response.channels:
@@ -62,12 +68,12 @@ def direct_figures(
 
 
 def fit_figures(fit: Fit) -> tuple[Picture, ...]:
-    """The coupons of a fit."""
+    """Return the picture of the coupons of a fit."""
     return (picture("coupons", "coupons", coupon_title(fit), coupon_figure(fit)),)
 
 
 def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:
-    """One picture per mesh."""
+    """Return one picture for each mesh."""
     found = []
     for mesh in meshes:
         if mesh.surface is None:
@@ -88,7 +94,7 @@ def _deformed_title(channel: Simulated) -> str:
 
 
 def _note(surface: Surface, deformed: bool = False) -> str:
-    """What is to be known of a picture: where it is cut, that it is in scale."""
+    """Return the small print of a picture: where the body is cut, and that the scale is true."""
     low = surface.reference.reshape(-1, 3).min(axis=0)
     high = surface.reference.reshape(-1, 3).max(axis=0)
     scale = "true scale; dashed: before the load" if deformed else "true scale"

@@ -31,13 +31,23 @@ _Layer: TypeAlias = tuple[Array, Array, Array, float, Array]
 _RUBBER = "#8fb3c9"
 _COLOURS = "YlOrRd"  # of ColorBrewer, safe for colour-blind eyes; light where nothing happens
 _SPLIT_SECTION, _SPLIT_SOLID = 8, 6
-# The colour scale ends where all but this share of the surface is told apart: at bond edges the stretch is singular.
+# The colour scale covers all but this share of the surface: at bond edges the stretch is singular.
 _BEYOND = 0.005
 _LONGEST = 5.4  # inches of the drawing's longer side
 
 
 def mesh_figure(surface: Surface, title: str, note: str = "") -> Figure:
-    """Draw the undeformed mesh."""
+    """Draw the undeformed mesh.
+
+    Parameters
+    ----------
+    surface : Surface
+        Faces of the mesh, mm.
+    title : str
+        Title of the picture, wrapped to its width.
+    note : str
+        Small print below the picture.
+    """
     with style():
         view = (
             projection.SECTION if projection.is_section(surface) else projection.cut_view(surface.reference)
@@ -46,7 +56,17 @@ def mesh_figure(surface: Surface, title: str, note: str = "") -> Figure:
 
 
 def deformed_figure(surface: Surface, title: str, note: str = "") -> Figure:
-    """Draw the deformed shape, with the outline that it had before."""
+    """Draw the deformed shape and, dashed, the outline before the load.
+
+    Parameters
+    ----------
+    surface : Surface
+        Faces of the mesh with reference and deformed positions, mm.
+    title : str
+        Title of the picture, wrapped to its width.
+    note : str
+        Small print below the picture.
+    """
     scale = _scale(surface)
     with style():
         if not projection.is_section(surface):
@@ -77,7 +97,7 @@ class _Drawing:
         self.extent = float(np.ptp(surface.reference.reshape(-1, 3), axis=0).max())
 
     def figure(self, title: str, note: str) -> Figure:
-        """Draw."""
+        """Return the drawing as a figure."""
         both = (self.grid.reshape(-1, 3), self.surface.reference.reshape(-1, 3))
         projected = self.view.project(np.concatenate(both))
         low, high = projected.min(axis=0), projected.max(axis=0)
@@ -107,7 +127,7 @@ class _Drawing:
         return figure
 
     def _faces(self, axes: Axes) -> None:
-        """Faces and lines in one collection, far ones first."""
+        """Draw faces and lines as one collection, distant ones first."""
         many = self.many
         pieces = projection.cells(self.grid)
         values = projection.cells(projection.bilinear(self.surface.stretch[..., None], many)).mean(
@@ -141,7 +161,7 @@ class _Drawing:
         self._paint(axes, layers)
 
     def _lines(self, segments: Array, opacity: float, width: float, depth: Array) -> _Layer:
-        """Segments (n, 2, 3) as polygons of no area."""
+        """Return segments (n, 2, 3) as polygons without area."""
         ink = np.tile((*to_rgb(BLACK), opacity), (len(segments), 1))
         return segments[:, [0, 1, 1, 0]], np.zeros_like(ink), ink, width, depth
 
@@ -162,7 +182,7 @@ class _Drawing:
         )
 
     def _former_outline(self, axes: Axes) -> None:
-        """The outline before the load, over a section; of a solid it is among the faces that may cover it."""
+        """Draw the outline before the load over a section; in a solid the outline is drawn among the faces."""
         edges = projection.face_edges(self.surface.reference)[projection.outline(self.surface)]
         lines = self.view.project(projection.once(edges))
         axes.add_collection(
@@ -191,7 +211,7 @@ class _Drawing:
         axes.grid(False)
 
     def _solid_axes(self, axes: Axes) -> None:
-        """No axes, but the directions and a bar to measure by."""
+        """Replace the axes by arrows for the directions and a bar of known length."""
         axes.set_axis_off()
         (left, right), bottom = axes.get_xlim(), axes.get_ylim()[0]
         length = _round_length(0.3 * self.extent)
@@ -210,6 +230,6 @@ class _Drawing:
 
 
 def _round_length(length: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that is not longer."""
+    """Return the largest of 1, 2, 5 times a power of ten that does not exceed a length."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= length * (1 + 1e-9)))

@@ -17,7 +17,7 @@ _ACROSS = 3
 
 
 def coupon_title(fit: Fit) -> str:
-    """What the picture shows."""
+    """Return the title of the picture."""
     worst = max(curve.rms_percent for curve in fit.curves)
     return f"{fit.material.law} fitted to {curves_of(fit)}: {percent(worst)} rms at worst"
 

@@ -13,7 +13,7 @@ from bushcli.report.figures.picture import BLACK, BLUE, GREY, LIGHT, RED, legend
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.report.verdict import stiffer
 from bushcli.simulate.misfit import BAND, Misfit
-from bushcli.simulate.predict import Simulated
+from bushcli.simulate.response import Simulated
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,15 @@ _SEPARATE = 80
 
 
 def curve_title(channel: Simulated, found: Misfit | None) -> str:
-    """What the picture shows."""
+    """Return the title of a channel's picture.
+
+    Parameters
+    ----------
+    channel : Simulated
+        The simulated channel.
+    found : Misfit or None
+        Its misfit; None where nothing was compared.
+    """
     name = channel.name[:1].upper() + channel.name[1:]
     shown = quantities(channel.mode)
     if found is None:
@@ -36,7 +44,15 @@ def curve_title(channel: Simulated, found: Misfit | None) -> str:
 
 
 def curve_figure(channel: Simulated, found: Misfit | None) -> Figure:
-    """Draw a channel."""
+    """Draw a channel, with its recording, the 10 % band and the difference where there is a misfit.
+
+    Parameters
+    ----------
+    channel : Simulated
+        The simulated channel.
+    found : Misfit or None
+        Its misfit; None where nothing was compared.
+    """
     with style():
         if found is None or channel.recording is None:
             return _alone(channel)
@@ -87,7 +103,7 @@ def _compared(channel: Simulated, recording: Recording, found: Misfit) -> Figure
 
 
 def _residual(axes: Axes, channel: Simulated, found: Misfit, shown: Quantities) -> None:
-    """Simulated minus recorded, in percent of the force range, with the band and the noise."""
+    """Draw simulated minus recorded force in percent of the force range, with the 10 % band."""
     percent_off = 100 * found.difference / found.force_range
     axes.axhspan(-100 * BAND, 100 * BAND, color=LIGHT, lw=0)
     axes.axhline(0, color=GREY, lw=0.8)
@@ -115,7 +131,7 @@ def _zero_lines(axes: Axes, shown: Quantities) -> None:
 
 
 def _band(axes: Axes, recording: Recording, force_range: float, shown: Quantities) -> None:
-    """The recording, branch by branch, widened by 10 % of its force range."""
+    """Draw the recording, branch by branch, widened by 10 % of its force range."""
     for i, branch in enumerate(branches(recording)):
         # The sample before belongs to both branches: without it the band has gaps at the turning points.
         part = slice(max(branch.start - 1, 0), branch.stop)
@@ -149,7 +165,7 @@ def _recorded(axes: Axes, recording: Recording, shown: Quantities) -> None:
 
 
 def _simulated(axes: Axes, channel: Simulated, shown: Quantities, marked: bool = False) -> None:
-    """The curve, smooth between the steps of the march where it does not go back and forth."""
+    """Draw the curve, interpolated between the steps of the march if it goes in one direction only."""
     curve = channel.curve
     q, force = smooth(curve)
     axes.plot(shown.shown(q), force, color=BLUE, label="simulated", zorder=3)
@@ -173,7 +189,7 @@ def _stop(axes: Axes, channel: Simulated, shown: Quantities) -> None:
 
 
 def smooth(curve: Curve) -> tuple[Array, Array]:
-    """Points to draw a computed curve by: between its own where it goes one way, for there it has one value."""
+    """Return points to draw a computed curve by; they are interpolated if the curve goes in one direction only."""
     steps = np.diff(curve.displacement)
     if not ((steps > 0).all() or (steps < 0).all()):
         return curve.displacement, curve.force

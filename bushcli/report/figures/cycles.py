@@ -34,12 +34,14 @@ _BARS = 24
 
 
 def history_figures(histories: Sequence[History], names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Loops of every channel, and its holds where there is a time.
+    """Return a picture of the loops of each channel, and one of its holds where the recording has time.
 
     Parameters
     ----------
-    names
-        Channel -> name for its files.
+    histories : sequence of History
+        Channels with cycles or holds.
+    names : mapping of str to str
+        File name by channel name.
     """
     found = []
     for history in histories:
@@ -54,17 +56,17 @@ def history_figures(histories: Sequence[History], names: Mapping[str, str]) -> t
 
 
 def cycle_title(history: History) -> str:
-    """What the picture shows, in numbers: the energy of all closed cycles."""
+    """Return the title of the picture, with the energy of all closed cycles."""
     name = history.name[:1].upper() + history.name[1:]
-    unit, std, said = energy_unit(history.mode), 0.0, []
+    unit, std, parts = energy_unit(history.mode), 0.0, []
     for what, cycles in (("recorded", history.recorded), ("simulated", history.simulated)):
         closed = [cycle.energy for cycle in cycles if cycle is not None and cycle.closed]
         if closed:
             total = sum(energy.value for energy in closed)
             std = max(std, math.sqrt(sum(energy.std**2 for energy in closed)))
-            # What the recording's noise could make is nothing.
-            said.append(f"{number(total) if abs(total) > std else '0'} {unit} {what}")
-    return f"{name}: loops take {', '.join(said)}" if said else f"{name}: no closed loop"
+            # An energy within the noise of the recording counts as zero.
+            parts.append(f"{number(total) if abs(total) > std else '0'} {unit} {what}")
+    return f"{name}: loops take {', '.join(parts)}" if parts else f"{name}: no closed loop"
 
 
 def cycle_figure(history: History) -> Figure:
@@ -96,7 +98,7 @@ def _loops(axes: Axes, history: History, shown: Quantities) -> None:
 
 
 def _energy(axes: Axes, history: History) -> None:
-    """Bars of the closed cycles; of open ones the net work, with what is stored, would dwarf them."""
+    """Draw the energies of the closed cycles; the work of open ones includes stored energy and would dwarf them."""
     series = [
         ("recorded", BLACK, {r.number: r.energy for _, r, _ in history.cycles if r is not None and r.closed}),
         ("simulated", BLUE, {s.number: s.energy for _, _, s in history.cycles if s is not None and s.closed}),
@@ -152,7 +154,7 @@ def _by_cycle(
 
 
 def drawn_holds(history: History) -> list[tuple[Hold, Hold | None, Hold | None]]:
-    """The holds with a time, if they are many those with the largest change of force, in their order."""
+    """Return the holds that are drawn, in their order: if there are many, those with the largest change of force."""
     timed = [entry for entry in history.holds if entry[0].duration is not None]
     largest = sorted(timed, key=lambda entry: -abs(entry[0].force_start.value - entry[0].force_end.value))[
         :_MOST
@@ -161,21 +163,23 @@ def drawn_holds(history: History) -> list[tuple[Hold, Hold | None, Hold | None]]
 
 
 def hold_title(history: History) -> str:
-    """What the picture shows: the largest relaxation."""
+    """Return the title of the picture, with the relaxation of the hold at the largest force."""
     name = history.name[:1].upper() + history.name[1:]
-    std, said = 0.0, []
+    std, parts = 0.0, []
     for what, holds in (("recorded", history.recorded_holds), ("simulated", history.simulated_holds)):
         # From the hold that carries the largest force: near zero force any share is large.
         held = [hold for hold in holds if hold is not None and math.isfinite(hold.relaxation.value)]
         if held:
             found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation
             std = max(std, found.std)
-            said.append(f"{percent(100 * found.value) if abs(found.value) > std else '0 %'} {what}")
-    return f"{name}: the force held relaxes by {', '.join(said)}" if said else f"{name}: holds without force"
+            parts.append(f"{percent(100 * found.value) if abs(found.value) > std else '0 %'} {what}")
+    return (
+        f"{name}: the force held relaxes by {', '.join(parts)}" if parts else f"{name}: holds without force"
+    )
 
 
 def hold_figure(history: History) -> Figure:
-    """Draw the force over the logarithm of the time since each hold began."""
+    """Draw the force over the logarithm of the time since the start of each hold."""
     with style():
         drawn, shown = drawn_holds(history), quantities(history.mode)
         columns = min(len(drawn), 3)
@@ -212,4 +216,4 @@ def _relaxation(axes: Axes, history: History, hold: Hold, recorded: Hold | None,
         else f"stretch {at:.3g}"
     )
     axes.set_title(f"hold {hold.number}, at {where}", fontsize=9.5, fontweight="normal", pad=4)
-    axes.set_xlabel("time since the hold began [s]")
+    axes.set_xlabel("time since the start of the hold [s]")

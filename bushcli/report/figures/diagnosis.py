@@ -35,12 +35,14 @@ _LEAST = 0.2
 
 
 def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Every picture of a diagnosis.
+    """Return every picture of a diagnosis.
 
     Parameters
     ----------
-    names
-        Channel, and channels of a map -> name for their files.
+    found : Diagnosis
+        The diagnosis.
+    names : mapping of str to str
+        File name by channel name, and by the name of each map.
     """
     drawn = []
     if found.probability:
@@ -72,7 +74,15 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
 
 
 def record_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
-    """Draw the mean misfit by cycle, displacement and branch, with the plain law and with the most probable model."""
+    """Draw the mean misfit by cycle, displacement and branch, for the plain law and for the most probable model.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to draw.
+    """
     rows = [("plain law", [one for one in found.location.bins if one.channel == channel.name])]
     after = [one for one in found.remaining.bins if one.channel == channel.name]
     if after and changed(channel):
@@ -115,7 +125,7 @@ def _cells(
     colours: ScalarMappable,
     scale: float,
 ) -> None:
-    """One rectangle per cycle and band; bins of several rates there are one, by their samples."""
+    """Draw one rectangle for each cycle and band; bins that differ in rate only are averaged by their samples."""
     groups: dict[tuple[int, float, float], list[Bin]] = {}
     for one in bins:
         sign = 1.0 if one.side == "positive" else -1.0
@@ -148,7 +158,15 @@ def _cells(
 
 
 def next_test_figure(found: Diagnosis, test: NextTest) -> Figure:
-    """Draw the program of the test: displacement over time."""
+    """Draw the program of the proposed test: displacement over time.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    test : NextTest
+        The proposed test.
+    """
     mode = {one.name: one.mode for one in found.channels}.get(test.channel, test.channel)
     units = quantities(mode)
     time, q = program(test)
@@ -161,13 +179,13 @@ def next_test_figure(found: Diagnosis, test: NextTest) -> Figure:
         axes.set(xlabel="time [min]" if minutes else "time [s]", ylabel=units.displacement_label)
         speeds = sorted({float(f"{units.per_internal * rate:.3g}") for rate in test.rates})
         unit = f"{units.displacement_unit}/s" if units.displacement_unit else "1/s"
-        said = f"{test.channel} at {' and '.join(f'{v:g}' for v in speeds)} {unit}"
-        axes.set_title(literal(said), fontsize=10, fontweight="normal")
+        title = f"{test.channel} at {' and '.join(f'{v:g}' for v in speeds)} {unit}"
+        axes.set_title(literal(title), fontsize=10, fontweight="normal")
         return figure
 
 
 def program(test: NextTest) -> tuple[Array, Array]:
-    """Time in s and displacement at the corners of a test's path."""
+    """Return time (s) and displacement (mm or rad) at the corners of a test's path."""
     time, q = [0.0], [test.points[0]]
     for target, rate, hold in zip(test.points, (None, *test.rates), test.holds, strict=True):
         if rate is not None:

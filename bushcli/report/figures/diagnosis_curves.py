@@ -38,12 +38,20 @@ _SEPARATE = 80
 # A plain law that leaves the recording by more than this share of its force range runs out of the picture.
 _LEAVES = 0.6
 _COLOURS = {"stiff": RED, "soft": GREEN}
-# How the curve after the diagnosis is called.
+# Name of the curve after the diagnosis.
 BEST = "most probable model"
 
 
 def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
-    """Force over displacement; each mismatch is the area between recording and plain law, numbered."""
+    """Return force over displacement; each numbered area is a mismatch between recording and plain law.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to plot.
+    """
     units = quantities(channel.mode)
     recorded = channel.recording
     q, path = units.shown(recorded.displacement), units.shown(channel.path)
@@ -67,8 +75,8 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
         ]
         worst = _worst(channel, mismatch)
         at = (float(q[worst]), float((recorded.force[worst] + channel.before[worst]) / 2))
-        said = sentence(mismatch, len(found.channels))
-        regions.append(Region(i, _sense(mismatch), said, outlines, at))
+        text = sentence(mismatch, len(found.channels))
+        regions.append(Region(i, _sense(mismatch), text, outlines, at))
     return Plot(
         f"curve-{found.channels.index(channel)}",
         f"{channel.name}: recorded and simulated {units.force} over {units.displacement}",
@@ -83,7 +91,17 @@ def curve_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
 
 def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
-    """Misfit over time (or the samples) before and after, against the noise; what was left out is interrupted."""
+    """Return the misfit over time, or over the samples, before and after, with the noise as a band.
+
+    The lines are interrupted where samples were left out.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to plot.
+    """
     x = _abscissa(channel)
     before, after = (np.where(channel.faulty, np.nan, one) for one in misfit_percent(channel))
     series = [Series("before", "plain law", x, before)]
@@ -128,7 +146,7 @@ def time_plot(found: Diagnosis, channel: DiagnosedChannel) -> Plot:
 
 
 def diagnosed_title(channel: DiagnosedChannel) -> str:
-    """What the picture shows."""
+    """Return the title of the picture."""
     name = channel_label(channel)
     name = name[:1].upper() + name[1:]
     if not changed(channel):
@@ -138,7 +156,15 @@ def diagnosed_title(channel: DiagnosedChannel) -> str:
 
 
 def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
-    """Draw the curves with what is mismatched; below, the misfit over time against the noise."""
+    """Draw the curves with their mismatches; below them the misfit over time and the noise.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel to draw.
+    """
     plots = curve_plot(found, channel), time_plot(found, channel)
     drawn = {
         "recorded": {"color": BLACK, "lw": 0.9, "zorder": 3},
@@ -185,24 +211,32 @@ def diagnosed_figure(found: Diagnosis, channel: DiagnosedChannel) -> Figure:
 
 
 def changed(channel: DiagnosedChannel) -> bool:
-    """Whether the most probable model is another one than the plain law."""
+    """Whether the most probable model differs from the plain law."""
     return not np.allclose(channel.before, channel.after, equal_nan=True)
 
 
 def numbered(found: Diagnosis, channel: DiagnosedChannel) -> list[tuple[int, Mismatch]]:
-    """The mismatches of a channel with their numbers among those of all channels, from 1."""
+    """Return the mismatches of a channel, each with its number from 1 among those of all channels.
+
+    Parameters
+    ----------
+    found : Diagnosis
+        The diagnosis.
+    channel : DiagnosedChannel
+        The channel whose mismatches are returned.
+    """
     return [(i, one) for i, one in enumerate(found.location.mismatch, start=1) if one.channel == channel.name]
 
 
 def misfit_percent(channel: DiagnosedChannel) -> tuple[Array, Array]:
-    """Simulated minus recorded force before and after, in percent of the recorded force range."""
+    """Return simulated minus recorded force before and after, in percent of the recorded force range."""
     force = channel.recording.force
     unit = 100.0 / force_range(channel)
     return unit * (channel.before - force), unit * (channel.after - force)
 
 
 def force_range(channel: DiagnosedChannel) -> float:
-    """Recorded force range; of good samples, where there are any."""
+    """Return the recorded force range; faulty samples count only if all samples are faulty."""
     force = channel.recording.force
     return float(np.ptp(force if channel.faulty.all() else force[~channel.faulty]))
 
@@ -218,7 +252,7 @@ def _abscissa_label(channel: DiagnosedChannel) -> str:
 
 
 def _heading(found: Diagnosis, channel: DiagnosedChannel) -> str:
-    """The channel's name, where there are several to be told apart."""
+    """Return the name of the channel if the diagnosis has several channels, else an empty text."""
     return channel_label(channel) if len(found.channels) > 1 else ""
 
 
@@ -236,24 +270,24 @@ def _worst(channel: DiagnosedChannel, mismatch: Mismatch) -> int:
 
 
 def _known(channel: DiagnosedChannel) -> NDArray[np.bool_]:
-    """Samples at which the plain law is compared with good data."""
+    """Return the samples (n,) at which the plain law is compared with good data."""
     return np.isfinite(channel.before) & ~channel.faulty
 
 
 def _runs(marked: NDArray[np.bool_], least: int = 2) -> list[slice]:
-    """Stretches of at least so many neighbouring samples that are marked."""
+    """Return the runs of at least `least` neighbouring samples that are marked."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
     return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= least]
 
 
 def _around(x: Array, run: slice) -> tuple[float, float]:
-    """From the middle of the gap before a stretch of samples to that behind it."""
+    """Return the interval from the middle of the gap before a run of samples to the middle of the gap after it."""
     ends = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
     return float(ends[run.start]), float(ends[run.stop])
 
 
 def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]:
-    """The same, cut where the path turns and where the lines cross, with one sample in common.
+    """Return the runs of marked samples, cut where the path turns and where the lines cross; neighbours share a sample.
 
     An outline that goes back on itself encloses nothing.
     """
@@ -271,7 +305,7 @@ def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]
 
 
 def _oriented(one: Array, other: Array) -> Array:
-    """Outline (2 n, 2) between two lines, counter-clockwise: outlines that overlap are then one area, no hole."""
+    """Return the outline (2 n, 2) between two lines, counter-clockwise, so that overlapping outlines make no hole."""
     points = np.concatenate([one, other[::-1]])
     x, y = points.T
     area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 # Of ColorBrewer: orange where the rubber would have to be stiffer, purple where softer.
 _COLOURS = "PuOr_r"
-# The colour scale ends where all but this share of the rubber is told apart.
+# The colour scale covers all but this share of the rubber.
 _BEYOND = 0.01
 # One that ended below this change of stiffness would paint noise in full colours.
 _LEAST = 0.02
@@ -35,7 +35,7 @@ _SOLID = {
 
 
 def map_title(found: LocalMap) -> str:
-    """What the picture shows."""
+    """Return the title of the picture."""
     helps = (
         "a local change helps" if found.helps_locally else "a local change helps no more than a uniform one"
     )
@@ -98,7 +98,7 @@ def numbering(found: LocalMap) -> str:
 
 
 def _section(found: LocalMap) -> tuple[Array, Array, Array]:
-    """Faces of the half-plane and of its mirror image."""
+    """Return the faces of the half-plane and of its mirror image."""
     (corners,) = _SECTION[numbering(found)]
     faces = found.points[found.cells[:, corners]]
     mirrored = faces * np.array([-1.0, 1.0])
@@ -107,14 +107,14 @@ def _section(found: LocalMap) -> tuple[Array, Array, Array]:
 
 
 def _solid(found: LocalMap) -> tuple[Array, Array, Array]:
-    """Outside of the solid, far faces first; a whole body is cut open at y = 0."""
+    """Return the outer faces of the solid, distant ones first; a whole body is cut open at y = 0."""
     middle = found.points[found.cells].mean(axis=1)
     reach = float(np.abs(found.points[:, 1]).max())
     whole = middle[:, 1].min() < -0.1 * reach and middle[:, 1].max() > 0.1 * reach
-    kept = np.flatnonzero(middle[:, 1] >= 0.0 if whole else np.full(len(middle), True))
+    shown = np.flatnonzero(middle[:, 1] >= 0.0 if whole else np.full(len(middle), True))
     corners = np.array(_SOLID[numbering(found)])
-    faces = found.cells[kept][:, corners].reshape(-1, 4)
-    owner = np.repeat(kept, len(corners))
+    faces = found.cells[shown][:, corners].reshape(-1, 4)
+    owner = np.repeat(shown, len(corners))
     _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
     outside = first[count == 1]
     shapes, values = found.points[faces[outside]], found.factor[owner[outside]]

@@ -39,7 +39,15 @@ _FEW = 12
 
 
 def missing_figure(channel: DiagnosedChannel, profiles: Sequence[MissingProfile]) -> Figure:
-    """Draw a panel per quantity: mean, and a band of two standard deviations to either side."""
+    """Draw one panel for each quantity: the mean and a band of two standard deviations to either side.
+
+    Parameters
+    ----------
+    channel : DiagnosedChannel
+        The channel to draw.
+    profiles : sequence of MissingProfile
+        What the most probable model leaves in this channel, along each quantity.
+    """
     kinds = [along for along in _ALONG if any(one.along == along for one in profiles)]
     across = 1 if len(kinds) == 1 else 2
     down = -(-len(kinds) // across)

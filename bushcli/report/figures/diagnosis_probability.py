@@ -1,4 +1,4 @@
-"""Pictures of how sure a diagnosis is: probabilities as bars, and each value with its posterior and its prior."""
+"""Pictures of the certainty of a diagnosis: probabilities as bars, and each value with its posterior and its prior."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 
 from bushcli.diagnosis.result import Diagnosis
 from bushcli.effects.effect import effect_name
-from bushcli.report.diagnosis_names import NOTHING, UNKNOWN, said, short_chance, title
+from bushcli.report.diagnosis_names import NOTHING, UNKNOWN, phrase, short_chance, title
 from bushcli.report.diagnosis_values import ShownQuantity, derived_text, shown
 from bushcli.report.figures.picture import (
     BLUE,
@@ -47,7 +47,7 @@ class Strip:
     effect, parameter : str
         For people; the effect's name with its first parameter only.
     also : str
-        The value as the field knows it.
+        The value under its reciprocal name.
     shown : ShownQuantity
     """
 
@@ -61,7 +61,7 @@ def probability_figure(found: Diagnosis) -> Figure:
     """Draw a bar per effect, the most probable on top; those of the most probable model in full colour."""
     ranked = sorted(found.probability.items(), key=lambda one: -one[1])
     drawn = [(name, p) for name, p in ranked if p >= _SMALL] or ranked[:1]
-    few = [said(name) for name, p in ranked if (name, p) not in drawn]
+    few = [phrase(name) for name, p in ranked if (name, p) not in drawn]
     chosen = {effect_name(one.name) for one in found.effects}
     note = fill(f"less than 1 %: {', '.join(few)}", _LINE) if few else ""
     with style():
@@ -96,15 +96,15 @@ def probability_figure(found: Diagnosis) -> Figure:
 
 
 def strips(found: Diagnosis) -> list[Strip]:
-    """The parameters of the most probable model that had a prior and are numbers."""
+    """Return the parameters of the most probable model that are numbers with a prior."""
     rows = []
     for effect in found.effects:
         label = effect.label
         for name, quantity in effect.parameters.items():
-            door = shown(f"{effect.name}.{name}", quantity, found.channels)
-            if door.prior is None or door.word or not math.isfinite(door.value):
+            value = shown(f"{effect.name}.{name}", quantity, found.channels)
+            if value.prior is None or value.word or not math.isfinite(value.value):
                 continue
-            rows.append(Strip(label, name, derived_text(quantity), door))
+            rows.append(Strip(label, name, derived_text(quantity), value))
             label = ""
     return rows
 

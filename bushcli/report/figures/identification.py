@@ -39,7 +39,7 @@ _LEAVES = 0.6
 
 
 def inverse_figures(fits: Sequence[Fit], names: Mapping[str, str]) -> tuple[Picture, ...]:
-    """Curves, search, certainty and, of several laws, ranking.
+    """Return the pictures of curves, search and certainty and, for several laws, of their ranking.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def inverse_figures(fits: Sequence[Fit], names: Mapping[str, str]) -> tuple[Pict
 
 
 def fitted_title(curve: FittedCurve) -> str:
-    """What the picture shows."""
+    """Return the title of the picture."""
     name = curve.name[:1].upper() + curve.name[1:]
     rms = percent(curve.rms_percent)
     if curve.held_out:
@@ -87,7 +87,7 @@ def fitted_title(curve: FittedCurve) -> str:
 
 
 def fitted_figure(curve: FittedCurve) -> Figure:
-    """Draw recording, start and answer; below, what is left, against the noise."""
+    """Draw recording, start and fit; below them the remaining misfit with the noise."""
     with style():
         figure = new_figure(6.8, 6.0)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.15))
@@ -128,7 +128,7 @@ def fitted_figure(curve: FittedCurve) -> Figure:
 
 
 def _before(axes: Axes, curve: FittedCurve, shown: Quantities) -> None:
-    """The start, cut off where it would dwarf the recording."""
+    """Draw the start, and limit the axes so that a distant start does not dwarf the recording."""
     if curve.started is None:
         return
     order = np.argsort(curve.started.displacement, kind="stable")
@@ -151,7 +151,7 @@ def _before(axes: Axes, curve: FittedCurve, shown: Quantities) -> None:
 
 
 def _left(axes: Axes, curve: FittedCurve, shown: Quantities) -> None:
-    """Answer minus recorded, in percent of the force range, against the noise."""
+    """Draw fitted minus recorded force in percent of the force range, with the noise."""
     span = float(np.ptp(curve.recording.force))
     difference = 100 * (curve.fitted.force - curve.recording.force) / span
     noise = float(np.nan_to_num(curve.noise_percent))

@@ -1,4 +1,4 @@
-"""How pictures look, and a drawn figure as PNG and SVG.
+"""The style of pictures, and saving figures as PNG and SVG.
 
 Figures are made by Matplotlib's objects alone: no window, no global state that another caller could disturb.
 """
@@ -41,7 +41,7 @@ Kind = Literal[
     "next_test",
 ]
 
-# Okabe and Ito's palette, told apart with any colour vision: https://jfly.uni-koeln.de/color/
+# Okabe and Ito's palette, distinguishable with any colour vision: https://jfly.uni-koeln.de/color/
 BLACK, BLUE, ORANGE, GREEN, RED = "#1a1a1a", "#0072B2", "#E69F00", "#009E73", "#D55E00"
 GREY, LIGHT, METAL = "#5f6670", "#e3e6ea", "#b9c0c8"
 
@@ -104,12 +104,20 @@ class Picture:
 
 
 def style() -> AbstractContextManager[None]:
-    """The look, for the time of drawing."""
+    """Return a context in which Matplotlib draws in the style of bushcli."""
     return mpl.rc_context(dict(_STYLE))
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of this size in inches."""
+    """Return an empty figure.
+
+    Parameters
+    ----------
+    width : float
+        Width in inches; the unit of Matplotlib.
+    height : float
+        Height in inches; the unit of Matplotlib.
+    """
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -121,20 +129,52 @@ def literal(text: str) -> str:
 
 
 def log_ticks(axis: Axis, low: float, high: float) -> None:
-    """Label a logarithmic axis with plain numbers, closer where it spans little."""
+    """Label a logarithmic axis with plain numbers, more densely where it spans less than a factor of 50.
+
+    Parameters
+    ----------
+    axis : Axis
+        The axis to label.
+    low : float
+        Lower end, more than 0, in the unit of the axis.
+    high : float
+        Upper end, in the unit of the axis.
+    """
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50 * low else (1.0,)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
 
 def legend(axes: Axes, **options: Any) -> None:
-    """Place a legend where there is something to name."""
+    """Add a legend to axes that have labelled lines.
+
+    Parameters
+    ----------
+    axes : Axes
+        The axes.
+    **options : object
+        Passed on to `Axes.legend`.
+    """
     if axes.get_legend_handles_labels()[0]:
         axes.legend(**options)
 
 
 def picture(name: str, kind: Kind, title: str, figure: Figure, channel: str = "") -> Picture:
-    """Save a figure in both forms."""
+    """Save a figure as PNG and SVG in memory.
+
+    Parameters
+    ----------
+    name : str
+        File name without its suffix.
+    kind : Kind
+        Kind of picture, by which a page groups pictures.
+    title : str
+        Title in words, for the page.
+    figure : Figure
+        The drawn figure; its layout is fixed afterwards.
+    channel : str
+        Channel that the picture shows; empty for a picture of all channels.
+    """
     files: dict[str, bytes] = {}
     with style(), warnings.catch_warnings():
         # A character that the font lacks is drawn as a box; that is no reason to disturb a run.

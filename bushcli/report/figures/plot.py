@@ -68,7 +68,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Plot:
-    """What is drawn.
+    """A plot: axes, lines and marked places.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Plot:
     brief : bool
         Whether the regions are named elsewhere on the page, and only their numbers are to be clicked here.
     heading : str
-        Before the legend, where it has to be told from others.
+        Before the legend, if the page has several plots of this kind.
     """
 
     name: str
@@ -136,7 +136,17 @@ def svg(plot: Plot) -> str:
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:
-    """Round numbers between two values, at steps of 1, 2 or 5 times a power of ten; at most so many intervals."""
+    """Return round numbers between two values, in steps of 1, 2 or 5 times a power of ten.
+
+    Parameters
+    ----------
+    low : float
+        Lower end, in the unit of the axis.
+    high : float
+        Upper end, in the unit of the axis.
+    most : int
+        Largest number of intervals.
+    """
     raw = (high - low) / most
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= raw * (1 - 1e-9))
@@ -145,7 +155,7 @@ def ticks(low: float, high: float, most: int) -> list[float]:
 
 
 def _grid(plot: Plot, width: float, height: float) -> str:
-    """Lines and numbers as `zoom.js` draws them."""
+    """Return lines and numbers as `zoom.js` draws them."""
     parts = []
     for value in ticks(*plot.x, 9):
         x = LEFT + float(_x(plot, value, width))
@@ -191,7 +201,7 @@ def _series(plot: Plot, series: Series, width: float, height: float) -> str:
 
 def _band(plot: Plot, band: tuple[float, float, float, float, str], width: float, height: float) -> str:
     x0, x1, y0, y1, key = band
-    far = 50.0  # panes: as far as anybody can pan
+    far = 50.0  # panes: further than a user can pan
     left = -far * width if math.isnan(x0) else float(_x(plot, x0, width))
     right = far * width if math.isnan(x1) else float(_x(plot, x1, width))
     top = -far * height if math.isnan(y1) else float(_y(plot, y1, height))

@@ -30,11 +30,11 @@ class View:
     towards: Array
 
     def project(self, points: Array) -> Array:
-        """(..., 3) mm -> (..., 2) mm in the picture."""
+        """Project points (..., 3), mm, into the plane of the picture (..., 2), mm."""
         return np.stack([points @ self.right, points @ self.up], axis=-1)
 
     def depth(self, points: Array) -> Array:
-        """(..., 3) -> (...), larger is nearer."""
+        """Return the distance of points (..., 3) towards the eye (...), mm; larger is nearer."""
         return np.asarray(points @ self.towards)
 
 
@@ -42,7 +42,7 @@ SECTION = View(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([0
 
 
 def looking_from(direction: Array) -> View:
-    """View from a direction, with z upright."""
+    """Return the view from a direction, with z upwards."""
     towards = direction / np.linalg.norm(direction)
     right = np.cross([0.0, 0.0, 1.0], towards)
     right /= np.linalg.norm(right)
@@ -50,7 +50,7 @@ def looking_from(direction: Array) -> View:
 
 
 def cut_view(reference: Array) -> View:
-    """View on the cut faces: a model that lies on one side of x = 0 or y = 0 was cut there.
+    """Return a view on the cut faces: a model on one side of x = 0 or y = 0 was cut there.
 
     From above in any case, where the free end of the rubber is.
     """
@@ -77,10 +77,19 @@ def is_twisted(surface: Surface) -> bool:
 
 
 def lattice(surface: Surface, points: Array, pieces: int) -> Array:
-    """Points on a grid over each face, shape (n, pieces + 1, pieces + 1, 3).
+    """Return points on a grid over each face, shape (n, pieces + 1, pieces + 1, 3).
 
     Between its corners a face of a bushing follows the circle that the corners lie on; the displacement from there to
     ``points`` (n, 4, 3) is interpolated bilinearly.
+
+    Parameters
+    ----------
+    surface : Surface
+        Faces with their reference positions, mm.
+    points : (n, 4, 3) array
+        Positions of the corners of each face, mm.
+    pieces : int
+        Intervals along each side of a face.
     """
     reference = surface.reference
     radius = np.hypot(reference[..., 0], reference[..., 1])
@@ -97,7 +106,15 @@ def lattice(surface: Surface, points: Array, pieces: int) -> Array:
 
 
 def bilinear(corners: Array, pieces: int) -> Array:
-    """Values at the corners of faces (n, 4, k) -> on a grid over each, (n, pieces + 1, pieces + 1, k)."""
+    """Interpolate values at the corners of faces bilinearly on a grid, (n, pieces + 1, pieces + 1, k).
+
+    Parameters
+    ----------
+    corners : (n, 4, k) array
+        Values at the corners in the order around each face, in any unit.
+    pieces : int
+        Intervals along each side of a face.
+    """
     t = np.linspace(0.0, 1.0, pieces + 1)
     s, r = (grid[..., None] for grid in np.meshgrid(t, t, indexing="ij"))
     a, b, c, d = (corners[:, None, None, i] for i in range(4))
@@ -105,31 +122,47 @@ def bilinear(corners: Array, pieces: int) -> Array:
 
 
 def cells(grid: Array) -> Array:
-    """Small faces of a grid: (n, p + 1, p + 1, k) -> (n * p**2, 4, k)."""
+    """Return the small faces of a grid: (n, p + 1, p + 1, k) -> (n * p**2, 4, k)."""
     corners = (grid[:, :-1, :-1], grid[:, :-1, 1:], grid[:, 1:, 1:], grid[:, 1:, :-1])
     return np.stack(corners, axis=3).reshape(-1, 4, grid.shape[-1])
 
 
 def sides(grid: Array) -> Array:
-    """Sides of the faces of a grid as polygonal lines, (4 n, p + 1, k), in the order of `face_edges`."""
+    """Return the sides of the faces of a grid as polygonal lines (4 n, p + 1, k), in the order of `face_edges`."""
     parts = (grid[:, 0, :], grid[:, :, -1], grid[:, -1, ::-1], grid[:, ::-1, 0])
     return np.stack(parts, axis=1).reshape(-1, grid.shape[1], grid.shape[-1])
 
 
 def side_cells(values: Array, pieces: int) -> Array:
-    """Values of `cells` (n * p**2,) -> those of the cell beside each segment of `sides`, (4 n * p,)."""
+    """Return the values of the cells that lie beside the segments of `sides`, (4 n * pieces,).
+
+    Parameters
+    ----------
+    values : (n * pieces**2,) array
+        One value per cell, in the order of `cells`, in any unit.
+    pieces : int
+        Intervals along each side of a face.
+    """
     beside = values.reshape(-1, pieces, pieces, 1)
     # The cells along a side, in the order of its segments: `sides` of the grid of cells.
     return sides(beside).reshape(-1)
 
 
 def segments(lines: Array) -> Array:
-    """Polygonal lines (n, p + 1, 3) -> their segments (n * p, 2, 3)."""
+    """Return the segments (n * p, 2, 3) of polygonal lines (n, p + 1, 3)."""
     return np.stack([lines[:, :-1], lines[:, 1:]], axis=2).reshape(-1, 2, 3)
 
 
 def dashes(lines: Array, length: float) -> Array:
-    """Cut lines (n, p + 1, 3) into dashes of about this length with gaps as long, shape (m, 2, 3)."""
+    """Cut lines into dashes with gaps of the same length, shape (m, 2, 3).
+
+    Parameters
+    ----------
+    lines : (n, p + 1, 3) array
+        Polygonal lines, mm.
+    length : float
+        Approximate length of a dash, mm.
+    """
     found = []
     for line in lines:
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
@@ -141,18 +174,18 @@ def dashes(lines: Array, length: float) -> Array:
 
 
 def once(lines: Array) -> Array:
-    """Lines (n, p + 1, 3) without those that occur again, in whatever direction."""
+    """Return the lines (n, p + 1, 3) without duplicates, in whatever direction a duplicate runs."""
     middle = np.round(lines.mean(axis=1), 5)
     return np.asarray(lines[np.unique(middle, axis=0, return_index=True)[1]])
 
 
 def face_edges(faces: Array) -> Array:
-    """Sides of faces (n, 4, 3) as segments (4 n, 2, 3), face by face."""
+    """Return the sides of faces (n, 4, 3) as segments (4 n, 2, 3), face by face."""
     return np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2, 3)
 
 
 def outline(surface: Surface) -> NDArray[np.bool_]:
-    """Which of `face_edges` bound the body, bend sharply, or part rubber from metal; shape (4 n,)."""
+    """Return which of `face_edges` bound the body, bend sharply, or separate rubber from metal, shape (4 n,)."""
     edges = face_edges(surface.reference)
     middle = np.round(edges.mean(axis=1), 5)
     _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
@@ -170,7 +203,7 @@ def outline(surface: Surface) -> NDArray[np.bool_]:
 
 
 def revolved(surface: Surface) -> Surface:
-    """The body of revolution of a half-plane, open over a quarter: its outside and the two cut faces."""
+    """Return the body of revolution of a half-plane, open over a quarter: its outside and the two cut faces."""
     edges = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
     bounding = _bounding(surface.reference)
     face, side = np.nonzero(bounding.reshape(-1, 4))
@@ -198,13 +231,23 @@ def revolved(surface: Surface) -> Surface:
 
 
 def revolved_view() -> View:
-    """Into the open quarter, from above."""
+    """Return the view into the open quarter, from above."""
     middle = np.radians((_SECTOR + 360.0) / 2.0)
     return looking_from(np.array([np.cos(middle), np.sin(middle), 0.75]))
 
 
 def shade(pieces: Array, view: View) -> Array:
-    """Brightness (n,) of faces (n, 4, 3) in a light from the upper left; mild, for colour carries a value."""
+    """Return the brightness (n,) of faces, from 0 to 1, in a light from the upper left.
+
+    The contrast is low, because the colour of a face shows a value.
+
+    Parameters
+    ----------
+    pieces : (n, 4, 3) array
+        Corners of the faces, mm.
+    view : View
+        Direction of view.
+    """
     normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, 3] - pieces[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     light = view.towards + 0.7 * view.up - 0.5 * view.right

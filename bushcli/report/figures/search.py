@@ -109,7 +109,7 @@ def _misfit(axes: Axes, number_of: Array, misfit: Array, profiles: NDArray[np.bo
 
 
 def _parameters(axes: Axes, fit: Fit, number_of: Array, evaluations: tuple[Evaluation, ...]) -> None:
-    """Parameters over their identified values: all end at one."""
+    """Draw each parameter over its identified value, so that all of them end at one."""
     marks = "os^Dv<>P*"
     few = len(evaluations) <= _SEPARATE
     colours = colormaps["tab10"].colors  # type: ignore[attr-defined]  # a list of colours, which the stubs do not know

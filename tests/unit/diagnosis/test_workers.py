@@ -80,7 +80,7 @@ def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp
     def interrupt(number, answer):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(workers, "KEPT", frozenset({"sleep"}))
+    monkeypatch.setattr(workers, "SAVED", frozenset({"sleep"}))
     begin = time.monotonic()
     with pytest.raises(KeyboardInterrupt), Workers(2, Store(tmp_path, FitCodec())).open() as crew:
         crew.run(time.sleep, [(0.0,), (100.0,), (100.0,), (100.0,), (100.0,)], interrupt)

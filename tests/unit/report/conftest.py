@@ -13,7 +13,7 @@ from bushcli.recording import Recording
 from bushcli.recording.curve import Curve
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.misfit import misfits
-from bushcli.simulate.predict import Response, Simulated
+from bushcli.simulate.response import Response, Simulated
 from cases.march import Attempt
 from cases.stretches import Surface
 

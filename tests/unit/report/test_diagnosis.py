@@ -17,7 +17,7 @@ from bushcli.diagnosis.words import sentences
 from bushcli.recording import Recording
 from bushcli.report.diagnosis_field import map_vtu
 from bushcli.report.diagnosis_html import diagnosis_html
-from bushcli.report.diagnosis_names import chance, law_title, model_title, said, title, together
+from bushcli.report.diagnosis_names import chance, law_title, model_title, phrase, title, together
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_tables import bar, model_table, probability_table
 from bushcli.report.diagnosis_words import (
@@ -112,7 +112,7 @@ def test_every_verdict_is_json(case, diagnoses, kind):
     document = report.diagnosis_json(diagnoses.diagnosis(case(), kind), {})
     json.dumps(document, allow_nan=False)
     assert document["verdict"] == kind
-    assert document["text"].startswith(("The ", "A diagnosis has to wait"))
+    assert document["text"].startswith(("The ", "A diagnosis is possible only after"))
 
 
 def test_a_choice_is_a_word(case, diagnoses):
@@ -183,12 +183,12 @@ def test_names_are_for_people():
     assert law_title("neo_hookean") == "neo-Hookean"
     assert law_title("mooney_rivlin") == "Mooney-Rivlin"
     assert title("offset@radial").endswith(" (radial)")
-    assert said("mullins").startswith("Mullins")
-    assert said("viscoelasticity") == "viscoelasticity"
+    assert phrase("mullins").startswith("Mullins")
+    assert phrase("viscoelasticity") == "viscoelasticity"
     assert model_title("yeoh", ()) == "Yeoh alone"
     assert model_title("yeoh", ("viscoelasticity", "unknown")) == "Yeoh + viscoelasticity + unknown physics"
     assert together(()) == "no effect"
-    a, b, c = map(said, ("mullins", "friction", "offset"))
+    a, b, c = map(phrase, ("mullins", "friction", "offset"))
     assert together(("mullins", "friction", "offset")) == f"{a} with {b} and {c}"
     # An effect that the catalogue of this revision has not yet.
     assert title("soft_stop") == "Soft stop"
@@ -210,7 +210,7 @@ def test_the_verdict_comes_first(case, diagnoses):
         "missing_physics": "Missing physics: Mullins softening (97 %).",
         "law_too_poor": "Law too poor: neo-Hookean; the Yeoh law describes",
         "unexplained": "Unexplained: something is missing that is not in the catalogue of effects (more than 99 %).",
-        "faulty_data": "Faulty data: wrong sign in the axial channel, to be mended first.",
+        "faulty_data": "Faulty data: wrong sign in the axial channel, to be corrected first.",
     }
     tones = {"explained": "good", "unexplained": "bad", "faulty_data": "bad"}
     for kind in KINDS:
@@ -316,7 +316,7 @@ def test_a_better_law_that_does_not_reach_the_noise_is_no_more_than_that(case, d
 
 def test_nothing_helps_means_nothing_that_was_asked_for(case, diagnoses):
     found = diagnoses.diagnosis(case(), "unexplained", asked=("viscoelasticity", "time_lag"))
-    asked = f"not among the effects asked for (viscoelasticity and {said('time_lag')})"
+    asked = f"not among the effects asked for (viscoelasticity and {phrase('time_lag')})"
     assert asked in headline(found)
     assert asked in paragraph(found)
     assert report.diagnosis_json(found, {})["asked"] == ["viscoelasticity", "time_lag"]
@@ -331,7 +331,7 @@ def test_a_law_of_coupons_is_said_to_be_theirs(case, diagnoses):
 
 
 def test_rivals_are_in_the_headline_with_their_probabilities(case, diagnoses):
-    one = said("friction")
+    one = phrase("friction")
     assert headline(diagnoses.doubtful(case())) == (
         f"Missing physics: {one} (62 %), or viscoelasticity (30 %), or {together(('compressibility', 'offset'))} "
         "(5 %); these recordings cannot tell them apart"
@@ -352,8 +352,8 @@ def test_what_all_rivals_have_is_said_once(case, diagnoses):
     models = diagnoses.ranked(("yeoh", ("mullins",), 0.6), ("yeoh", ("mullins", "friction"), 0.36))
     found = diagnoses.diagnosis(case(), models=models, rivals=(("mullins", "friction"),))
     assert headline(found) == (
-        f"Missing physics: Mullins softening (more than 99 %), with nothing else (60 %), or with {said('friction')} "
-        "(36 %); these recordings cannot tell"
+        f"Missing physics: Mullins softening (more than 99 %), with nothing else (60 %), or with {phrase('friction')} "
+        "(36 %); these recordings cannot tell them apart"
     )
 
 
@@ -396,7 +396,7 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
         "radial (held out)",
         "7 models were fitted; models that may hold 12 % of the probability were not: the time allowed was over.",
         "Could not be solved from any start: Yeoh + swaging: the mesh folds at 0.8 mm.",
-        f"Cannot be seen in these recordings: {said('batch_stiffness')} and {said('time_lag')} (why: result.json",
+        f"Cannot be seen in these recordings: {phrase('batch_stiffness')} and {phrase('time_lag')} (why: result.json",
         "problem coarse_noise",
     ):
         assert words in text, words
@@ -474,7 +474,7 @@ def test_a_map_of_what_has_a_cause_says_so(case, diagnoses):
 def test_where_one_model_holds_95_percent_there_are_no_rivals(case, diagnoses):
     found = diagnoses.diagnosis(case())
     assert rival_lines(found) == []
-    assert "cannot be told apart" not in text_of(found)
+    assert "What these recordings cannot tell apart" not in text_of(found)
 
 
 def test_titles_of_narrow_tables_are_not_wrapped(case, diagnoses):

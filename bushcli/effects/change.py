@@ -1,0 +1,85 @@
+"""How an effect changes the curve of a rig, as functions of signals that carry their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Samples (or one number) with their derivatives by all parameters of interest: forward differentiation.
+
+    Attributes
+    ----------
+    value : (n,) array, or a number
+    slope : (n, P) array, or (P,) of a number
+        Derivative by each parameter, in an order that all signals of a computation share.
+    """
+
+    value: Array
+    slope: Array
+
+    def __add__(self, other: Signal) -> Signal:
+        return Signal(self.value + other.value, self.slope + other.slope)
+
+    def __sub__(self, other: Signal) -> Signal:
+        return Signal(self.value - other.value, self.slope - other.slope)
+
+    def __mul__(self, other: Signal) -> Signal:
+        a, b = np.asarray(self.value)[..., None], np.asarray(other.value)[..., None]
+        return Signal(self.value * other.value, self.slope * b + a * other.slope)
+
+    def where(self, condition: NDArray[np.bool_]) -> Signal:
+        """Return the samples at which the condition (n,) holds, zeros elsewhere."""
+        return Signal(np.where(condition, self.value, 0.0), np.where(condition[:, None], self.slope, 0.0))
+
+    def sampled(self, index: NDArray[np.intp]) -> Signal:
+        """Return the samples ``index``, any number of them in any order."""
+        return Signal(self.value[index], self.slope[index])
+
+
+Given = Mapping[str, Signal]
+"""Values of an effect's parameters by name, each one number with its derivatives."""
+
+
+@dataclass(frozen=True)
+class RigChange:
+    """Change that an effect makes to the curve; `bushcli.effects.rig` combines the changes of all effects.
+
+    The displacement of the rig goes through every ``drive``, then is shared between the bushing and the springs in
+    series; the bushing's force goes through every ``parallel``, is logged late by every ``clock`` and goes through
+    every ``read``. Effects of lower ``order`` come first.
+
+    Attributes
+    ----------
+    drive : callable, optional
+        ``drive(q, given) -> Signal``: displacement (n,) behind the effect from the one before it, along the path.
+    parallel : callable, optional
+        ``parallel(q, force, time, given) -> Signal``: force that moves the bushing by q, from the force without the
+        effect. It acts on each sample by itself.
+    spring : str, optional
+        Name of the parameter that is the compliance of a spring in series.
+    clock : str, optional
+        Name of the parameter that is the time by which the force is logged late.
+    read : callable, optional
+        ``read(force, time, given) -> Signal``: force as it is logged.
+    order : int
+
+    Notes
+    -----
+    ``time`` is of the samples (n,), s since the recording started; None without time, which an effect that
+    ``needs_time`` never sees.
+    """
+
+    drive: Callable[[Signal, Given], Signal] | None = None
+    parallel: Callable[[Signal, Signal, Array | None, Given], Signal] | None = None
+    spring: str | None = None
+    clock: str | None = None
+    read: Callable[[Signal, Array | None, Given], Signal] | None = None
+    order: int = 0

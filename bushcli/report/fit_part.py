@@ -1,0 +1,68 @@
+"""Identified law -> the part of a result that describes it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+from bushcli.inverse import Fit, FittedCurve
+from bushcli.inverse.door import parameter_unit
+
+
+def fit_part(fit: Fit) -> dict[str, Any]:
+    """Return the entries that every identified law has."""
+    names = list(fit.parameters)
+    return {
+        "law": fit.material.law,
+        "bulk_modulus": fit.material.bulk_modulus,
+        "parameters": {
+            name: {
+                "value": estimate.value,
+                "std": estimate.std,
+                "lower": estimate.lower,
+                "upper": estimate.upper,
+                "at_bound": estimate.at_bound,
+                "interval": _interval(estimate.interval),
+                "unit": parameter_unit(fit, name),
+            }
+            for name, estimate in fit.parameters.items()
+        },
+        "correlation": {
+            one: {other: fit.correlation[i, j] for j, other in enumerate(names)}
+            for i, one in enumerate(names)
+        },
+        "misfit": {
+            key: {"rms_percent": curve.rms_percent, "held_out": curve.held_out}
+            for key, curve in curves_by_mode(fit).items()
+        },
+        "weighting": fit.weighting,
+        "stability": {mode: {"lower": low, "upper": high} for mode, (low, high) in fit.stability.items()},
+        "forward_solves": fit.forward_solves,
+        "failed_solves": fit.failed_solves,
+        "sweeps": fit.sweeps,
+        "iterations": fit.iterations,
+        "converged": fit.converged,
+        "seconds": fit.seconds,
+        "identifiability": {
+            "singular_values": fit.singular_values,
+            "undetermined": [
+                {"weights": dict(c.weights), "singular_value": c.singular_value, "text": c.text}
+                for c in fit.undetermined
+            ],
+        },
+    }
+
+
+def _interval(found: tuple[float, float] | None) -> list[float | None] | None:
+    """Return an interval, with None for an end that was not found."""
+    return None if found is None else [end if math.isfinite(end) else None for end in found]
+
+
+def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
+    """Return the fitted curves by mode, or by name for modes that were tested more than once."""
+    count = Counter(curve.recording.mode for curve in fit.curves)
+    return {
+        curve.recording.mode if count[curve.recording.mode] == 1 else curve.name: curve
+        for curve in fit.curves
+    }

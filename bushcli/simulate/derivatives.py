@@ -1,0 +1,105 @@
+"""Derivatives of a solved curve, arranged by all parameters of a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from bushcli.effects import rig
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.change import Signal
+from cases.march import History
+from cases.series import Carried
+
+Array = NDArray[np.float64]
+
+
+def columns(found: Array | None, inner: Sequence[str], names: Sequence[str], count: int) -> Array:
+    """Spread the derivatives by some parameters over the columns of all parameters, with zeros elsewhere.
+
+    Parameters
+    ----------
+    found : (count, len(inner)) array or None
+        Derivatives by the parameters `inner`, in the unit of the curve per unit of each parameter; None for none.
+    inner : sequence of str
+        Parameters that the model was differentiated by.
+    names : sequence of str
+        All parameters, in the order of the columns returned.
+    count : int
+        Number of samples.
+    """
+    spread = np.zeros((count, len(names)))
+    if found is not None:
+        spread[:, [names.index(name) for name in inner]] = found
+    return spread
+
+
+def elastic_curve(
+    history: History, odd: bool, inner: tuple[str, ...], names: tuple[str, ...]
+) -> rig.Response:
+    """Return the solved curve as a function of the displacement: force, stiffness, derivatives by all names.
+
+    Parameters
+    ----------
+    history : History
+        The sweep: displacement (mm or rad) and force (N or N mm) at its steps, and their derivatives.
+    odd : bool
+        Whether the curve has to be continued to negative displacements as an odd function.
+    inner : tuple of str
+        Parameters that the model was differentiated by.
+    names : tuple of str
+        All parameters, in the order of the derivatives returned.
+    """
+    q = history.displacement
+    slope = np.zeros((len(q), len(names)))
+    for i, name in enumerate(names):
+        if name in inner:
+            assert history.sensitivity is not None
+            slope[:, i] = history.sensitivity[:, inner.index(name)]
+    values = np.column_stack([history.force, slope])
+    if odd:
+        q, first = np.unique(np.concatenate([q, -q]), return_index=True)
+        values = np.concatenate([values, -values])[first]
+    spline = CubicSpline(q, values)
+    stiffness = spline.derivative()
+
+    def response(at: Array) -> tuple[Array, Array, Array]:
+        found = spline(at)
+        return found[:, 0], stiffness(at)[:, 0], found[:, 1:]
+
+    return response
+
+
+def carried_in_series(
+    active: Sequence[ActiveEffect], names: tuple[str, ...], start: float
+) -> Callable[[float, float, float], Carried]:
+    """Return the function for the force that springs in series carry, given one state of the bushing.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the channel, with values.
+    names : tuple of str
+        Parameters by which derivatives are wanted.
+    start : float
+        Time at which the recording starts, s.
+    """
+    local = ("", " ", *names)
+
+    def carried(q: float, force: float, time: float) -> Carried:
+        rows = np.zeros((2, 1, len(local)))
+        rows[0, 0, 0] = rows[1, 0, 1] = 1.0
+        moved, pushed = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
+        total = rig.parallel(active, moved, pushed, local, np.array([time - start]))
+        slope = total.slope[0]
+        return Carried(
+            float(total.value[0]),
+            float(slope[0]),
+            float(slope[1]),
+            dict(zip(names, map(float, slope[2:]), strict=True)),
+        )
+
+    return carried

@@ -1,0 +1,150 @@
+"""The curves that a prediction gives, and what is doubtful about them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bushcli.case import Case, Material
+from bushcli.faults import DataFault
+from bushcli.recording import Recording
+from bushcli.recording.curve import Curve
+from bushcli.runtime.condition import Condition
+from cases.march import Attempt
+from cases.mode import modes
+from cases.stretches import Surface
+
+# Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The bond edges leave
+# convergence of about first order, for which the error is twice the change that halving the elements makes
+# (measured against converged curves: 1.4 to 2.6 times).
+FINER, ERROR_OVER_CHANGE = 2.0, 2.0
+
+Progress = Callable[[str, int, int, int, float], None]
+"""Called with channel, step, number of steps, Newton iterations, displacement (mm or rad)."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """One simulated channel.
+
+    Attributes
+    ----------
+    name, mode : str
+    curve : Curve
+        At the steps of the march, as far as it went.
+    recording : Recording or None
+        The measured curve that it stands beside.
+    attempts
+        Every step tried.
+    stopped : str
+        Why the march could not go on; empty when it reached its end.
+    reach : float
+        Last displacement in equilibrium, mm or rad, when it stopped early.
+    target : float
+        Displacement that it was to reach.
+    unknowns : int
+        Size of the linear systems.
+    stretches : tuple of float
+        Smallest and largest principal stretch that the rubber reaches.
+    unstable : float
+        Share of the rubber's states (at the checked steps) in which the law violates Drucker's postulate.
+    seconds : mapping
+        Time of "mesh_and_forms" and "march".
+    surface : Surface or None
+        For pictures, at the largest displacement; on rank 0 only.
+    mesh_error : float or None
+        Estimated discretisation error, percent of the force range, when a mesh check was asked for.
+    step_error : float or None
+        Estimated error of following the recorded path in steps (rms), percent of the force range; None where the force
+        does not depend on the path.
+    along : bool
+        The curve is the force at the recording's samples, one by one.
+    unwritten : str
+        Why its fields could not be written; empty where they were, or were not asked for.
+    """
+
+    name: str
+    mode: str
+    curve: Curve
+    recording: Recording | None
+    attempts: tuple[Attempt, ...]
+    stopped: str
+    reach: float
+    target: float
+    unknowns: int
+    stretches: tuple[float, float]
+    unstable: float
+    seconds: Mapping[str, float]
+    surface: Surface | None = field(default=None, repr=False)
+    mesh_error: float | None = None
+    step_error: float | None = None
+    along: bool = False
+    unwritten: str = ""
+
+    @property
+    def newton(self) -> int:
+        """Number of Newton iterations of the whole march."""
+        return sum(attempt.newton for attempt in self.attempts)
+
+
+@dataclass(frozen=True)
+class Response:
+    """Result of a prediction: simulated channels, conditions under which to read them, and faults of the recordings."""
+
+    case: Case
+    material: Material
+    channels: tuple[Simulated, ...]
+    conditions: tuple[Condition, ...]
+    faults: tuple[DataFault, ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        """Whether every march reached its end."""
+        return not any(channel.stopped for channel in self.channels)
+
+
+def conditions(channel: Simulated) -> list[Condition]:
+    """Return what is doubtful about a channel: an early end, an unstable law, a coarse mesh, missing field files."""
+    found = []
+    if channel.stopped:
+        unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
+        found.append(
+            Condition(
+                "not_converged",
+                f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
+                f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
+                "ask for a smaller displacement, other steps (larger ones leap over a fold of the free ends) or a "
+                "coarser mesh; beyond some 60 % of the rubber's thickness radial loads fold the free ends",
+            )
+        )
+    if channel.unstable > 0:
+        found.append(
+            Condition(
+                "unstable_law",
+                f"{channel.name}: the law violates Drucker's stability in {100 * channel.unstable:.2g} % of the states "
+                f"that the rubber reaches (principal stretches {channel.stretches[0]:.2f} to "
+                f"{channel.stretches[1]:.2f})",
+                "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
+            )
+        )
+    if channel.unwritten:
+        found.append(
+            Condition(
+                "fields_not_written",
+                f"{channel.name}: the field file could not be written ({channel.unwritten}); the curve is complete",
+                "free some space and run again, or use another -o; --no-fields leaves fields out",
+            )
+        )
+    if channel.mesh_error is not None and channel.mesh_error > 1.0:
+        change = f"suggests an error of {channel.mesh_error:.2g} % of the force range"
+        found.append(
+            Condition(
+                "coarse_mesh",
+                f"{channel.name}: a mesh {FINER:g} times as fine in each direction "
+                + (change if np.isfinite(channel.mesh_error) else "does not get as far"),
+                "raise mesh.elements_across, elements_along and elements_around",
+            )
+        )
+    return found

@@ -1,0 +1,196 @@
+"""Docstrings and sizes: what takes arguments says what they are, and nothing grows past what one can read.
+
+The source is parsed, not imported: the check needs neither DOLFINx nor a mesh.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("bushcli", "cases", "forms", "geometry")
+
+# Packages whose docstrings still lack sections `Parameters`. Delete a line when a package has them.
+DOCSTRINGS_WAIT = (
+    "bushcli/recording",
+    "bushcli/inverse",
+    "bushcli/diagnosis",
+    "cases",
+    "forms",
+    "geometry",
+)
+# Functions longer than LINES_OF_FUNCTION and files longer than LINES_OF_FILE that still wait to be divided.
+FUNCTIONS_WAIT = frozenset(
+    {
+        "bushcli/diagnosis/diagnose.py::diagnose",
+        "bushcli/diagnosis/menu.py::menu",
+        "bushcli/diagnosis/where/bushing.py::local_map",
+        "bushcli/inverse/identify.py::_result",
+        "bushcli/inverse/identify.py::identify",
+        "cases/march.py::_march",
+        "cases/simulate.py::sweep",
+    }
+)
+FILES_WAIT = frozenset(
+    {
+        "bushcli/diagnosis/fit.py",
+        "bushcli/diagnosis/predict.py",
+        "bushcli/diagnosis/queue.py",
+        "bushcli/diagnosis/result.py",
+        "bushcli/diagnosis/where/bushing.py",
+        "cases/march.py",
+    }
+)
+
+LINES_OF_FUNCTION = 60
+LINES_OF_FILE = 350
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+# A number or an array needs a unit, a shape or the word that says why it has none.
+NUMERIC = re.compile(r"\b(float|Array|ndarray|NDArray|Floats)\b")
+UNIT_OR_SHAPE = re.compile(
+    r"""(?<!['’])\b(N|mm|MPa|kPa|s|rad|radians|degrees|deg|kg|g|Hz|K|percent|px|pixels|unit|units|dimensionless|
+        shape|share|shares|ratio|factor|fraction|fractions|probability|probabilities|count|number|index|indices|
+        seconds|bytes|log|nats|odds|characters|points)\b|%|\(n|\(m|\(k|\(3""",
+    re.VERBOSE | re.IGNORECASE,
+)
+
+
+def sources() -> list[Path]:
+    """Return every Python file of the four packages, relative to the root of the checkout."""
+    return sorted(path.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+
+
+def functions(tree: ast.Module) -> Iterator[tuple[str, Function, bool]]:
+    """Yield name, node and "is a method" of the functions of a module and of its classes, without inner functions."""
+    for node in tree.body:
+        if isinstance(node, Function):
+            yield node.name, node, False
+        elif isinstance(node, ast.ClassDef):
+            for member in node.body:
+                if isinstance(member, Function):
+                    yield f"{node.name}.{member.name}", member, True
+
+
+def public(name: str) -> bool:
+    """Whether no part of a dotted name begins with an underscore."""
+    return not any(part.startswith("_") for part in name.split("."))
+
+
+def arguments(node: Function, method: bool) -> list[ast.arg]:
+    """Return the arguments of a function without `self` and `cls`."""
+    given = node.args
+    found = [*given.posonlyargs, *given.args]
+    static = any(isinstance(item, ast.Name) and item.id == "staticmethod" for item in node.decorator_list)
+    if method and not static:
+        found = found[1:]
+    return (
+        found
+        + [item for item in (given.vararg,) if item]
+        + given.kwonlyargs
+        + [item for item in (given.kwarg,) if item]
+    )
+
+
+def described(docstring: str) -> dict[str, str]:
+    """Return the arguments that the section `Parameters` of a numpydoc docstring names, with what it says of each."""
+    found: dict[str, str] = {}
+    lines = docstring.splitlines()
+    if "Parameters" not in [line.strip() for line in lines]:
+        return found
+    start = [line.strip() for line in lines].index("Parameters") + 2
+    names: list[str] = []
+    for number, line in enumerate(lines[start:], start):
+        below = lines[number + 1].strip() if number + 1 < len(lines) else ""
+        if below and set(below) == {"-"}:
+            break
+        if line and not line.startswith(" "):
+            names = [name.strip().lstrip("*") for name in line.split(":")[0].split(",")]
+            found.update({name: line.partition(":")[2] for name in names})
+        else:
+            for name in names:
+                found[name] += " " + line.strip()
+    return found
+
+
+def is_command(node: Function) -> bool:
+    """Whether a function is a command of click: its docstring is its help, where each option has its own text."""
+    return any("click.command" in ast.unparse(item) for item in node.decorator_list)
+
+
+def faults(node: Function, method: bool) -> list[str]:
+    """Return what the docstring of a function with two or more arguments lacks."""
+    given = arguments(node, method)
+    if len(given) < 2 or is_command(node):
+        return []
+    said = described(ast.get_docstring(node) or "")
+    missing = [item.arg for item in given if not said.get(item.arg, "").strip()]
+    unmeasured = [
+        item.arg
+        for item in given
+        if item.arg not in missing
+        and item.annotation is not None
+        and NUMERIC.search(ast.unparse(item.annotation))
+        and not UNIT_OR_SHAPE.search(said[item.arg])
+    ]
+    return [f"{name} is not described" for name in missing] + [
+        f"{name} has no unit or shape" for name in unmeasured
+    ]
+
+
+def waits(path: Path) -> bool:
+    """Whether a file belongs to a package whose docstrings are still to be written."""
+    return any(path.is_relative_to(package) for package in DOCSTRINGS_WAIT)
+
+
+def lacks(path: Path) -> list[str]:
+    """Return the public functions of a file whose docstrings lack something, with what they lack."""
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    return [
+        f"{path}:{node.lineno} {name}: {', '.join(missing)}"
+        for name, node, method in functions(tree)
+        if public(name) and (missing := faults(node, method))
+    ]
+
+
+@pytest.mark.parametrize("path", [path for path in sources() if not waits(path)], ids=str)
+def test_arguments_are_described(path: Path) -> None:
+    """Every public function with two or more arguments has a section `Parameters` that names each of them."""
+    assert not lacks(path)
+
+
+def test_packages_that_wait_still_lack_something() -> None:
+    """A package whose docstrings are complete leaves the list, so that it stays complete."""
+    complete = [
+        package
+        for package in DOCSTRINGS_WAIT
+        if not any(lacks(path) for path in sources() if path.is_relative_to(package))
+    ]
+    assert not complete
+
+
+def test_functions_are_short() -> None:
+    """No function is longer than 60 lines, docstring included, but for those that still wait."""
+    long = {
+        f"{path}::{node.name}"
+        for path in sources()
+        for node in ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8")))
+        if isinstance(node, Function) and (node.end_lineno or 0) - node.lineno + 1 > LINES_OF_FUNCTION
+    }
+    assert long == FUNCTIONS_WAIT
+
+
+def test_files_are_short() -> None:
+    """No file is longer than 350 lines, but for those that still wait."""
+    long = {
+        str(path)
+        for path in sources()
+        if len((ROOT / path).read_text(encoding="utf-8").splitlines()) > LINES_OF_FILE
+    }
+    assert long == FILES_WAIT
