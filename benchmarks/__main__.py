@@ -7,7 +7,7 @@ import platform
 import sys
 from pathlib import Path
 
-from benchmarks import compare, direct, effects
+from benchmarks import compare, direct, effects, real
 
 SECTIONS = {
     "targets": direct.targets,
@@ -16,6 +16,7 @@ SECTIONS = {
     "peers": compare.compare,
     "effects": effects.cost,
     "alike": effects.alike,
+    "real": real.real,
 }
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from forms.kinematics import Moved
 from forms.law import Scalar
 from forms.potential import Attached
-from geometry.shape import Mirrors, Shape, Sleeve
+from geometry.shape import Metal, Mirrors, Shape
 
 Array = NDArray[np.float64]
 Values = Mapping[str, Scalar]
@@ -110,7 +110,7 @@ class Feature:
     compliance: Callable[[Values], Scalar] | None = None
     swelling: Callable[[Values], Scalar] | None = None
     shape: Callable[[Shape, Mapping[str, float]], Shape] | None = None
-    metal: Callable[[Values, Sleeve], Scalar | None] | None = None
+    metal: Callable[[Values, Metal], Scalar | None] | None = None
     stress_free: Callable[[Values, Scalar, Shape], Moved] | None = None
     resizes: bool = False
     reduction: Callable[[Array, str], Array] | None = None

@@ -109,7 +109,7 @@ class LocalStiffness:
         model = self.model
         geometry, dimension = model.mesh.mesh.geometry, model.mesh.dimension
         # Corners come first among the nodes of a cell of second order.
-        nodes = cell_nodes(model.mesh.mesh)[own][:, : 2**dimension]
+        nodes = cell_nodes(model.mesh.mesh)[own][:, : model.mesh.corners]
         # Ranks share points: by their global numbers they are one, and cells on both sides stay neighbours.
         names = geometry.index_map().local_to_global(nodes.ravel()).reshape(nodes.shape)
         parts = model.comm.allgather((names, geometry.x[nodes][..., :dimension]))

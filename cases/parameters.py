@@ -26,7 +26,7 @@ from cases.feature import Installed
 from forms.law import Law
 from forms.potential import Attached
 from geometry.mesh import NamedMesh
-from geometry.shape import Sleeve
+from geometry.shape import Metal
 
 Array = NDArray[np.float64]
 
@@ -155,7 +155,7 @@ class Parameters:
             for branch in item.feature.branches(self._given(item, values))
         ]
 
-    def _youngs_modulus(self, sleeve: Sleeve, values: Mapping[str, Any]) -> Any:
+    def _youngs_modulus(self, sleeve: Metal, values: Mapping[str, Any]) -> Any:
         for item in self._features:
             if item.feature.metal is not None:
                 modulus = item.feature.metal(self._given(item, values), sleeve)

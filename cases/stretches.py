@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import basix
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,8 +23,9 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
     Parameters
     ----------
     points
-        Reference coordinates in the cell, shape (p, dimension); two Gauss points in each direction if not given,
-        where a second-order element's strains are most accurate.
+        Reference coordinates in the cell, shape (p, dimension); those of a quadrature of second degree if not given
+        (of a quadrilateral two Gauss points in each direction), where a second-order element's strains are most
+        accurate.
     region
         Name of the region.
 
@@ -34,8 +36,8 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
     """
     mesh = model.mesh
     if points is None:
-        gauss = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)
-        points = np.array(np.meshgrid(*[gauss] * mesh.dimension)).reshape(mesh.dimension, -1).T.copy()
+        degree = 2 if mesh.simplices else 3
+        points, _ = basix.make_quadrature(mesh.mesh.basix_cell(), degree)
     at = _points(model, region, points)
     g = at.gradients(model.state.x.array).reshape(*at.shape, at.rows)
     rows = at.setting.deformation(list(np.moveaxis(g, -1, 0)))
@@ -76,7 +78,10 @@ class Surface:
     displacement: float
 
 
-# Corners of a face in order around it, as positions among the cell's corners (tensor-product numbering).
+# Corners of a face in order around it, as positions among the cell's corners (tensor-product numbering; a triangle
+# repeats its last corner).
+_TRIANGLE_FACES = ((0, 1, 2, 2),)
+_TETRAHEDRON_FACES = ((0, 1, 2, 2), (0, 1, 3, 3), (0, 2, 3, 3), (1, 2, 3, 3))
 _SECTION_FACES = ((0, 1, 3, 2),)
 _SOLID_FACES = (
     (0, 1, 3, 2),
@@ -95,13 +100,8 @@ def surface(model: Model, displacement: float = 0.0) -> Surface | None:
     """
     mesh = model.mesh
     dimension = mesh.dimension
-    corners = (
-        np.array(np.meshgrid(*[[0.0, 1.0]] * dimension, indexing="ij"))
-        .reshape(dimension, -1)
-        .T[:, ::-1]
-        .copy()
-    )
-    faces = np.array(_SECTION_FACES if dimension == 2 else _SOLID_FACES)
+    corners = basix.cell.geometry(mesh.mesh.basix_cell())
+    faces = _faces(mesh)
     reference, deformed, stretch, rubber = [], [], [], []
     for name, tag in mesh.region.items():
         cells = mesh.cells.find(tag)
@@ -128,11 +128,11 @@ def surface(model: Model, displacement: float = 0.0) -> Surface | None:
 def mesh_surface(mesh: NamedMesh) -> Surface | None:
     """The same faces of a mesh that nothing is done to; collective, None except on rank 0."""
     dimension = mesh.dimension
-    faces = np.array(_SECTION_FACES if dimension == 2 else _SOLID_FACES)
+    faces = _faces(mesh)
     reference, rubber = [], []
     for name, tag in mesh.region.items():
         # Corners come first among a cell's nodes, in tensor-product order.
-        nodes = cell_nodes(mesh.mesh)[mesh.cells.find(tag)][:, : 2**dimension]
+        nodes = cell_nodes(mesh.mesh)[mesh.cells.find(tag)][:, : mesh.corners]
         x = mesh.mesh.geometry.x[nodes]
         if dimension == 2:
             x = x[..., [0, 2, 1]]
@@ -144,6 +144,13 @@ def mesh_surface(mesh: NamedMesh) -> Surface | None:
     x, kind = (np.concatenate([part[i] for part in parts]) for i in range(2))
     keep = _outside(x) if dimension == 3 else np.full(len(x), True)
     return Surface(x[keep], x[keep], np.ones((int(keep.sum()), 4)), kind[keep], 0.0)
+
+
+def _faces(mesh: NamedMesh) -> NDArray[np.int_]:
+    """Faces of a cell to be drawn, shape (n, 4)."""
+    if mesh.simplices:
+        return np.array(_TRIANGLE_FACES if mesh.dimension == 2 else _TETRAHEDRON_FACES)
+    return np.array(_SECTION_FACES if mesh.dimension == 2 else _SOLID_FACES)
 
 
 def _corners(model: Model, region: str, corners: Array) -> tuple[Array, Array]:
@@ -163,6 +170,9 @@ def _corners(model: Model, region: str, corners: Array) -> tuple[Array, Array]:
 
 def _outside(reference: Array) -> NDArray[np.bool_]:
     """Faces that occur once: those between two cells occur twice."""
-    keys = np.round(reference.mean(axis=1), 6)
+    # Of a triangle each corner counts once, whichever is repeated.
+    repeated = np.all(reference[:, 2] == reference[:, 3], axis=1)
+    mean = np.where(repeated[:, None], reference[:, :3].mean(axis=1), reference.mean(axis=1))
+    keys = np.round(mean, 6)
     _, inverse, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
     return np.asarray(counts[inverse.ravel()] == 1)

@@ -12,7 +12,8 @@ import numpy as np
 from pydantic import Field, model_validator
 from typing_extensions import override
 
-from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape, Sleeve, Snubber
+from geometry.blocks import Array, Blocks, Interval
+from geometry.shape import Metal, Mirrors, Refinement, Shape, Sleeve, Snubber
 
 # Defaults with which the force stays within 1 % of the converged one (measured: benchmarks/README.md).
 SECTION = Refinement(across=6)
@@ -74,7 +75,12 @@ class Ring(Shape):
 
     @property
     @override
-    def elastic_sleeves(self) -> Mapping[str, Sleeve]:
+    def gap(self) -> float:
+        return self.thickness
+
+    @property
+    @override
+    def elastic_sleeves(self) -> Mapping[str, Metal]:
         given = {"inner_sleeve": self.inner_sleeve, "outer_sleeve": self.outer_sleeve}
         return {name: sleeve for name, sleeve in given.items() if sleeve is not None}
 

@@ -13,17 +13,23 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-Array = NDArray[np.float64]
+from geometry.blocks import Blocks
+from geometry.errors import GeometryError
+from geometry.structured import mesh_blocks
+from geometry.view import View
+
 Mirrors = frozenset[Literal["x", "y", "z"]]
+#: Young's modulus of what does not deform, MPa.
+RIGID = 1e7
+Names = dict[int, dict[str, int]]
+"""Dimension -> name -> tag of the physical group in Gmsh."""
 
 
 class Sleeve(BaseModel):
@@ -39,6 +45,62 @@ class Sleeve(BaseModel):
         description="where the rig holds the sleeve: over its free cylinder (bolt in the bore, pressed into an eye), "
         "or at its two end faces only (clamped between brackets)",
     )
+
+
+class Plate(BaseModel):
+    """An elastic metal body of any form, inside the rubber or on its side."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    youngs_modulus: float = Field(default=210000.0, gt=0, description="Young's modulus, MPa (steel)")
+    poissons_ratio: float = Field(default=0.3, ge=0, lt=0.5, description="Poisson's ratio (steel)")
+    rigid: bool = Field(default=False, description="true = does not deform, whatever its modulus")
+
+    @property
+    def metal(self) -> Plate:
+        """What is computed with: a rigid plate is fifty times as stiff as steel."""
+        return self.model_copy(update={"youngs_modulus": RIGID}) if self.rigid else self
+
+
+def metals(
+    plates: Mapping[str, Plate], regions: Iterable[str], known: Iterable[str], where: str
+) -> dict[str, Metal]:
+    """Metal of each region that is none of rubber.
+
+    Parameters
+    ----------
+    plates
+        From the case, by name.
+    regions
+        What is meshed.
+    known
+        Names that the case may give a metal, meshed or not.
+    where
+        For messages.
+
+    Raises
+    ------
+    GeometryError
+        The case gives metal to a body that is not there.
+    """
+    names = [name for name in known if name != "rubber"]
+    for name in plates:
+        if name not in names:
+            there = ", ".join(names) or "there are none"
+            raise GeometryError(where, f'geometry.plates: there is no plate or sleeve "{name}"', there)
+    return {name: plates.get(name, Plate()).metal for name in regions if name != "rubber"}
+
+
+class Metal(Protocol):
+    """What the mechanics ask of a metal body."""
+
+    @property
+    def youngs_modulus(self) -> float:
+        """MPa."""
+
+    @property
+    def poissons_ratio(self) -> float:
+        """Of the metal."""
 
 
 class Snubber(BaseModel):
@@ -74,56 +136,6 @@ class Refinement:
         return max(1, math.ceil(self.factor * (default if given is None else given)))
 
 
-@dataclass(frozen=True)
-class Interval:
-    """One block along a parameter axis, and the vertices of its elements.
-
-    `grading` is the length of the longest element over that of the shortest; the short ones lie at the `fine` end(s).
-    """
-
-    start: float
-    stop: float
-    elements: int
-    grading: float = 1.0
-    fine: Literal["start", "stop", "both"] = "both"
-
-    def vertices(self) -> Array:
-        """The elements' end points, shape (elements + 1,), from start to stop."""
-        k = np.arange(self.elements)
-        n = max(self.elements - 1, 1)
-        depth = {"start": n - k, "stop": k, "both": np.abs(2 * k - n)}[self.fine] / n
-        lengths = self.grading**-depth
-        return self.start + (self.stop - self.start) * np.concatenate(
-            [[0.0], np.cumsum(lengths) / lengths.sum()]
-        )
-
-
-@dataclass(frozen=True)
-class Blocks:
-    """A structured parameter domain: the product of the axes' intervals, less what has no region.
-
-    Attributes
-    ----------
-    axes
-        The intervals of each parameter axis, in order; 2 or 3 axes.
-    region
-        Midpoint of a block in parameters -> name of its region, or None where there is nothing.
-    face
-        Axis normal to a bounding face and the face's midpoint in parameters -> its name. Faces toward a block that
-        is missing are asked for too.
-    chart
-        Parameters (n, d) -> coordinates (n, d) in mm.
-    closed
-        True when the chart glues the ends of the second axis (a full circumference).
-    """
-
-    axes: tuple[tuple[Interval, ...], ...]
-    region: Callable[[Array], str | None]
-    face: Callable[[int, Array], str | None]
-    chart: Callable[[Array], Array]
-    closed: bool = False
-
-
 class Shape(BaseModel):
     """A parametric shape: its fields are its dimensions (mm, degrees), one subclass per file in `geometry/shapes`.
 
@@ -138,8 +150,28 @@ class Shape(BaseModel):
     specimen: ClassVar[Literal["bushing", "coupon"]] = "bushing"
     axisymmetric: ClassVar[bool] = False
     displacement_order: ClassVar[int] = 2
-    mirror_planes: ClassVar[Mirrors] = frozenset({"x", "y", "z"})
+    #: Whether meshes are products of intervals: twice as many elements then halve every one of them.
+    structured: ClassVar[bool] = True
+    #: Of files that describe such a shape by themselves.
+    suffixes: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
+
+    @property
+    def mirror_planes(self) -> Mirrors:
+        """Planes of symmetry through the centre, by their normals."""
+        return frozenset({"x", "y", "z"})
+
+    def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
+        """Mesh into the open Gmsh session (rank 0 only), and name the groups.
+
+        Raises
+        ------
+        GeometryError
+            What the case or its file describes cannot be meshed.
+        """
+        return mesh_blocks(
+            self.blocks(dimension, mirrors, refinement), order=2 if self.displacement_order > 1 else 1
+        )
 
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
         """Blocks of the half-plane (`dimension` 2, axes s and t) or of the solid cut at the `mirrors` (3)."""
@@ -150,8 +182,28 @@ class Shape(BaseModel):
         raise TypeError(f"shape {type(self).__name__} does not state its measures")
 
     @property
-    def elastic_sleeves(self) -> Mapping[str, Sleeve]:
-        """The elastic sleeves by region name."""
+    def gap(self) -> float | None:
+        """How far the inner sleeve could move radially before it meets the outer one, mm; None where none is known."""
+        return None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was found in a file and taken for what, in sentences; nothing where the dimensions say all.
+
+        Raises
+        ------
+        GeometryError
+        """
+        return ()
+
+    @property
+    def view(self) -> View | None:
+        """What a picture shows of it, with names; None where a picture of the mesh says all."""
+        return None
+
+    @property
+    def elastic_sleeves(self) -> Mapping[str, Metal]:
+        """The elastic metal bodies by region name."""
         return {}
 
 

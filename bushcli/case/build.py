@@ -154,7 +154,7 @@ class Builder:
             return None
         try:
             rest = {key: value for key, value in raw.items() if key != "shape"}
-            shape = model.model_validate(rest, strict=True)
+            shape = model.model_validate(rest, strict=True, context={"folder": str(self.folder)})
         except ValidationError as error:
             self.findings += explain(error, model, ("geometry",), f'[geometry] with shape "{name}"')
             return None

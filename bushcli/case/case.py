@@ -180,7 +180,7 @@ def resolved(case: Case) -> dict[str, Any]:
     return {
         "title": case.title,
         "path": str(case.path),
-        "geometry": {"shape": type(case.geometry).name} | case.geometry.model_dump(mode="json"),
+        "geometry": _geometry(case.geometry, folder),
         "mesh": {
             "elements_across": case.mesh.elements_across,
             "elements_along": case.mesh.elements_along,
@@ -199,6 +199,11 @@ def resolved(case: Case) -> dict[str, Any]:
         "coupons": [_source(source, folder) for source in case.coupons],
         "effects": [_effect(active, case) for active in case.effects],
     }
+
+
+def _geometry(shape: Shape, folder: Path) -> dict[str, Any]:
+    shown = {"shape": type(shape).name} | shape.model_dump(mode="json", by_alias=True)
+    return shown | ({"file": _relative(Path(shown["file"]), folder)} if shown.get("file") else {})
 
 
 def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.errors import nearest
 from cases.mode import modes
 from forms.law import Law, Parameter, laws
-from geometry.shape import Shape
+from geometry.shape import Shape, Sleeve
 
 _PARAMETERS: Keys = ("material", "parameters")
 # MPa; four decades beyond any rubber on both sides, so that residuals and tolerances stay well above rounding.
@@ -75,7 +75,11 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
         for name, field in type(shape).model_fields.items()
         if isinstance(value := getattr(shape, name), float) and "mm" in (field.description or "")
     }
-    sleeves = {f"{name}.thickness": sleeve.thickness for name, sleeve in shape.elastic_sleeves.items()}
+    sleeves = {
+        f"{name}.thickness": sleeve.thickness
+        for name, sleeve in shape.elastic_sleeves.items()
+        if isinstance(sleeve, Sleeve)
+    }
     for name, value in (sizes | sleeves).items():
         if 0.0 < abs(value) < SMALLEST_DIMENSION:
             what = f"geometry.{name} = {shown(value)} is too small to mesh"
@@ -179,13 +183,12 @@ def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
         yield Finding(
             keys, what, expected=f"at least {SMALLEST_TRAVEL:g} {unit}; the initial stiffness needs no less"
         )
-    thickness = getattr(shape, "thickness", None)  # a coupon has none
     if kind.specimen == "coupon" and min(load_case.path, default=0.0) <= -1.0:
         what = f"{dotted(keys)} = {min(load_case.path):g} presses the specimen to nothing"
         yield Finding(keys, what, expected="stretch - 1, above -1")
-    elif kind.name == "radial" and thickness is not None and load_case.amplitude >= thickness:
+    elif kind.name == "radial" and shape.gap is not None and load_case.amplitude >= shape.gap:
         what = f"{dotted(keys)} = {load_case.amplitude:g} closes the gap between the sleeves"
-        yield Finding(keys, what, expected=f"less than the rubber's thickness, {thickness:g} mm")
+        yield Finding(keys, what, expected=f"less than the rubber's thickness, {shape.gap:g} mm")
     elif kind.rotational and load_case.amplitude > math.pi:
         degrees = math.degrees(load_case.amplitude)
         what = f"{dotted(keys)} = {degrees:g} turns the sleeve by more than 180 degrees"

@@ -153,6 +153,7 @@ _REQUIREMENTS = {
     "model_attributes_type": "is not a table of keys",
     "finite_number": "must be finite",
     "string_too_short": "must not be empty",
+    "too_long": "must not have more than {max_length} entries",
     "too_short": "needs at least {min_length} entries",
 }
 
@@ -198,6 +199,8 @@ def _literals(model: type[BaseModel], loc: Keys) -> list[object]:
 def _types(annotation: Any) -> list[Any]:
     """Return an annotation's types with unions, lists and tuples opened."""
     origin = typing.get_origin(annotation)
+    if origin is typing.Annotated:
+        return _types(typing.get_args(annotation)[0])
     if origin in (typing.Union, types.UnionType, list, tuple):
         return [t for argument in typing.get_args(annotation) for t in _types(argument)]
     return [annotation]

@@ -15,6 +15,7 @@ from bushcli.case.limits import DEEPEST, LARGEST_CASE, MOST_PROBLEMS, is_too_dee
 from bushcli.case.override import Override, apply
 from bushcli.errors import CaseError, Problem, nearest
 from bushcli.runtime.bounded import TooLarge, read_bounded
+from geometry.shape import shapes
 
 
 def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
@@ -37,6 +38,39 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
         raise CaseError(
             Problem(str(path), f"has tables more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
+    builder = Builder(path.parent)
+    case = builder.case(data, path)
+    if case is None:
+        raise CaseError(*_problems(builder.findings, path, done))
+    return case
+
+
+def shape_of_part(path: Path) -> str | None:
+    """Name of the shape that is described by files of this kind; None for a case file."""
+    suffix = path.suffix.lower()
+    return next((name for name, shape in shapes().items() if suffix in shape.suffixes), None)
+
+
+def load_part(path: Path, overrides: Sequence[str] = ()) -> Case:
+    """Make a case from a CAD file or a drawing alone, with a placeholder for the rubber.
+
+    Parameters
+    ----------
+    path : Path
+        STEP, BREP, DXF, MSH or INP file.
+    overrides : sequence of str
+        ``KEY=VALUE`` with dotted keys as in a case file.
+
+    Raises
+    ------
+    CaseError
+    """
+    data: dict[str, Any] = {
+        "title": path.stem,
+        "geometry": {"shape": shape_of_part(path), "file": path.name},
+        "material": {"law": "neo_hookean", "parameters": {"C10": 0.5}},
+    }
+    data, done = apply(data, overrides)
     builder = Builder(path.parent)
     case = builder.case(data, path)
     if case is None:

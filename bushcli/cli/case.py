@@ -10,6 +10,7 @@ from bushcli.cli.identification import fit_to_coupons, weighted
 from bushcli.cli.progress import march_progress
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
 from bushcli.errors import InputError, Problem
+from geometry.errors import GeometryError
 
 
 @click.command()
@@ -47,20 +48,32 @@ def check(run: Run, strict: bool) -> int:
 @click.command()
 @on_a_case
 def mesh(run: Run) -> int:
-    """Build the meshes that CASE needs, and write a picture and a file for ParaView of each."""
+    """Build the meshes that CASE needs, and write a picture and a file for ParaView of each.
+
+    CASE may also be a part: a STEP, BREP, DXF, MSH or INP file. Its axis, bonds and symmetry are found and shown, and a
+    case file to start from is written.
+    """
     from bushcli import report
+    from bushcli.case import beginning
     from bushcli.simulate.meshes import meshes
 
-    case = run.load()
     output = run.output or Path("out")
-    report.check_output(output, case, run.command)
-    with run.timed("mesh"):
-        built = meshes(case, output)
-    run.show(report.mesh_text(built))
+    try:
+        case = run.load(parts=True)
+        report.check_output(output, case, run.command)
+        with run.timed("mesh"):
+            built = meshes(case, output)
+    except GeometryError as error:
+        if speaks() and report.write_refused(output, error):
+            run.say(f"see the picture {output / 'geometry.png'}")
+        raise
+    run.show(report.mesh_text(built, case.geometry))
     result = report.mesh_json(case, built, run.timings())
     run.emit(result)
     if speaks():
-        report.write_meshes(output, built, result)
+        report.write_meshes(output, built, result, case.geometry)
+        if case.path.suffix != ".toml" and report.write_beginning(output, beginning(case, output)):
+            run.say(f"wrote {output / report.BEGINNING}: a case to go on with; put in your rubber and loads")
         run.say(f"wrote {output}")
     return DONE
 

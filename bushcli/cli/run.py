@@ -18,6 +18,7 @@ import click
 
 from bushcli.errors import InputError, Problem, printable
 from bushcli.runtime.interrupt import is_interrupt, listen
+from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
     from bushcli.case import Case
@@ -45,12 +46,13 @@ class Run:
         self.begin = time.perf_counter()
         self.seconds: dict[str, float] = {}
 
-    def load(self) -> Case:
-        """Read and validate the case."""
-        from bushcli.case import load_case
+    def load(self, parts: bool = False) -> Case:
+        """Read and validate the case; with `parts` also a CAD file or a drawing in place of one."""
+        from bushcli.case import load_case, load_part, shape_of_part
 
         with self.timed("case"):
-            case = load_case(self.path, self.overrides)
+            read = load_part if parts and shape_of_part(self.path) else load_case
+            case = read(self.path, self.overrides)
         if self.output is not None:
             from bushcli.report import check_output
 
@@ -179,7 +181,7 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
     listen()
     try:
         code = work() or DONE
-    except InputError as error:
+    except (InputError, GeometryError) as error:
         if debug:
             raise
         _complain(f"error: {error}")

@@ -8,19 +8,23 @@ from bushcli.report.diagnosis_json import diagnosis_json
 from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
 from bushcli.report.identification import inverse_json, inverse_text
 from bushcli.report.output import (
+    BEGINNING,
     check_output,
+    write_beginning,
     write_check,
     write_diagnosis,
     write_direct,
     write_fit,
     write_inverse,
     write_meshes,
+    write_refused,
 )
 from bushcli.report.ranking import rank
 from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
 from bushcli.report.verdict import judge
 
 __all__ = [
+    "BEGINNING",
     "case_json",
     "case_text",
     "check_output",
@@ -36,10 +40,12 @@ __all__ = [
     "mesh_json",
     "mesh_text",
     "rank",
+    "write_beginning",
     "write_check",
     "write_diagnosis",
     "write_direct",
     "write_fit",
     "write_inverse",
     "write_meshes",
+    "write_refused",
 ]

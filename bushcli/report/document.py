@@ -123,6 +123,7 @@ def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]
         Seconds by stage.
     """
     document = head("mesh", case, (), timings)
+    document["geometry"] = {"notes": list(case.geometry.notes), "measures": dict(case.geometry.measures())}
     document["meshes"] = [
         {
             "name": mesh.name,

@@ -16,6 +16,7 @@ from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Response
 from cases.mode import modes
+from geometry.shape import Shape
 
 Row = tuple[str, ...]
 
@@ -56,6 +57,15 @@ def recording_table(title: str, curves: Sequence[Recording]) -> Table:
     """
     heads = ("channel", "mode", "samples", "cycles", "from", "to", "", "force from", "to", "")
     return Table(title, heads, tuple(_recording_row(curve) for curve in curves), left=2)
+
+
+def measure_table(shape: Shape) -> Table:
+    """Volumes of the bodies and areas of the bonds."""
+    rows = tuple(
+        (name.replace("_bond", " bond"), f"{value:.6g}", "mm2" if name.endswith("_bond") else "mm3")
+        for name, value in shape.measures().items()
+    )
+    return Table("Volumes and areas", ("", "", ""), rows, left=1)
 
 
 def mesh_table(meshes: Sequence[Meshed]) -> Table:

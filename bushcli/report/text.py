@@ -29,6 +29,7 @@ from bushcli.report.tables import (
     case_table,
     channel_table,
     fitted_table,
+    measure_table,
     mesh_table,
     parameter_table,
     recording_table,
@@ -38,6 +39,7 @@ from bushcli.runtime.condition import Condition
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Response
+from geometry.shape import Shape
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def case_text(
     faults : sequence of DataFault
         Faults of recordings and coupon tests.
     """
-    parts: list[object] = [Shown(case_table(case))]
+    parts: list[object] = [Shown(case_table(case)), *_notes(case.geometry)]
     for title, recorded in (("Recordings", curves), ("Coupon tests", coupons)):
         if recorded:
             parts += [Text(), Shown(recording_table(title, recorded))]
@@ -124,9 +126,26 @@ def case_text(
     return Group(*parts)  # type: ignore[arg-type]
 
 
-def mesh_text(meshes: Sequence[Meshed]) -> Group:
-    """Return size and boundaries of the meshes."""
-    return Group(Shown(mesh_table(meshes)))
+def mesh_text(meshes: Sequence[Meshed], shape: Shape | None = None) -> Group:
+    """Return the interpretation of a geometry file with its areas and volumes, and the sizes of the meshes.
+
+    Parameters
+    ----------
+    meshes : sequence of Meshed
+        The meshes that were built.
+    shape : Shape or None
+        Shape of the case; its interpretation is shown if it was read from a file.
+    """
+    parts: list[object] = []
+    if shape is not None and shape.notes:
+        parts += [*_notes(shape), Text(), Shown(measure_table(shape)), Text()]
+    return Group(*parts, Shown(mesh_table(meshes)))  # type: ignore[arg-type]
+
+
+def _notes(shape: Shape) -> list[object]:
+    """Return the interpretation of a geometry file."""
+    head = [Text(), Text("How the file was interpreted", "bold")] if shape.notes else []
+    return [*head, *(Padding(Text(note), (0, 0, 0, 2)) for note in shape.notes)]
 
 
 def _fit_parts(fit: Fit) -> list[object]:

@@ -12,7 +12,6 @@ from bushcli.faults import DataFault
 from bushcli.recording import Recording
 from cases.stability import coupon_limits
 from forms.law import law
-from geometry.ring import Ring
 
 # Every rubber is stable between these stretches.
 SMALL_STRAIN = (0.9, 1.1)
@@ -68,15 +67,16 @@ def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[D
     InputError
     """
     remedies = {fault.channel: fault.remedy for fault in reversed(faults) if fault.fatal}
-    if not isinstance(case.geometry, Ring):
+    gap = case.geometry.gap
+    if gap is None:
         return
     for recording in recordings:
         furthest = float(np.abs(recording.displacement).max())
-        if recording.mode == "radial" and furthest >= case.geometry.thickness:
+        if recording.mode == "radial" and furthest >= gap:
             raise InputError(
                 Problem(
                     str(recording.source),
-                    f"goes to {furthest:.4g} mm, but the rubber is only {case.geometry.thickness:.4g} mm thick",
+                    f"goes to {furthest:.4g} mm, but the rubber is only {gap:.4g} mm thick",
                     "",
                     remedies.get(
                         recording.name,

@@ -7,7 +7,8 @@ from typing import ClassVar, Literal
 
 from typing_extensions import override
 
-from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape
+from geometry.blocks import Array, Blocks, Interval
+from geometry.shape import Mirrors, Refinement, Shape
 
 
 class Coupon(Shape):

@@ -8,8 +8,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
+from typing_extensions import override
 
-from geometry.shape import Array, Blocks, Interval, Mirrors, Refinement, Shape
+from geometry.blocks import Array, Blocks, Interval
+from geometry.shape import Mirrors, Refinement, Shape
 
 # Elements from plate to plate, from bore to flank, around; all of one size. Compression makes the surface of the bore
 # crease (Biot's instability): finer meshes, and meshes graded toward the edges, follow creases of their own size and
@@ -28,8 +30,6 @@ class Mount(Shape):
     name: ClassVar[str] = "mount"
     summary: ClassVar[str] = "rubber spring between two end plates; the upper one is driven"
     axisymmetric: ClassVar[bool] = True
-    # Only one of the plates is driven: nothing mirrors the load about the mid-plane.
-    mirror_planes: ClassVar[Mirrors] = frozenset({"x", "y"})
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
         {"inner_radius": 10.0, "outer_radius": 30.0, "height": 40.0},
         {"inner_radius": 10.0, "outer_radius": 30.0, "height": 40.0, "waist_depth": 5.0},
@@ -56,6 +56,12 @@ class Mount(Shape):
                 "a half circle is the deepest arc"
             )
         return self
+
+    @property
+    @override
+    def mirror_planes(self) -> Mirrors:
+        # Only one of the plates is driven: nothing mirrors the load about the mid-plane.
+        return frozenset({"x", "y"})
 
     def flank(self, z: Array) -> Array:
         """Outer radius (mm) at height z (mm) above the mid-plane."""

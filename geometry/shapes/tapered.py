@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field, model_validator
 from typing_extensions import override
 
+from geometry.blocks import Array
 from geometry.ring import Ring
-from geometry.shape import Array
 
 
 class Tapered(Ring):

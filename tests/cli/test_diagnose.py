@@ -18,7 +18,7 @@ from bushcli.case import load_case
 from bushcli.cli import diagnosis as command
 from bushcli.cli import main
 from bushcli.cli.run import Run
-from bushcli.diagnosis import answer
+from bushcli.diagnosis import aftermath, answer
 from bushcli.diagnosis import diagnose as driver
 from bushcli.diagnosis.codec import FitCodec
 from bushcli.runtime.store import SUFFIX, Store
@@ -296,11 +296,11 @@ def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) 
 
     models: Any = [SimpleNamespace(effects=("mullins",), probability=0.6)]
     models.append(SimpleNamespace(effects=("friction",), probability=0.4))
-    monkeypatch.setattr(driver, "next_test", lambda *_: "a test")
-    monkeypatch.setattr(driver, "_maps", lambda *_: ("a map",))
+    monkeypatch.setattr(aftermath, "next_test", lambda *_: "a test")
+    monkeypatch.setattr(aftermath, "_maps", lambda *_: ("a map",))
     if stopped:
-        monkeypatch.setattr(driver, stopped, stop)
-    found = driver._Extras()
+        monkeypatch.setattr(aftermath, stopped, stop)
+    found = aftermath.Extras()
     nothing: Any = None
     found.make(nothing, nothing, models, Workers(), True, lambda *_: None)
     return found

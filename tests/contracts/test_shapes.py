@@ -73,7 +73,9 @@ def test_volumes_and_bond_areas_are_those_of_the_formula(shape):
             else:
                 found = [measure(mesh, bond, facets=True) for mesh in meshes]
             coarse, fine = (abs(v / value - 1) for v in found)
-            assert fine < 1e-11 or np.log2(coarse / fine) > 3.5, (name, dimension, set(mirrors))
+            # Elements of free meshes are halved on average only.
+            order = 3.5 if shape.structured else 2.0
+            assert fine < 1e-11 or np.log2(coarse / fine) > order, (name, dimension, set(mirrors))
             assert fine < 2e-3
 
 

@@ -172,8 +172,8 @@ COARSE = ["elements_across=2", "elements_along=4", "elements_around=4"]
 # Below these keys the names come from the data; results.md writes NAME, MODE or CHANNEL.
 NAMED = {
     "versions": "NAME", "timings_s": "NAME", "parameters": "NAME", "correlation": "NAME", "weights": "NAME",
-    "misfit": "MODE", "stability": "MODE", "boundaries": "NAME", "regions": "NAME", "channels": "CHANNEL",
-    "by_channel": "CHANNEL", "rms_percent_before": "CHANNEL", "rms_percent_after": "CHANNEL",
+    "misfit": "MODE", "stability": "MODE", "boundaries": "NAME", "regions": "NAME", "measures": "NAME",
+    "channels": "CHANNEL", "by_channel": "CHANNEL", "rms_percent_before": "CHANNEL", "rms_percent_after": "CHANNEL",
     "relaxation_percent_after": "SECONDS", "relaxation_percent_after_std": "SECONDS",
 }  # fmt: skip
 # What a result holds only where there is something to say.

@@ -16,7 +16,8 @@ from cases.mode import Mode, Setting, modes
 from cases.program import Program
 from cases.simulate import Rubber, prepare
 from forms.law import law
-from geometry.shape import Blocks, Interval, Refinement, Shape, shapes
+from geometry.blocks import Interval
+from geometry.shape import Blocks, Refinement, Shape, shapes
 
 ANNULUS = shapes()["plain"](inner_radius=10.0, outer_radius=20.0, length=10.0)
 MU = 0.8

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 from geometry.ring import Ring
-from geometry.shape import Shape, Sleeve
+from geometry.shape import Metal, Shape, Sleeve
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Values
@@ -45,7 +45,7 @@ def _sleeves(shape: Shape, values: Mapping[str, float]) -> Shape:
     return type(shape)(**(dict(shape) | both))
 
 
-def _modulus(values: Values, sleeve: Sleeve) -> Scalar | None:
+def _modulus(values: Values, sleeve: Metal) -> Scalar | None:
     return 1 / (values["compliance"] + RIGID) if isinstance(sleeve, Compliant) else None
 
 

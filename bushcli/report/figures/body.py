@@ -90,7 +90,9 @@ class _Drawing:
     def __init__(self, surface: Surface, points: Array, view: View, scale: Normalize | None) -> None:
         self.surface, self.view, self.scale = surface, view, scale
         self.flat = view is projection.SECTION
-        self.many = _SPLIT_SECTION if self.flat else _SPLIT_SOLID
+        # Triangles are small: whole ones are sorted and coloured well enough.
+        triangles = bool(np.all(surface.reference[:, 2] == surface.reference[:, 3]))
+        self.many = 1 if triangles else _SPLIT_SECTION if self.flat else _SPLIT_SOLID
         self.grid = projection.lattice(surface, points, self.many)
         self.extent = float(np.ptp(surface.reference.reshape(-1, 3), axis=0).max())
 

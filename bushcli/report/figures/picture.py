@@ -23,6 +23,7 @@ Kind = Literal[
     "curve",
     "coupons",
     "mesh",
+    "geometry",
     "deformed",
     "ranking",
     "certainty",

@@ -1,0 +1,1 @@
+"""CAD parts: STEP and BREP files -> axis, bonds, symmetry and graded tetrahedra."""

@@ -1,0 +1,93 @@
+"""The axis of a part: that about which most of its curved area is a surface of revolution.
+
+The normals of a surface of revolution all meet its axis: in Pluecker coordinates this is one linear equation for each
+point, whose solutions are the axis (and more of them for cylinders, spheres and planes).
+
+References
+----------
+Pottmann and Wallner (2001), Computational Line Geometry, Springer, chapter 3, doi:10.1007/978-3-642-04018-4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.blocks import Array
+from geometry.cad.sampling import Sampled
+
+#: Largest sine between a normal and the meridian plane at which a face counts as coaxial; exports have ten digits.
+COAXIAL = 1e-3
+#: Axes closer than this (sine; distance as a share of the part's size) are one.
+SAME_AXIS = 1e-3
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A line: a point on it (mm) and its direction."""
+
+    point: Array
+    direction: Array
+
+
+def find_axis(faces: Sequence[Sampled], size: float, centre: Array) -> Axis | None:
+    """The axis that most curved area has; None where no face is a surface of revolution about a single line.
+
+    Spheres alone have none: they take that of a plane face through the centre of gravity (mm).
+    """
+    candidates = [axis for face in faces if (axis := axis_of(face, size)) is not None]
+    if not candidates:
+        flat = [face for face in faces if face.kind == "Plane" and len(face.points)]
+        candidates = [Axis(centre, face.normals[0]) for face in flat]
+    curved = [face for face in faces if face.kind != "Plane"]
+    shares = [sum(f.area for f in curved if is_coaxial(f, axis, size)) for axis in candidates]
+    if not candidates or max(shares) == 0.0:
+        return None
+    best = candidates[int(np.argmax(shares))]
+    direction = best.direction * np.sign(best.direction[np.argmax(np.abs(best.direction))])
+    # A direction that is a coordinate axis but for rounding is that axis.
+    direction = np.where(np.abs(direction) < 1e-7, 0.0, direction)
+    return Axis(best.point, direction / np.linalg.norm(direction))
+
+
+def axis_of(face: Sampled, size: float) -> Axis | None:
+    """The line about which a face is a surface of revolution, if it is one and not a plane or a sphere."""
+    if len(face.points) < 5 or face.kind in ("Plane", "Sphere"):
+        return None
+    p, n = face.points / size, face.normals
+    centre = p.mean(axis=0)
+    p = p - centre
+    _, spread, rows = np.linalg.svd(n, full_matrices=True)
+    if spread[-1] < COAXIAL * spread[0] and len(spread) == 3:
+        direction = rows[-1]
+    else:
+        _, values, lines = np.linalg.svd(np.column_stack([np.cross(p, n), n]), full_matrices=True)
+        if values[-1] > COAXIAL * values[0] or np.linalg.norm(lines[-1][:3]) < 1e-3:
+            return None
+        direction = lines[-1][:3] / np.linalg.norm(lines[-1][:3])
+    # n . (d x (p - a)) = 0, linear in a: the point of the axis nearest to the face's centre.
+    matrix = np.vstack([np.cross(n, direction), direction])
+    right = np.append(np.einsum("ij,ij->i", n, np.cross(direction, p)), 0.0)
+    point, *_ = np.linalg.lstsq(matrix, right, rcond=None)
+    axis = Axis((point + centre) * size, direction)
+    return axis if is_coaxial(face, axis, size) else None
+
+
+def is_coaxial(face: Sampled, axis: Axis, size: float) -> bool:
+    """Whether a face is a surface of revolution about an axis: its normals lie in meridian planes."""
+    if len(face.points) < 2:
+        return False
+    radial = from_axis(face.points, axis)
+    distance = np.linalg.norm(radial, axis=1)
+    if distance.max() < 1e-9 * size:
+        return False
+    around = np.cross(axis.direction, radial)
+    return bool(np.abs(np.einsum("ij,ij->i", around, face.normals)).max() < COAXIAL * distance.max())
+
+
+def from_axis(points: Array, axis: Axis) -> Array:
+    """Vectors from the axis to points, normal to it, shape (n, 3), mm."""
+    away = points - axis.point
+    return np.asarray(away - np.outer(away @ axis.direction, axis.direction))

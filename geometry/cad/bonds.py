@@ -1,0 +1,140 @@
+"""Which faces are bonded to what: by the solids beside them, by rules, by names or colours, or found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.cad.axis import Axis, from_axis, is_coaxial
+from geometry.cad.part import Part
+from geometry.cad.roles import INNER, OUTER, RUBBER
+from geometry.cad.rules import Rule, selected
+from geometry.cad.sampling import Sampled
+from geometry.session import model
+
+FREE = "free"
+BONDS = ("inner", "outer")
+#: Coaxial faces whose radii differ by less than this share belong to the same bond (halves of a cylinder).
+SAME_RADIUS = 0.01
+#: A coaxial face counts as a bond where its normals have at least this radial part: not an end face, not a chamfer.
+RADIAL = 0.8
+#: Of faces found by themselves, those of one radius count with at least this share of the largest such area.
+LARGE = 0.5
+
+
+@dataclass(frozen=True)
+class Bonds:
+    """Name of every face on the outside of what is meshed, and in words how the bonds were found."""
+
+    labels: dict[int, str]
+    how: dict[str, str]
+
+
+def find_bonds(
+    part: Part,
+    roles: Mapping[int, str],
+    meshed: Sequence[int],
+    faces: Sequence[Sampled],
+    axis: Axis,
+    rules: Mapping[str, Sequence[Rule]],
+) -> Bonds:
+    """Name the faces.
+
+    Parameters
+    ----------
+    part, roles
+        Solids and what they are.
+    meshed
+        Solids that are meshed: the others are rigid.
+    faces
+        Sampled faces on the outside of the meshed solids.
+    axis
+        Of the bushing.
+    rules
+        Of the case, by bond.
+    """
+    labels = {face.tag: FREE for face in faces}
+    how: dict[str, str] = {}
+    for bond in BONDS:
+        found, words = _bond(bond, part, roles, meshed, faces, axis, rules.get(bond, ()))
+        if found:
+            labels |= dict.fromkeys(found, bond)
+            how[bond] = words
+    return Bonds(labels, how)
+
+
+def _bond(
+    bond: str,
+    part: Part,
+    roles: Mapping[int, str],
+    meshed: Sequence[int],
+    faces: Sequence[Sampled],
+    axis: Axis,
+    rules: Sequence[Rule],
+) -> tuple[list[int], str]:
+    """Faces of a bond, and how they were found."""
+    if rules:
+        return selected(rules, faces, axis, part.size, part.face_names, part.colours), "by the case's rules"
+    sleeve = INNER if bond == "inner" else OUTER
+    solids = [tag for tag, role in roles.items() if role == sleeve]
+    if solids:
+        if any(tag in meshed for tag in solids):
+            own = [face for face in faces if _owner(face.tag) in solids]
+            return _extreme(own, axis, part.size, bond), f"the solid {sleeve}: its face away from the rubber"
+        beside = {t for tag in solids for _, t in model().getBoundary([(3, tag)], oriented=False)}
+        return [face.tag for face in faces if face.tag in beside], f"where the solid {sleeve} touches"
+    named = [face.tag for face in faces if part.face_names.get(face.tag, "").lower().startswith(bond)]
+    if named:
+        return named, "by the names of faces in the file"
+    coloured = _coloured(bond, part, faces, axis)
+    if coloured:
+        return coloured, "by the colours of faces in the file"
+    rubber = [face for face in faces if roles.get(_owner(face.tag)) == RUBBER]
+    side = "nearest to" if bond == "inner" else "farthest from"
+    return _extreme(rubber, axis, part.size, bond), f"found: the large coaxial faces {side} the axis"
+
+
+def _owner(face: int) -> int:
+    return int(model().getAdjacencies(2, face)[0][0])
+
+
+def _coloured(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis) -> list[int]:
+    """Of two colours on the faces, that which is nearer to the axis or farther from it."""
+    groups: dict[tuple[int, int, int], list[Sampled]] = {}
+    for face in faces:
+        if face.tag in part.colours:
+            groups.setdefault(part.colours[face.tag], []).append(face)
+    if len(groups) != 2:
+        return []
+    ordered = sorted(groups.values(), key=lambda group: float(np.mean([_radius(f, axis) for f in group])))
+    return [face.tag for face in ordered[0 if bond == "inner" else 1]]
+
+
+def _radius(face: Sampled, axis: Axis) -> float:
+    return float(np.linalg.norm(from_axis(face.points, axis), axis=1).mean())
+
+
+def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> list[int]:
+    """Coaxial faces that look toward the axis and are nearest to it, or away from it and farthest."""
+    toward = -1.0 if bond == "inner" else 1.0
+    radii: dict[int, float] = {}
+    for face in faces:
+        if not is_coaxial(face, axis, size):
+            continue
+        radial = from_axis(face.points, axis)
+        radial /= np.maximum(np.linalg.norm(radial, axis=1, keepdims=True), 1e-12 * size)
+        if float(np.mean(toward * np.einsum("ij,ij->i", radial, face.normals))) > RADIAL:
+            radii[face.tag] = _radius(face, axis)
+    if not radii:
+        return []
+    areas = {face.tag: face.area for face in faces}
+    groups = {
+        tag: [other for other, r in radii.items() if abs(r - radius) <= SAME_RADIUS * radius]
+        for tag, radius in radii.items()
+    }
+    sizes = {tag: sum(areas[other] for other in group) for tag, group in groups.items()}
+    # The rim of a collar is farther from the axis than the bond: small faces do not count.
+    large = [tag for tag, own in sizes.items() if own >= LARGE * max(sizes.values())]
+    return groups[max(large, key=lambda tag: toward * radii[tag])]

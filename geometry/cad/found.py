@@ -1,0 +1,297 @@
+"""What a CAD file is: which solids are what, the axis, the bonds, the planes of symmetry, the measures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from geometry.blocks import Array
+from geometry.cad.axis import Axis, find_axis
+from geometry.cad.bonds import BONDS, Bonds, find_bonds
+from geometry.cad.frame import Frame, frame_of
+from geometry.cad.part import Part, Unit, open_part
+from geometry.cad.roles import INNER, OUTER, RUBBER, roles_of
+from geometry.cad.rules import Rule
+from geometry.cad.sampling import Sampled, sample
+from geometry.cad.thickness import local_thickness
+from geometry.cad.triangles import view_of
+from geometry.errors import GeometryError
+from geometry.session import model, session
+from geometry.symmetry import balanced, moments, same_points
+from geometry.view import View
+
+Planes = frozenset[Literal["x", "y", "z"]]
+#: Principal moments in the plane normal to the axis that differ by more than this share have directions.
+LOPSIDED = 1e-3
+
+
+class Wanted(NamedTuple):
+    """What the case says about a CAD file."""
+
+    path: Path
+    changed: float
+    unit: Unit | None = None
+    axis: tuple[float, float, float] | None = None
+    origin: tuple[float, float, float] | None = None
+    direction: tuple[float, float, float] | None = None
+    inner: tuple[Rule, ...] = ()
+    outer: tuple[Rule, ...] = ()
+    solids: tuple[tuple[str, str], ...] = ()
+    elastic: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class FoundPart:
+    """A CAD part that can be meshed; tags are Gmsh's, the same each time the file is opened.
+
+    Attributes
+    ----------
+    roles : mapping
+        Solid -> "rubber", "inner_sleeve", "outer_sleeve" or a plate's name.
+    meshed : tuple of int
+        Solids that are meshed; the others are rigid.
+    labels : mapping
+        Face on the outside of what is meshed -> "inner", "outer", "free".
+    frame
+        The bushing's place in the file.
+    planes
+        Planes of symmetry.
+    measures : mapping
+        Volume of each region (mm^3) and area of each boundary (mm^2); bonds as "inner_bond".
+    thickness, length
+        Of the rubber across and along the bonds, mm.
+    narrow : mapping
+        Face -> distance to the face opposite, where that is less than the thickness, mm.
+    scale
+        mm per unit of the session.
+    notes : tuple of str
+        What was found and how, in sentences.
+    view
+        For a picture, in the bushing's coordinates.
+    """
+
+    roles: Mapping[int, str]
+    meshed: tuple[int, ...]
+    labels: Mapping[int, str]
+    frame: Frame
+    planes: Planes
+    measures: Mapping[str, float]
+    thickness: float
+    length: float
+    narrow: Mapping[int, float]
+    scale: float
+    notes: tuple[str, ...]
+    view: View | None
+
+    @property
+    def regions(self) -> tuple[str, ...]:
+        """What is meshed: the rubber, then elastic plates and sleeves."""
+        metal = dict.fromkeys(self.roles[tag] for tag in self.meshed if self.roles[tag] != RUBBER)
+        return (RUBBER, *metal)
+
+
+@lru_cache(maxsize=16)
+def find_part(wanted: Wanted) -> FoundPart:
+    """Open and understand a CAD file once.
+
+    Raises
+    ------
+    GeometryError
+    """
+    with session():
+        part = open_part(wanted.path, wanted.unit)
+        where = str(wanted.path)
+        roles = roles_of(part.solids, dict(wanted.solids), where)
+        meshed = tuple(
+            tag
+            for tag, role in roles.items()
+            if role not in (INNER, OUTER, "ignore") or role in wanted.elastic
+        )
+        faces = [sample(face, part.size, part.scale) for face in _outside(meshed)]
+        axis, how = _axis(wanted, part, faces)
+        rules = {"inner": wanted.inner, "outer": wanted.outer}
+        bonds = find_bonds(part, roles, meshed, faces, axis, rules)
+        _require(bonds, faces, where)
+        return _described(wanted, part, roles, meshed, faces, axis, how, bonds)
+
+
+def _outside(meshed: Sequence[int]) -> list[int]:
+    """Faces that belong to one of the meshed solids only."""
+    count: dict[int, int] = {}
+    for solid in meshed:
+        for _, face in model().getBoundary([(3, solid)], oriented=False):
+            count[int(face)] = count.get(int(face), 0) + 1
+    return sorted(face for face, times in count.items() if times == 1)
+
+
+def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, str]:
+    where = str(wanted.path)
+    _, gravity, _ = moments([(3, tag) for tag in part.solids])
+    found = find_axis(faces, part.size, part.scale * gravity)
+    if wanted.axis is not None:
+        direction = np.array(wanted.axis, dtype=float)
+        if np.linalg.norm(direction) == 0.0:
+            raise GeometryError(where, "geometry.axis has no direction", "axis = [0, 0, 1]")
+        direction /= np.linalg.norm(direction)
+        if wanted.origin is not None:
+            return Axis(np.array(wanted.origin, dtype=float), direction), "given"
+        if found is not None and np.linalg.norm(np.cross(found.direction, direction)) < 1e-3:
+            return Axis(found.point, direction), "direction given, place found"
+        return Axis(part.scale * gravity, direction), "direction given, through the centre of gravity"
+    if found is None:
+        raise GeometryError(
+            where,
+            "no face is a surface of revolution: the axis cannot be found",
+            "geometry.axis and geometry.origin",
+            view_of({face.tag: "free" for face in faces}),
+        )
+    return found, "found"
+
+
+def _require(bonds: Bonds, faces: Sequence[Sampled], where: str) -> None:
+    missing = [bond for bond in BONDS if bond not in bonds.labels.values()]
+    if missing:
+        both = " and ".join(f'"{bond}"' for bond in missing)
+        raise GeometryError(
+            where,
+            f"no face was found for the bond {both}: the rubber would not be held",
+            "geometry.bonds with radius, normal, box, face or colour",
+            view_of(bonds.labels),
+        )
+    assert faces
+
+
+def _described(
+    wanted: Wanted,
+    part: Part,
+    roles: Mapping[int, str],
+    meshed: tuple[int, ...],
+    faces: Sequence[Sampled],
+    axis: Axis,
+    how: str,
+    bonds: Bonds,
+) -> FoundPart:
+    by_tag = {face.tag: face for face in faces}
+    groups = {
+        name: [t for t, own in bonds.labels.items() if own == name]
+        for name in dict.fromkeys(bonds.labels.values())
+    }
+    along = np.concatenate([by_tag[tag].points for tag in groups["inner"]]) @ axis.direction
+    low, high = _extent(groups["inner"], axis, part.scale, along)
+    centre = axis.point + (0.5 * (low + high) - axis.point @ axis.direction) * axis.direction
+    if wanted.origin is not None:
+        centre = np.array(wanted.origin, dtype=float)
+    frame, planes = _frame(wanted, part, meshed, groups, roles, axis, centre)
+    regions: dict[str, float] = {}
+    for tag in meshed:
+        volume = part.scale**3 * float(model().occ.getMass(3, tag))
+        regions[roles[tag]] = regions.get(roles[tag], 0.0) + volume
+    areas = {name: sum(by_tag[tag].area for tag in tags) for name, tags in groups.items()}
+    thickness = 2.0 * regions[RUBBER] / (areas["inner"] + areas["outer"])
+    view = view_of(bonds.labels)
+    if view is not None:
+        view = View(frame.local(part.scale * view.triangles), view.label, view.names)
+    return FoundPart(
+        roles=roles,
+        meshed=meshed,
+        labels=bonds.labels,
+        frame=frame,
+        planes=planes,
+        measures=regions | {f"{k}_bond" if k in BONDS else k: v for k, v in areas.items()},
+        thickness=thickness,
+        length=high - low,
+        narrow=local_thickness(faces, thickness),
+        scale=part.scale,
+        notes=_notes(wanted, part, roles, meshed, frame, how, bonds, areas, planes),
+        view=view,
+    )
+
+
+def _extent(tags: Sequence[int], axis: Axis, scale: float, along: Array) -> tuple[float, float]:
+    """Where a bond begins and ends along the axis: at its vertices and edges, which samples do not reach."""
+    ends = [along.min(), along.max()]
+    for _, curve in model().getBoundary([(2, tag) for tag in tags], combined=False, oriented=False):
+        low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, curve))
+        points = np.array(model().getValue(1, curve, np.linspace(low, high, 9).tolist())).reshape(-1, 3)
+        ends += [float(end) for end in scale * points @ axis.direction]
+    return float(min(ends)), float(max(ends))
+
+
+def _frame(
+    wanted: Wanted,
+    part: Part,
+    meshed: Sequence[int],
+    groups: Mapping[str, Sequence[int]],
+    roles: Mapping[int, str],
+    axis: Axis,
+    centre: Array,
+) -> tuple[Frame, Planes]:
+    """The bushing's place, turned to a plane of symmetry where nothing says how the load acts."""
+    parts: dict[str, list[tuple[int, int]]] = {}
+    for tag in meshed:
+        parts.setdefault(f"region {roles[tag]}", []).append((3, tag))
+    for name, tags in groups.items():
+        parts[f"boundary {name}"] = [(2, tag) for tag in tags]
+
+    def planes_of(frame: Frame) -> Planes:
+        rows, origin = np.array(frame.rows), np.array(frame.centre) / part.scale
+        names: list[Literal["x", "y", "z"]] = ["x", "y", "z"]
+        return frozenset(
+            name
+            for i, name in enumerate(names)
+            if balanced(parts, origin, rows, i, part.size / part.scale)
+            and same_points(meshed, origin, rows[i])
+        )
+
+    given = None if wanted.direction is None else np.array(wanted.direction, dtype=float)
+    frame = frame_of(axis.direction, centre, given)
+    planes = planes_of(frame)
+    if given is None and not {"x", "y"} & planes:
+        _, _, second = moments([(3, tag) for tag in meshed if roles[tag] == RUBBER])
+        rows = np.array(frame.rows)[:2]
+        values, vectors = np.linalg.eigh(rows @ second @ rows.T)
+        if values[1] - values[0] > LOPSIDED * values[1]:
+            turned = vectors.T @ rows
+            nearest = turned[int(np.argmax(np.abs(turned @ rows[0])))]
+            other = frame_of(axis.direction, centre, nearest * np.sign(nearest @ rows[0]))
+            if {"x", "y"} & planes_of(other):
+                return other, planes_of(other)
+    return frame, planes
+
+
+def _notes(
+    wanted: Wanted,
+    part: Part,
+    roles: Mapping[int, str],
+    meshed: Sequence[int],
+    frame: Frame,
+    how: str,
+    bonds: Bonds,
+    areas: Mapping[str, float],
+    planes: Planes,
+) -> tuple[str, ...]:
+    notes = []
+    for tag, role in roles.items():
+        state = "" if role == RUBBER else ", elastic" if tag in meshed else ", rigid"
+        volume = part.scale**3 * float(model().occ.getMass(3, tag))
+        notes.append(f'solid "{part.solids[tag] or tag}": {role}{state}, {volume:.5g} mm3')
+    notes.append(
+        f"axis {how}: direction {_vector(frame.rows[2])} through {_vector(frame.centre)} mm, the bushing's centre"
+    )
+    for bond, words in bonds.how.items():
+        count = sum(label == bond for label in bonds.labels.values())
+        notes.append(f"{bond} bond ({words}): {count} face{'s' * (count > 1)}, {areas[bond]:.5g} mm2")
+    notes.append(
+        f"a radial load acts along {_vector(frame.rows[0])}" + (", given" if wanted.direction else "")
+    )
+    notes.append("planes of symmetry through the centre, normal to: " + (", ".join(sorted(planes)) or "none"))
+    return tuple(notes)
+
+
+def _vector(vector: Sequence[float]) -> str:
+    return "(" + ", ".join(f"{round(x, 4) + 0.0:g}" for x in vector) + ")"

@@ -1,0 +1,98 @@
+"""A found part -> graded second-order tetrahedra in the bushing's coordinates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from geometry.cad.bonds import FREE
+from geometry.cad.cut import cut
+from geometry.cad.found import FoundPart
+from geometry.cad.part import Unit, open_part
+from geometry.cad.roles import RUBBER
+from geometry.grading import Sizes, grade
+from geometry.raw import RawMesh, from_gmsh, mirrored, to_gmsh
+from geometry.session import model, refusing
+from geometry.shape import Mirrors, Names, Refinement
+from geometry.straight import straightened
+
+# Elements from bond to bond inside, longest over shortest, growth per distance from a bond's edge, elements on a full
+# circle, elements between two faces that are near to each other (benchmarks/README.md).
+ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.4, 4.0, 1.0, 8.0, 1.2
+
+
+def generate(
+    found: FoundPart, path: Path, unit: Unit | None, mirrors: Mirrors, refinement: Refinement
+) -> Names:
+    """Mesh a part into the open session.
+
+    Raises
+    ------
+    GeometryError
+    """
+    raw = part_mesh(found, path, unit, refinement)
+    for component, plane in enumerate("xyz"):
+        if plane in found.planes and plane not in mirrors:
+            raw = mirrored(raw, component, f"mirror_{plane}")
+    return to_gmsh(raw)
+
+
+def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refinement) -> RawMesh:
+    """Mesh the part that all planes of symmetry leave."""
+    open_part(path, unit)
+    regions, boundaries = cut(found)
+    factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / ACROSS)
+    inside = found.thickness / (ACROSS * factor) / found.scale
+    near = {}
+    for face, name in ((f, n) for n, faces in boundaries.items() for f, n in ((f, n) for f in faces)):
+        gap = found.narrow.get(boundaries[name][face])
+        if gap is not None:
+            near[face] = float(np.clip(gap / found.scale / (BETWEEN * factor), 0.25 * inside, inside))
+    sizes = Sizes(inside, inside / GRADING, GROWTH, PER_CIRCLE * math.sqrt(factor), near)
+    grade(3, bond_edges(regions, boundaries), sizes)
+    with refusing(str(path), "cannot be meshed", found.view):
+        model().mesh.generate(3)
+    model().mesh.setOrder(2)
+    raw = straightened(from_gmsh(regions, {name: list(faces) for name, faces in boundaries.items()}))
+    return replace(raw, points=_flat(raw, found.frame.local(found.scale * raw.points)))
+
+
+def _flat(raw: RawMesh, points: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    """Put the nodes of mirror planes into their planes exactly."""
+    for component, plane in enumerate("xyz"):
+        if f"mirror_{plane}" in raw.facets:
+            points[raw.facets[f"mirror_{plane}"].ravel(), component] = 0.0
+    return points
+
+
+def bond_edges(
+    regions: Mapping[str, tuple[int, ...]], boundaries: Mapping[str, Mapping[int, int]]
+) -> list[int]:
+    """Curves where rubber ends on what is bonded to it: the stress is singular there."""
+    free = _curves(boundaries.get(FREE, {}))
+    held = {c for name, faces in boundaries.items() if name in ("inner", "outer") for c in _curves(faces)}
+    metal = {
+        c
+        for name, solids in regions.items()
+        if name != RUBBER
+        for solid in solids
+        for c in _curves([int(t) for _, t in model().getBoundary([(3, solid)], oriented=False)])
+    }
+    rubber = {
+        c
+        for solid in regions[RUBBER]
+        for c in _curves([int(t) for _, t in model().getBoundary([(3, solid)], oriented=False)])
+    }
+    return sorted(free & rubber & (held | metal))
+
+
+def _curves(faces: Mapping[int, int] | list[int]) -> set[int]:
+    return {
+        int(tag)
+        for face in faces
+        for _, tag in model().getBoundary([(2, face)], combined=False, oriented=False)
+    }

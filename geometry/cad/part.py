@@ -1,0 +1,161 @@
+"""A CAD file in the open Gmsh session: its solids cut at each other, with names and colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import gmsh
+import numpy as np
+
+from geometry.cad.step import StepText, read_step
+from geometry.cad.triangles import view_of
+from geometry.errors import GeometryError
+from geometry.session import model, refusing, silent
+
+STEP, BREP = (".step", ".stp"), (".brep", ".brp")
+Unit = Literal["mm", "cm", "m", "inch"]
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+#: Sizes of a bushing, mm; beyond them the unit is wrong.
+SMALLEST, LARGEST = 2.0, 3000.0
+#: What Gmsh says of a face without a colour.
+NO_COLOUR = (0, 0, 255, 0)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Solids and faces of a file, by Gmsh's tags.
+
+    Attributes
+    ----------
+    solids : dict of int to str
+        Name of each, or empty.
+    face_names : dict of int to str
+        Of faces that have one.
+    colours : dict of int to (r, g, b)
+        Of faces whose colour is not their solid's.
+    size
+        Largest extent, mm.
+    scale
+        mm per unit of the session.
+    """
+
+    solids: dict[int, str]
+    face_names: dict[int, str] = field(default_factory=dict)
+    colours: dict[int, tuple[int, int, int]] = field(default_factory=dict)
+    size: float = 0.0
+    scale: float = 1.0
+
+
+def open_part(path: Path, unit: Unit | None) -> Part:
+    """Read a file into the open session.
+
+    Raises
+    ------
+    GeometryError
+        It cannot be read, or holds no solid.
+    """
+    if path.suffix.lower() in STEP and b"ISO-10303-21" not in path.read_bytes()[:1000]:
+        raise GeometryError(str(path), "is no STEP file: it does not begin with ISO-10303-21")
+    text = read_step(path) if path.suffix.lower() in STEP else StepText(None, (), ())
+    _read(path)
+    solids = [int(tag) for _, tag in model().getEntities(3)]
+    if not solids:
+        raise _no_solid(path)
+    # OpenCASCADE has brought STEP to mm; BREP has no unit.
+    scale = 1.0 if unit is None else MILLIMETRES[unit] / (text.unit or 1.0)
+    size = _size(path, scale)
+    named = [_name(tag) for tag in solids]
+    if len(text.solids) == len(solids):
+        named = [own or last for own, last in zip(text.solids, named, strict=True)]
+    names, colours = _faces(text)
+    if len(solids) > 1:
+        solids_now = _fragmented(solids, named)
+        return Part(solids_now, size=size, scale=scale)
+    return Part(dict(zip(solids, named, strict=True)), names, colours, size, scale)
+
+
+def _read(path: Path) -> None:
+    option = gmsh.option.setNumber
+    option("Geometry.OCCImportLabels", 1)
+    gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    for sew in (0, 1):
+        option("Geometry.OCCSewFaces", sew)
+        option("Geometry.OCCMakeSolids", sew)
+        with refusing(str(path), "cannot be read as CAD"), silent():
+            model().occ.importShapes(str(path), highestDimOnly=False)
+        model().occ.synchronize()
+        if model().getEntities(3) or sew:
+            return
+        model().add("sewn")
+
+
+def _no_solid(path: Path) -> GeometryError:
+    faces = model().getEntities(2)
+    if not faces:
+        return GeometryError(str(path), "holds no solid and no faces", "a STEP or BREP file with the rubber")
+    open_edges = [tag for _, tag in model().getEntities(1) if len(model().getAdjacencies(1, tag)[0]) == 1]
+    where = ""
+    if open_edges:
+        x, y, z = model().occ.getCenterOfMass(1, open_edges[0])
+        where = f"; {len(open_edges)} edges belong to one face only, one near {_place(x, y, z)}"
+    return GeometryError(
+        str(path),
+        f"holds {len(faces)} faces but no closed solid: it leaks{where}",
+        "a closed solid of the rubber",
+        view_of({int(tag): "not closed" for _, tag in faces}),
+    )
+
+
+def _place(*point: float) -> str:
+    return "(" + ", ".join(f"{round(x, 3) + 0.0:g}" for x in point) + ")"
+
+
+def _size(path: Path, scale: float) -> float:
+    box = np.array(model().getBoundingBox(-1, -1)).reshape(2, 3)
+    size = scale * float(np.max(box[1] - box[0]))
+    if not SMALLEST <= size <= LARGEST:
+        raise GeometryError(
+            str(path),
+            f"is {size:.4g} mm large, which no bushing is",
+            'unit = "mm", "cm", "m" or "inch", if the numbers in the file are in another unit than it says',
+        )
+    for _, tag in model().getEntities(3):
+        if model().occ.getMass(3, tag) <= 0:
+            raise GeometryError(str(path), "has a solid without volume", "a solid whose faces look outward")
+    return size
+
+
+def _name(solid: int) -> str:
+    """The last part of the name that Gmsh made of the product structure."""
+    name = str(model().getEntityName(3, solid)).removeprefix("Shapes/").split("/")[-1]
+    return "" if "STEP translator" in name or name.lower() in ("solid", "shapes") else name
+
+
+def _faces(text: StepText) -> tuple[dict[int, str], dict[int, tuple[int, int, int]]]:
+    """Names and colours of faces."""
+    faces = [int(tag) for _, tag in model().getEntities(2)]
+    names = {}
+    agree = len(text.faces) == len(faces) and all(
+        not kind or kind == model().getType(2, tag) for (_, kind), tag in zip(text.faces, faces, strict=True)
+    )
+    if agree:
+        names = {tag: name for tag, (name, _) in zip(faces, text.faces, strict=True) if name}
+    solids = {model().getColor(3, tag) for _, tag in model().getEntities(3)}
+    colours = {tag: model().getColor(2, tag) for tag in faces}
+    return names, {
+        tag: colour[:3] for tag, colour in colours.items() if colour != NO_COLOUR and colour not in solids
+    }
+
+
+def _fragmented(solids: list[int], names: list[str]) -> dict[int, str]:
+    """Cut the solids at each other, so that they share faces where they touch."""
+    _, made = model().occ.fragment([(3, tag) for tag in solids[:1]], [(3, tag) for tag in solids[1:]])
+    model().occ.synchronize()
+    found: dict[int, str] = {}
+    for number, pieces in enumerate(made):
+        for dimension, tag in pieces:
+            if dimension == 3 and tag not in found:
+                found[int(tag)] = names[number]
+    return found

@@ -1,0 +1,273 @@
+"""A mesh as it is, from a .msh file of Gmsh or an Abaqus .inp: its groups are the names of regions and boundaries."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.blocks import Array
+from geometry.cad.axis import Axis
+from geometry.cad.frame import frame_of
+from geometry.errors import GeometryError
+from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
+from geometry.view import View
+
+Ints = NDArray[np.int64]
+Vector = tuple[float, float, float]
+SUFFIXES = (".msh", ".inp")
+#: Types of cells in meshio's words.
+KINDS = {"tetra": TETRAHEDRON4, "tetra10": TETRAHEDRON10, "hexahedron": HEXAHEDRON8}
+#: Nodes of the facets of a cell: corners first, then the middles of the sides, then the centre.
+_TETRAHEDRON = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 9, 7), (1, 2, 3, 5, 8, 9), (0, 3, 2, 7, 8, 6))
+_HEXAHEDRON = ((0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7))
+FREE, RUBBER = "free", "rubber"
+#: Spread of the normals along the axis, over that across it, up to which an inner bond is a cylinder.
+UPRIGHT = 0.15
+#: A fitted axis whose direction cosine is this near to 1 is taken for a coordinate axis (2.5 degrees): facets are flat.
+ALONG = 1e-3
+
+
+@dataclass(frozen=True)
+class ReadyMesh:
+    """A mesh from a file, in the bushing's coordinates (mm), with every outer facet named.
+
+    Attributes are those of `FoundPart`; nothing is cut at planes of symmetry.
+    """
+
+    raw: RawMesh
+    measures: Mapping[str, float]
+    view: View
+    notes: tuple[str, ...]
+    planes: frozenset[Literal["x", "y", "z"]] = frozenset()
+
+    @property
+    def regions(self) -> tuple[str, ...]:
+        """Names of the groups of cells."""
+        return tuple(self.raw.cells)
+
+
+@lru_cache(maxsize=4)
+def read_mesh(
+    path: Path,
+    changed: float,
+    scale: float,
+    axis: Vector | None,
+    origin: Vector | None,
+    direction: Vector | None,
+) -> ReadyMesh:
+    """Read a mesh with groups "inner" and "outer" (of facets, elements' faces or nodes).
+
+    Parameters
+    ----------
+    path
+    changed
+        Time of the file's last change.
+    scale
+        mm per unit of the file.
+    axis, origin, direction
+        As in the case; the axis is otherwise fitted to the inner bond.
+
+    Raises
+    ------
+    GeometryError
+        It cannot be read, or the groups are not there.
+    """
+    mesh = _read(path)
+    kinds = [kind for kind in KINDS if any(block.type == kind for block in mesh.cells)]
+    solids = {block.type for block in mesh.cells if block.dim == 3}
+    if len(kinds) != 1 or solids != set(kinds):
+        there = ", ".join(sorted({block.type for block in mesh.cells})) or "no elements"
+        raise GeometryError(
+            str(path), f"holds {there}", "tetrahedra of 4 or 10 nodes or hexahedra of 8, one type only"
+        )
+    points = scale * np.asarray(mesh.points, dtype=float)[:, :3]
+    cells = _regions(mesh, kinds[0])
+    every = np.concatenate(list(cells.values()))
+    outer = _outer_facets(every, kinds[0])
+    facets = _boundaries(mesh, outer, str(path))
+    line = _axis(points, facets["inner"], axis, str(path))
+    centre = line.point if origin is None else np.array(origin, dtype=float)
+    frame = frame_of(line.direction, centre, None if direction is None else np.array(direction, dtype=float))
+    points = frame.local(points)
+    raw = RawMesh(points, KINDS[kinds[0]], cells, facets)
+    measures = {name: _volume(points, own) for name, own in cells.items()}
+    measures |= {
+        f"{name}_bond" if name in ("inner", "outer") else name: _area(points, own)
+        for name, own in facets.items()
+    }
+    notes = (
+        f"{len(every)} elements ({kinds[0]}) as they are; groups: {', '.join((*cells, *facets))}",
+        f"axis {'given' if axis else 'fitted to the inner bond'}: direction {_shown(frame.rows[2])} through "
+        f"{_shown(frame.centre)} mm, the bushing's centre",
+        f"a radial load acts along {_shown(frame.rows[0])}",
+    )
+    return ReadyMesh(raw, measures, _view(points, facets), notes)
+
+
+def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
+    """The line that the normals of the inner bond meet, through the bond's middle."""
+    t = _triangles(points, inner)
+    normals = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
+    if given is None:
+        _, spread, rows = np.linalg.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+        direction = rows[-1] * np.sign(rows[-1][np.argmax(np.abs(rows[-1]))])
+        if spread[-1] > UPRIGHT * spread[0]:
+            raise GeometryError(
+                where, "the inner bond is no cylinder: the axis cannot be found", "geometry.axis"
+            )
+        if np.abs(direction).max() > 1 - ALONG:
+            direction = np.rint(direction)
+    else:
+        direction = np.array(given, dtype=float)
+    direction = direction / np.linalg.norm(direction)
+    middle = t.mean(axis=1)
+    left = np.vstack([np.cross(normals, direction), direction])
+    right = np.append(np.einsum("ij,ij->i", normals, np.cross(direction, middle)), 0.0)
+    point, *_ = np.linalg.lstsq(left, right, rcond=None)
+    along = points[np.unique(inner)] @ direction
+    return Axis(point + 0.5 * (along.min() + along.max()) * direction, direction)
+
+
+def _shown(vector: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{round(x, 4) + 0.0:g}" for x in vector) + ")"
+
+
+def _read(path: Path) -> Any:
+    import meshio
+
+    try:
+        # meshio prints what it leaves out.
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+            tempfile.TemporaryDirectory() as folder,
+        ):
+            known = path
+            if path.suffix.lower() == ".inp":
+                known = Path(folder) / path.name
+                # Gmsh writes facets as plane stress, which meshio does not know with six nodes.
+                text = path.read_text(encoding="utf-8", errors="replace")
+                known.write_text(re.sub(r"(type\s*=\s*)CP[SE]6", r"\1STRI65", text, flags=re.I))
+            return meshio.read(known)
+    except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AssertionError, SystemExit) as error:
+        # meshio leaves by `exit(1)` where it knows no form that fits.
+        words = "" if isinstance(error, SystemExit) else str(error).strip()
+        raise GeometryError(str(path), f"cannot be read as a mesh{words and f': {words}'}") from None
+
+
+def _groups(mesh: Any) -> dict[str, list[Any]]:
+    """Cell sets by lower-case name: for each block of cells the indices in it."""
+    return {name.lower(): parts for name, parts in mesh.cell_sets.items() if not name.startswith("gmsh:")}
+
+
+def _regions(mesh: Any, kind: str) -> dict[str, Ints]:
+    """Cells by region; those in no group are rubber."""
+    blocks = [(i, block) for i, block in enumerate(mesh.cells) if block.type == kind]
+    named: dict[str, list[Ints]] = {}
+    taken = {i: np.zeros(len(block.data), dtype=bool) for i, block in blocks}
+    for name, parts in _groups(mesh).items():
+        if name in ("inner", "outer") or "rubber" in name or name.startswith("_") or name == "all":
+            continue
+        for i, block in blocks:
+            inside = np.asarray(parts[i] if parts[i] is not None else [], dtype=np.int64)
+            if (
+                len(inside)
+                and not taken[i][inside].any()
+                and len(inside) < sum(len(b.data) for _, b in blocks)
+            ):
+                taken[i][inside] = True
+                named.setdefault(name, []).append(block.data[inside])
+    rubber = [block.data[~taken[i]] for i, block in blocks]
+    found = {RUBBER: rubber} | named
+    # meshio has the order of VTK: Gmsh has the last two sides of a tetrahedron the other way round.
+    order = [*range(8), 9, 8] if kind == "tetra10" else slice(None)
+    return {name: np.concatenate(parts).astype(np.int64)[:, order] for name, parts in found.items()}
+
+
+def _outer_facets(cells: Ints, kind: str) -> Ints:
+    """Facets that belong to one cell only, with all their nodes."""
+    tables = _facet_tables(kind)
+    every = np.concatenate([cells[:, list(table)] for table in tables])
+    corners = 3 if kind.startswith("tetra") else 4
+    keys = np.sort(every[:, :corners], axis=1)
+    _, first, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
+    return np.asarray(every[first[count == 1]], dtype=np.int64)
+
+
+def _facet_tables(kind: str) -> list[tuple[int, ...]]:
+    if kind == "tetra":
+        return [table[:3] for table in _TETRAHEDRON]
+    if kind == "tetra10":
+        return list(_TETRAHEDRON)
+    return list(_HEXAHEDRON)
+
+
+def _boundaries(mesh: Any, outer: Ints, where: str) -> dict[str, Ints]:
+    """Outer facets by name, from groups of facets or of nodes."""
+    label = np.full(len(outer), FREE, dtype=object)
+    found = {}
+    for name in ("inner", "outer"):
+        nodes = _nodes_of(mesh, name)
+        corners = outer[:, : 3 if outer.shape[1] in (3, 6) else 4]
+        there = np.isin(corners, nodes).all(axis=1) if len(nodes) else np.zeros(len(outer), dtype=bool)
+        label[there] = name
+        found[name] = bool(there.any())
+    missing = [name for name, is_there in found.items() if not is_there]
+    if missing:
+        known = ", ".join(sorted({*_groups(mesh), *(name.lower() for name in mesh.point_sets)})) or "none"
+        raise GeometryError(
+            where,
+            f'no outer facets are in a group "{missing[0]}": the rubber would not be held',
+            f"groups of facets or nodes named inner and outer; there are: {known}",
+        )
+    return {name: outer[label == name] for name in ("inner", "outer", FREE) if np.any(label == name)}
+
+
+def _nodes_of(mesh: Any, name: str) -> Ints:
+    """Nodes of a group, whether it holds nodes or facets."""
+    nodes: list[Ints] = []
+    for key, members in mesh.point_sets.items():
+        if key.lower() == name:
+            nodes.append(np.asarray(members).ravel())
+    for i, part in enumerate(_groups(mesh).get(name, [])):
+        if part is not None and len(part) and mesh.cells[i].dim == 2:
+            nodes.append(mesh.cells[i].data[np.asarray(part, dtype=np.int64)].ravel())
+    return np.unique(np.concatenate(nodes)).astype(np.int64) if nodes else np.zeros(0, dtype=np.int64)
+
+
+def _volume(points: Array, cells: Ints) -> float:
+    """Of cells with flat sides, mm^3; curved ones differ a little."""
+    corners = points[cells[:, :4]] if cells.shape[1] in (4, 10) else None
+    if corners is not None:
+        a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))
+        return float(np.abs(np.einsum("ij,ij->i", np.cross(a, b), c)).sum() / 6)
+    # A hexahedron is five tetrahedra.
+    parts = ((0, 1, 3, 4), (1, 2, 3, 6), (1, 4, 5, 6), (3, 4, 6, 7), (1, 3, 4, 6))
+    return sum(_volume(points, cells[:, list(part)]) for part in parts)
+
+
+def _area(points: Array, facets: Ints) -> float:
+    t = _triangles(points, facets)
+    return float(0.5 * np.linalg.norm(np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]), axis=1).sum())
+
+
+def _triangles(points: Array, facets: Ints) -> Array:
+    if facets.shape[1] in (3, 6):
+        return np.asarray(points[facets[:, :3]])
+    return np.concatenate([points[facets[:, [0, 1, 2]]], points[facets[:, [0, 2, 3]]]])
+
+
+def _view(points: Array, facets: Mapping[str, Ints]) -> View:
+    parts = [_triangles(points, own) for own in facets.values()]
+    label = np.concatenate([np.full(len(part), i) for i, part in enumerate(parts)])
+    return View(np.concatenate(parts), label, tuple(facets))

@@ -1,0 +1,90 @@
+"""What each solid of a CAD file is: rubber, a sleeve, a plate."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from geometry.cad.triangles import view_of
+from geometry.errors import GeometryError
+from geometry.session import model
+from geometry.view import View
+
+RUBBER, INNER, OUTER = "rubber", "inner_sleeve", "outer_sleeve"
+_WORDS = {
+    RUBBER: r"rubber|elastomer|gummi|kautschuk|caoutchouc|silicone|\bnr\b|epdm|nbr",
+    INNER: r"inner|innen|interieur|core|kern|bolt|pin\b",
+    OUTER: r"outer|aussen|außen|exterieur|housing|eye\b|can\b|cage",
+}
+
+
+def roles_of(solids: Mapping[int, str], given: Mapping[str, str], where: str) -> dict[int, str]:
+    """Role of each solid: "rubber", "inner_sleeve", "outer_sleeve" or a plate's name.
+
+    Parameters
+    ----------
+    solids
+        Tag -> name in the file, or empty.
+    given
+        Name, or number from 1, -> role, from the case.
+    where
+        File, for messages.
+
+    Raises
+    ------
+    GeometryError
+        Nothing tells which solid is rubber.
+    """
+    if len(solids) == 1 and not given:
+        return dict.fromkeys(solids, RUBBER)
+    roles: dict[int, str] = {}
+    used: set[str] = set()
+    for number, (tag, name) in enumerate(solids.items(), start=1):
+        key = next((k for k in given if k.lower() == name.lower() or k == str(number)), None)
+        if key is not None:
+            used.add(key)
+            roles[tag] = given[key]
+        else:
+            roles[tag] = _by_name(name) or ""
+    for key in given:
+        if key not in used:
+            listed = _listed(solids)
+            raise GeometryError(where, f'geometry.solids: there is no solid "{key}"', listed)
+    if RUBBER not in roles.values():
+        raise GeometryError(
+            where,
+            f"holds {len(solids)} solid{'s' * (len(solids) > 1)}, and no name tells which one is the rubber",
+            f'geometry.solids = {{"1" = "rubber", ...}} of {_listed(solids)}',
+            _numbered(solids),
+        )
+    plates = 0
+    for tag, role in roles.items():
+        if not role:
+            plates += 1
+            roles[tag] = _identifier(solids[tag]) or f"plate_{plates}"
+    return roles
+
+
+def _numbered(solids: Mapping[int, str]) -> View | None:
+    """A picture of the solids with their numbers."""
+    labels: dict[int, str] = {}
+    for number, (tag, name) in enumerate(solids.items(), start=1):
+        for _, face in model().getBoundary([(3, tag)], oriented=False):
+            labels.setdefault(int(face), f"{number}: {name or 'no name'}")
+    return view_of(labels)
+
+
+def _by_name(name: str) -> str | None:
+    found = [role for role, words in _WORDS.items() if re.search(words, name, re.I)]
+    return found[0] if found else None
+
+
+def _identifier(name: str) -> str:
+    return re.sub(r"\W+", "_", name).strip("_").lower()
+
+
+def _listed(solids: Mapping[int, str]) -> str:
+    return ", ".join(
+        f"{number}: {name or 'no name'}, {model().occ.getMass(3, tag):.4g} mm3"
+        for number, (tag, name) in enumerate(solids.items(), start=1)
+    )

@@ -1,0 +1,109 @@
+"""Rules of the case file that select faces: by radius, normal, box, name or colour."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from geometry.cad.axis import Axis, from_axis, is_coaxial
+from geometry.cad.sampling import Sampled
+
+#: A radius or a box is met within this share of the part's size, a normal within this sine.
+NEAR, STRAIGHT = 2e-3, 1e-2
+
+
+def _vector(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _corners(value: Any) -> Any:
+    return tuple(map(_vector, value)) if isinstance(value, list) else value
+
+
+Vector = Annotated[tuple[float, float, float], BeforeValidator(_vector)]
+Corners = Annotated[tuple[Vector, Vector], BeforeValidator(_corners)]
+
+
+class Rule(BaseModel):
+    """Faces that meet every condition given."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    radius: float | None = Field(default=None, gt=0, description="of cylinders about the axis, mm")
+    normal: Vector | None = Field(
+        default=None, description="of plane faces, out of the rubber, in the file's axes"
+    )
+    box: Corners | None = Field(
+        default=None, description="two corners of a box around the faces, file's axes, mm"
+    )
+    face: str | None = Field(default=None, description="name of faces in the file")
+    colour: str | None = Field(default=None, description='of faces in the file, as "#rrggbb"')
+
+    @model_validator(mode="after")
+    def _something(self) -> Any:
+        if not self.model_fields_set:
+            raise ValueError("give radius, normal, box, face or colour")
+        return self
+
+    def selects(
+        self,
+        face: Sampled,
+        axis: Axis,
+        size: float,
+        names: Mapping[int, str],
+        colours: Mapping[int, tuple[int, int, int]],
+    ) -> bool:
+        """Whether a face meets all conditions."""
+        return all(
+            (
+                self.radius is None or _at_radius(face, axis, self.radius, size),
+                self.normal is None or _looks(face, self.normal),
+                self.box is None or _within(face, self.box, size),
+                self.face is None or names.get(face.tag, "").lower() == self.face.lower(),
+                self.colour is None or hexadecimal(colours.get(face.tag)) == self.colour.lower(),
+            )
+        )
+
+
+def _rules(value: Any) -> Any:
+    return (value,) if isinstance(value, dict) else tuple(value) if isinstance(value, list) else value
+
+
+Rules = Annotated[tuple[Rule, ...], BeforeValidator(_rules)]
+
+
+def selected(
+    rules: Sequence[Rule],
+    faces: Sequence[Sampled],
+    axis: Axis,
+    size: float,
+    names: Mapping[int, str],
+    colours: Mapping[int, tuple[int, int, int]],
+) -> list[int]:
+    """Faces that meet one of the rules."""
+    return [f.tag for f in faces if any(rule.selects(f, axis, size, names, colours) for rule in rules)]
+
+
+def hexadecimal(colour: tuple[int, int, int] | None) -> str:
+    """Write a colour as in the case file."""
+    return "" if colour is None else "#" + "".join(f"{part:02x}" for part in colour)
+
+
+def _at_radius(face: Sampled, axis: Axis, radius: float, size: float) -> bool:
+    distance = np.linalg.norm(from_axis(face.points, axis), axis=1)
+    return bool(is_coaxial(face, axis, size) and np.all(np.abs(distance - radius) < NEAR * size))
+
+
+def _looks(face: Sampled, normal: Sequence[float]) -> bool:
+    n = np.asarray(normal, dtype=float)
+    across = np.linalg.norm(np.cross(face.normals, n / np.linalg.norm(n)), axis=1)
+    return bool(len(across) and across.max() < STRAIGHT and float(face.normals[0] @ n) > 0)
+
+
+def _within(face: Sampled, box: Corners, size: float) -> bool:
+    corners = np.array(box, dtype=float)
+    low, high = corners.min(axis=0) - NEAR * size, corners.max(axis=0) + NEAR * size
+    return bool(len(face.points) and np.all((face.points >= low) & (face.points <= high)))

@@ -1,0 +1,61 @@
+"""Points and normals on faces of the open session: what axis, bonds and symmetry are found by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.blocks import Array
+from geometry.session import model
+
+#: Points in each direction of a face's parameters; more where few of them are on the face.
+GRIDS = (7, 25, 101)
+ENOUGH = 6
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Points on a face (mm) with unit normals out of its solid, each shape (n, 3), and its area (mm^2)."""
+
+    tag: int
+    kind: str
+    points: Array
+    normals: Array
+    area: float
+
+
+def sample(face: int, size: float, scale: float) -> Sampled:
+    """Sample a face.
+
+    Parameters
+    ----------
+    face
+        Tag.
+    size
+        Of the part, mm.
+    scale
+        mm per unit of the session.
+    """
+    low, high = (np.array(bound) for bound in model().getParametrizationBounds(2, face))
+    parameters = np.zeros((0, 2))
+    for count in GRIDS:
+        shares = (np.arange(count) + 0.5) / count
+        grid = np.stack(np.meshgrid(*[a + shares * (b - a) for a, b in zip(low, high, strict=True)]), axis=-1)
+        candidates = grid.reshape(-1, 2)
+        inside = [bool(model().isInside(2, face, uv.tolist(), parametric=True)) for uv in candidates]
+        parameters = candidates[np.array(inside)]
+        if len(parameters) >= ENOUGH:
+            break
+    flat = parameters.ravel().tolist()
+    points = np.array(model().getValue(2, face, flat)).reshape(-1, 3)
+    normals = np.array(model().getNormal(face, flat)).reshape(-1, 3)
+    solids = model().getAdjacencies(2, face)[0]
+    if len(points) and len(solids):
+        step = 1e-4 * size / scale
+        ahead = model().isInside(3, int(solids[0]), (points[0] + step * normals[0]).tolist())
+        behind = model().isInside(3, int(solids[0]), (points[0] - step * normals[0]).tolist())
+        if ahead and not behind:
+            normals = -normals
+    area = scale**2 * float(model().occ.getMass(2, face))
+    return Sampled(face, str(model().getType(2, face)), scale * points, normals, area)

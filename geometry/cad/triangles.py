@@ -1,0 +1,39 @@
+"""Coarse triangles of the faces in the open session, for pictures."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+
+import gmsh
+import numpy as np
+
+from geometry.session import model
+from geometry.view import View
+
+#: Longest side as a share of the part's size.
+SIDE = 1 / 25
+
+
+def view_of(labels: Mapping[int, str]) -> View | None:
+    """Triangles of faces with what they were taken for; None where not even that can be meshed."""
+    names = tuple(dict.fromkeys(labels.values()))
+    box = np.array(model().getBoundingBox(-1, -1)).reshape(2, 3)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", SIDE * float(np.max(box[1] - box[0])))
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 24)
+    # A picture is not worth an error: what can be meshed is shown.
+    with contextlib.suppress(Exception):
+        model().mesh.generate(2)
+    tags, coordinates, _ = model().mesh.getNodes()
+    if not len(tags):
+        return None
+    number = np.zeros(int(tags.max()) + 1, dtype=int)
+    number[tags] = np.arange(len(tags))
+    points = coordinates.reshape(-1, 3)
+    triangles, label = [np.zeros((0, 3, 3))], [np.zeros(0, dtype=int)]
+    for face, name in labels.items():
+        nodes = model().mesh.getElementsByType(2, face)[1].reshape(-1, 3).astype(int)
+        triangles.append(points[number[nodes]])
+        label.append(np.full(len(nodes), names.index(name)))
+    model().mesh.clear()
+    return View(np.concatenate(triangles), np.concatenate(label), names)

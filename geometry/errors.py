@@ -1,0 +1,32 @@
+"""What is wrong with a geometry, in a sentence and, where there is something to see, with a picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from geometry.view import View
+
+
+class GeometryError(Exception):
+    """An outline or a CAD file that is no bushing.
+
+    Parameters
+    ----------
+    where
+        File, or key of the case.
+    what
+        The finding, as one sentence without a full stop.
+    expected
+        What would serve, or empty.
+    view
+        What there is to see; None where nothing could be drawn.
+    """
+
+    def __init__(self, where: str, what: str, expected: str = "", view: View | None = None) -> None:
+        super().__init__(where, what, expected, view)
+        self.where, self.what, self.expected, self.view = where, what, expected, view
+
+    def __str__(self) -> str:
+        """Return ``where: what (expected)``."""
+        return f"{self.where}: {self.what}" + (f" ({self.expected})" if self.expected else "")

@@ -1,0 +1,89 @@
+"""Outlines that cross themselves or the axis: found on polylines before anything is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from geometry.blocks import Array
+from geometry.errors import GeometryError
+from geometry.section.outline import CLOSE, Curve, Loop
+
+#: Pieces of a curved edge.
+PIECES = 24
+
+
+def refuse_crossings(loops: Sequence[Loop], where: str) -> None:
+    """Refuse what is not the outline of a body of revolution.
+
+    Raises
+    ------
+    GeometryError
+        A radius is negative, an edge lies on the axis from both sides, or an outline crosses itself.
+    """
+    if not loops:
+        raise GeometryError(where, "has no outline", "[[geometry.outline]] or file")
+    for loop in loops:
+        lines = [polyline(curve) for curve in loop.curves]
+        outline = np.concatenate([line[:-1] for line in lines])
+        size = float(np.ptp(outline, axis=0).max())
+        if outline[:, 0].min() < -CLOSE * size:
+            r, z = outline[np.argmin(outline[:, 0])]
+            raise GeometryError(where, f"the outline has a negative radius at ({r:.4g}, {z:.4g})", "r >= 0")
+        crossing = _crossing(outline)
+        if crossing is not None:
+            r, z = crossing
+            raise GeometryError(where, f"the outline crosses itself at ({r:.4g}, {z:.4g})")
+
+
+def polyline(curve: Curve) -> Array:
+    """Points along a curve, ends included, shape (n, 2)."""
+    points = np.array(curve.points, dtype=float)
+    if curve.kind == "line":
+        return points
+    t: Array = np.linspace(0.0, 1.0, PIECES + 1, dtype=np.float64)
+    if curve.kind == "arc":
+        return _arc(points, t)
+    if curve.kind == "nurbs":
+        low, high = curve.knots[curve.degree], curve.knots[-1 - curve.degree]
+        weighted = np.column_stack([points * np.array(curve.weights)[:, None], curve.weights])
+        values = BSpline(np.array(curve.knots), weighted, curve.degree)(low + (high - low) * t)
+        return np.asarray(values[:, :2] / values[:, 2:])
+    from scipy.interpolate import CubicSpline
+
+    chord = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    return np.asarray(CubicSpline(chord, points)(np.linspace(0.0, chord[-1], PIECES * (len(points) - 1) + 1)))
+
+
+def _arc(points: Array, t: Array) -> Array:
+    a, m, b = points
+    # Centre: at the same distance from all three.
+    matrix, right = 2 * np.array([m - a, b - a]), np.array([m @ m - a @ a, b @ b - a @ a])
+    centre = np.linalg.solve(matrix, right)
+    angles = [np.arctan2(*(p - centre)[::-1]) for p in points]
+    turn = 2 * np.pi
+    through, whole = (angles[1] - angles[0]) % turn, (angles[2] - angles[0]) % turn or turn
+    if through > whole:
+        whole -= turn
+    sweep = angles[0] + whole * t
+    return centre + np.linalg.norm(a - centre) * np.column_stack([np.cos(sweep), np.sin(sweep)])
+
+
+def _crossing(outline: Array) -> Array | None:
+    """Where two sides of a closed polygon cross, or None."""
+    a, b = outline, np.roll(outline, -1, axis=0)
+    d = b - a
+    n = len(a)
+    i, j = np.triu_indices(n, k=2)
+    keep = ~((i == 0) & (j == n - 1))
+    i, j = i[keep], j[keep]
+    between = a[j] - a[i]
+    det = d[i, 0] * d[j, 1] - d[i, 1] * d[j, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = (between[:, 0] * d[j, 1] - between[:, 1] * d[j, 0]) / det
+        t = (between[:, 0] * d[i, 1] - between[:, 1] * d[i, 0]) / det
+    # Open intervals: what merely touches is left to Gmsh.
+    hit = np.flatnonzero((s > 1e-9) & (s < 1 - 1e-9) & (t > 1e-9) & (t < 1 - 1e-9))
+    return None if not len(hit) else np.asarray(a[i[hit[0]]] + s[hit[0]] * d[i[hit[0]]])

@@ -1,0 +1,161 @@
+"""Loops -> faces of the open Gmsh session, with the names of regions and boundaries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from geometry.blocks import Array
+from geometry.section.crossing import polyline
+from geometry.section.outline import CLOSE, FREE, RUBBER, Curve, Loop
+from geometry.session import model, refusing
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Entities of a section: faces by region, curves by boundary; names in the order of the outlines."""
+
+    regions: Mapping[str, tuple[int, ...]]
+    boundaries: Mapping[str, tuple[int, ...]]
+
+
+def draw(loops: Sequence[Loop], where: str, half: bool = False) -> Drawn:
+    """Draw a section, or the half of it above z = 0, whose cut is then the boundary "mirror_z".
+
+    Raises
+    ------
+    GeometryError
+        Gmsh cannot make faces of the loops.
+    """
+    occ = model().occ
+    faces, names = _faces(loops, where)
+    tools = []
+    if half:
+        reach = 4.0 * max(abs(x) for loop in loops for c in loop.curves for p in c.points for x in p)
+        ends = [occ.addPoint(-reach, 0, 0), occ.addPoint(reach, 0, 0)]
+        tools.append((1, occ.addLine(*ends)))
+    made = [[(2, tag)] for tag in faces]
+    if len(faces) + len(tools) > 1:
+        _, made = occ.fragment([(2, tag) for tag in faces], tools)
+    occ.synchronize()
+    if half:
+        below = [t for _, t in model().getEntities(2) if occ.getCenterOfMass(2, t)[1] < 0]
+        occ.remove([(2, t) for t in below], recursive=True)
+        occ.synchronize()
+    return Drawn(_regions(made, names), _boundaries(loops, half))
+
+
+def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
+    """Faces with their regions, before they are cut at each other."""
+    occ = model().occ
+    points: dict[tuple[float, float], int] = {}
+    wires = [occ.addCurveLoop([_add(curve, points) for curve in loop.curves]) for loop in loops]
+    holes = _holes(loops)
+    faces, names = [], []
+    for number, loop in enumerate(loops):
+        if number in holes:
+            continue
+        inside = [wires[hole] for hole, owner in holes.items() if owner == number]
+        with refusing(where, "an outline surrounds no area"):
+            faces.append(occ.addPlaneSurface([wires[number], *inside]))
+        names.append(loop.body)
+    return faces, names
+
+
+def _add(curve: Curve, points: dict[tuple[float, float], int]) -> int:
+    occ = model().occ
+
+    def point(p: tuple[float, float], shared: bool) -> int:
+        if not shared:
+            return int(occ.addPoint(*p, 0.0))
+        if p not in points:
+            points[p] = occ.addPoint(*p, 0.0)
+        return points[p]
+
+    last = len(curve.points) - 1
+    tags = [point(p, i in (0, last)) for i, p in enumerate(curve.points)]
+    if curve.kind == "line":
+        return int(occ.addLine(*tags))
+    if curve.kind == "arc":
+        return int(occ.addCircleArc(*tags, center=False))
+    if curve.kind == "spline":
+        return int(occ.addSpline(tags))
+    knots, counts = np.unique(curve.knots, return_counts=True)
+    return int(
+        occ.addBSpline(
+            tags,
+            degree=curve.degree,
+            weights=curve.weights,
+            knots=knots.tolist(),
+            multiplicities=counts.tolist(),
+        )
+    )
+
+
+def _holes(loops: Sequence[Loop]) -> dict[int, int]:
+    """Loops of rubber inside other loops of rubber: holes, with the loop that they are in."""
+    polygons = [np.array([p for c in loop.curves for p in c.points[:-1]]) for loop in loops]
+    holes: dict[int, int] = {}
+    for inner, loop in enumerate(loops):
+        for outer, other in enumerate(loops):
+            if inner == outer or loop.body != RUBBER or other.body != RUBBER:
+                continue
+            if all(_inside(p, polygons[outer]) for p in polygons[inner]):
+                holes[inner] = outer
+    return holes
+
+
+def _inside(point: Any, polygon: Any) -> bool:
+    """Whether a ray to the right crosses the polygon an odd number of times."""
+    a, b = polygon, np.roll(polygon, -1, axis=0)
+    crosses = (a[:, 1] > point[1]) != (b[:, 1] > point[1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = a[:, 0] + (point[1] - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
+    return bool(np.count_nonzero(crosses & (x > point[0])) % 2)
+
+
+def _regions(made: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, ...]]:
+    """Faces by region; `made` are the pieces of each face that was drawn."""
+    there = {tag for _, tag in model().getEntities(2)}
+    regions: dict[str, tuple[int, ...]] = {RUBBER: ()}
+    taken: set[int] = set()
+    # A plate drawn into the rubber takes its place: what both cover is the plate's.
+    for number in sorted(range(len(names)), key=lambda i: names[i] == RUBBER):
+        found = [int(tag) for _, tag in made[number] if tag in there and tag not in taken]
+        taken |= set(found)
+        regions[names[number]] = (*regions.get(names[number], ()), *found)
+    return {name: faces for name, faces in regions.items() if faces}
+
+
+def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]:
+    """Curves on the outside by the names of the edges that they lie on.
+
+    By their place, because cutting faces at each other leaves edges with other numbers.
+    """
+    lines = [(curve.name, polyline(curve)) for loop in loops for curve in loop.curves]
+    size = max(float(np.ptp(line, axis=0).max()) for _, line in lines)
+    boundaries: dict[str, tuple[int, ...]] = {}
+    for _, tag in model().getEntities(1):
+        if len(model().getAdjacencies(1, tag)[0]) != 1:
+            continue
+        low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
+        at = [low + share * (high - low) for share in (0.25, 0.5, 0.75)]
+        points = np.array(model().getValue(1, tag, at)).reshape(-1, 3)[:, :2]
+        if half and np.abs(points[:, 1]).max() < CLOSE * size:
+            name = "mirror_z"
+        else:
+            # Of edges that lie on each other, the one with a name counts.
+            name = min(lines, key=lambda item: (round(_apart(points, item[1]) / size, 6), item[0] == FREE))[0]
+        boundaries[name] = (*boundaries.get(name, ()), int(tag))
+    return boundaries
+
+
+def _apart(points: Array, line: Array) -> float:
+    """Largest distance of points from a polyline."""
+    a, d = line[:-1], np.diff(line, axis=0)
+    share = np.einsum("pij,ij->pi", points[:, None] - a, d) / np.maximum(np.einsum("ij,ij->i", d, d), 1e-300)
+    foot = a + np.clip(share, 0.0, 1.0)[..., None] * d
+    return float(np.linalg.norm(points[:, None] - foot, axis=2).min(axis=1).max())

@@ -1,0 +1,158 @@
+"""A section from a DXF file: x is the radius, y the axis, layers are names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from geometry.errors import GeometryError
+from geometry.section.outline import FREE, RUBBER, Curve, Loop
+
+#: $INSUNITS -> mm; 0 is "no unit", which drawings of parts have for mm.
+UNITS = {0: 1.0, 1: 25.4, 4: 1.0, 5: 10.0, 6: 1000.0}
+#: Layers that name no boundary.
+UNNAMED = ("0", "free", "rubber", "outline", "void", "defpoints")
+#: What drawings leave between the ends of two entities, as a share of their size.
+GAP = 1e-4
+
+
+@cache
+def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
+    """Read the closed loops of a drawing.
+
+    Parameters
+    ----------
+    path
+    changed
+        Time of the file's last change: another one is read again.
+
+    Raises
+    ------
+    GeometryError
+        It cannot be read, holds what is no outline, or an outline is open.
+    """
+    import ezdxf
+
+    try:
+        drawing = ezdxf.readfile(path)
+    except OSError as error:
+        raise GeometryError(str(path), f"cannot be read: {error.strerror or 'it is no DXF file'}") from None
+    except ezdxf.DXFError as error:
+        raise GeometryError(str(path), f"is no DXF file that can be read: {error}") from None
+    unit = int(drawing.header.get("$INSUNITS", 0))
+    if unit not in UNITS:
+        raise GeometryError(str(path), f"has unit number {unit} ($INSUNITS)", "mm, cm, m or inch")
+    curves = [curve for entity in drawing.modelspace() for curve in _curves(entity, UNITS[unit])]
+    if not curves:
+        raise GeometryError(str(path), "holds no lines, arcs, polylines or splines")
+    return _loops(curves, str(path))
+
+
+def _curves(entity: Any, scale: float) -> Iterator[Curve]:
+    kind, layer = entity.dxftype(), str(entity.dxf.layer)
+    name = FREE if layer.lower() in UNNAMED else layer
+    if kind in ("LWPOLYLINE", "POLYLINE"):
+        for part in entity.virtual_entities():
+            yield from _curves(part, scale)
+    elif kind == "LINE":
+        yield Curve("line", _points([entity.dxf.start, entity.dxf.end], scale), name)
+    elif kind == "ARC":
+        start, end = entity.dxf.start_angle, entity.dxf.end_angle
+        yield _arc(entity, start, (end - start) % 360.0 or 360.0, scale, name)
+    elif kind == "CIRCLE":
+        yield _arc(entity, 0.0, 180.0, scale, name)
+        yield _arc(entity, 180.0, 180.0, scale, name)
+    elif kind in ("SPLINE", "ELLIPSE"):
+        yield _spline(entity, kind, scale, name)
+
+
+def _arc(entity: Any, start: float, angle: float, scale: float, name: str) -> Curve:
+    turns = np.radians(start + angle * np.array([0.0, 0.5, 1.0]))
+    centre, radius = entity.dxf.center, entity.dxf.radius
+    # Drawings made from the other side have their axis turned round.
+    sign = -1.0 if entity.dxf.extrusion.z < 0 else 1.0
+    points = [(sign * (centre.x + radius * np.cos(a)), centre.y + radius * np.sin(a)) for a in turns]
+    return Curve("arc", tuple((float(x) * scale, float(y) * scale) for x, y in points), name)
+
+
+def _spline(entity: Any, kind: str, scale: float, name: str) -> Curve:
+    from ezdxf.math import rational_bspline_from_ellipse
+
+    tool = entity.construction_tool()
+    if kind == "ELLIPSE":
+        tool = rational_bspline_from_ellipse(tool)
+    return Curve(
+        "nurbs",
+        _points(tool.control_points, scale),
+        name,
+        tool.degree,
+        tuple(map(float, tool.knots())),
+        tuple(map(float, tool.weights() or (1.0,) * len(tool.control_points))),
+    )
+
+
+def _points(points: Sequence[Any], scale: float) -> tuple[tuple[float, float], ...]:
+    return tuple((float(p.x) * scale, float(p.y) * scale) for p in points)
+
+
+def _loops(curves: Sequence[Curve], where: str) -> tuple[Loop, ...]:
+    """Chain the curves: first those of one layer that close by themselves, then the rest."""
+    every = np.array([p for curve in curves for p in (curve.points[0], curve.points[-1])])
+    gap = GAP * float(np.ptp(every, axis=0).max())
+    loops, rest = [], []
+    for layer in dict.fromkeys(curve.name for curve in curves):
+        own = [curve for curve in curves if curve.name == layer]
+        closed, left = _chained(own, gap)
+        body = RUBBER if layer in (FREE, "inner", "outer") else layer
+        loops += [Loop(loop, body) for loop in closed]
+        rest += left
+    closed, left = _chained(rest, gap)
+    if left:
+        ends = [p for curve in left for p in (curve.points[0], curve.points[-1])]
+        lonely = next(
+            (p for p in ends if sum(np.hypot(p[0] - q[0], p[1] - q[1]) <= gap for q in ends) == 1), ends[0]
+        )
+        raise GeometryError(where, f"an outline is open at ({lonely[0]:g}, {lonely[1]:g})", "closed outlines")
+    return (*(Loop(loop) for loop in closed), *loops)
+
+
+def _chained(curves: Sequence[Curve], gap: float) -> tuple[list[tuple[Curve, ...]], list[Curve]]:
+    """Closed chains of curves, and what is left."""
+    waiting, closed, left = list(curves), [], []
+    while waiting:
+        chain = [waiting.pop(0)]
+        while not _meet(chain[0].points[0], chain[-1].points[-1], gap) or len(chain[0].points) < 2:
+            end = chain[-1].points[-1]
+            number = next(
+                (
+                    i
+                    for i, curve in enumerate(waiting)
+                    if _meet(end, curve.points[0], gap) or _meet(end, curve.points[-1], gap)
+                ),
+                None,
+            )
+            if number is None:
+                break
+            following = waiting.pop(number)
+            if not _meet(end, following.points[0], gap):
+                following = following.reversed()
+            chain.append(_moved(following, end))
+        if _meet(chain[0].points[0], chain[-1].points[-1], gap):
+            chain[0] = _moved(chain[0], chain[-1].points[-1])
+            closed.append(tuple(chain))
+        else:
+            left += chain
+    return closed, left
+
+
+def _meet(a: tuple[float, float], b: tuple[float, float], gap: float) -> bool:
+    return float(np.hypot(a[0] - b[0], a[1] - b[1])) <= gap
+
+
+def _moved(curve: Curve, start: tuple[float, float]) -> Curve:
+    """The curve with its first point where the last one ended."""
+    return Curve(curve.kind, (start, *curve.points[1:]), curve.name, curve.degree, curve.knots, curve.weights)

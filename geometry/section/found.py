@@ -1,0 +1,179 @@
+"""What a section is: its regions, boundaries and measures, where its centre is, and whether it is symmetric."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.blocks import Array
+from geometry.errors import GeometryError
+from geometry.section.crossing import refuse_crossings
+from geometry.section.draw import Drawn, draw
+from geometry.section.outline import RUBBER, Loop
+from geometry.section.plates import with_plates
+from geometry.session import model, session
+from geometry.symmetry import balanced
+from geometry.view import View
+
+
+@dataclass(frozen=True)
+class FoundSection:
+    """A section that can be meshed.
+
+    Attributes
+    ----------
+    loops
+        The outlines, with z counted from the centre.
+    centre
+        z of the centre in the user's coordinates, mm.
+    regions : tuple of str
+        "rubber", then plates and sleeves.
+    measures : mapping
+        Volume of each region (mm^3) and area of each boundary (mm^2), of the whole ring; bonds as "inner_bond".
+    symmetric
+        Whether the half below z = 0 is the mirror image of the half above.
+    thickness, length
+        Of the rubber across and along the bonds, mm: twice its volume over the bonds' area, and the longer bond.
+    smallest_radius
+        mm; 0 where the section touches the axis.
+    view
+        For a picture, in the plane (r, 0, z).
+    """
+
+    loops: tuple[Loop, ...]
+    centre: float
+    regions: tuple[str, ...]
+    measures: Mapping[str, float]
+    symmetric: bool
+    thickness: float
+    length: float
+    smallest_radius: float
+    view: View
+
+
+@lru_cache(maxsize=64)
+def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> FoundSection:
+    """Draw and measure a section once.
+
+    Parameters
+    ----------
+    loops
+        In the user's coordinates, mm.
+    where
+        Words for messages: the file, or the key of the case.
+    centre
+        z of the centre; None = the middle of the inner bond.
+
+    Raises
+    ------
+    GeometryError
+    """
+    loops = with_plates(loops, where)
+    refuse_crossings(loops, where)
+    with session():
+        drawn = draw(loops, where)
+        _require(drawn, where)
+        if centre is None:
+            boxes = np.array([model().getBoundingBox(1, tag) for tag in drawn.boundaries["inner"]])
+            centre = float(round(0.5 * (boxes[:, 1].min() + boxes[:, 4].max()), 9))
+        model().add("centred")
+        moved = tuple(_shifted(loop, -centre) for loop in loops)
+        drawn = draw(moved, where)
+        return _measured(moved, centre, drawn)
+
+
+def _require(drawn: Drawn, where: str) -> None:
+    if RUBBER not in drawn.regions:
+        raise GeometryError(where, "there is no rubber: every outline has the name of a plate")
+    named = ", ".join(sorted(drawn.boundaries))
+    for bond in ("inner", "outer"):
+        if bond not in drawn.boundaries:
+            raise GeometryError(
+                where,
+                f'no edge on the outside is named "{bond}": the rubber would not be held',
+                f"edges are named {named}",
+            )
+
+
+def _shifted(loop: Loop, by: float) -> Loop:
+    curves = tuple(replace(c, points=tuple((r, z + by) for r, z in c.points)) for c in loop.curves)
+    return replace(loop, curves=curves)
+
+
+def _measured(loops: tuple[Loop, ...], centre: float, drawn: Drawn) -> FoundSection:
+    volumes = {name: _swept(2, tags) for name, tags in drawn.regions.items()}
+    areas = {name: _swept(1, tags) for name, tags in drawn.boundaries.items()}
+    boxes = np.array([model().getBoundingBox(2, tag) for _, tag in model().getEntities(2)])
+    size = float(max(boxes[:, 3].max(), np.ptp(boxes[:, [1, 4]])))
+    parts = {f"region {k}": [(2, t) for t in v] for k, v in drawn.regions.items()}
+    parts |= {f"boundary {k}": [(1, t) for t in v] for k, v in drawn.boundaries.items()}
+    bonded = sum(areas[name] for name in ("inner", "outer"))
+    lengths = [
+        sum(model().occ.getMass(1, tag) for tag in drawn.boundaries[name]) for name in ("inner", "outer")
+    ]
+    return FoundSection(
+        loops=loops,
+        centre=centre,
+        regions=tuple(drawn.regions),
+        measures=volumes | {f"{k}_bond" if k in ("inner", "outer") else k: v for k, v in areas.items()},
+        symmetric=balanced(parts, np.zeros(3), np.eye(3), 1, size) and _same_outline(drawn, size),
+        thickness=2.0 * volumes[RUBBER] / bonded,
+        length=max(lengths),
+        smallest_radius=max(0.0, float(boxes[:, 0].min()) if boxes[:, 0].min() > 1e-5 * size else 0.0),
+        view=_view(drawn),
+    )
+
+
+def _swept(dimension: int, tags: Sequence[int]) -> float:
+    """Measure of what faces or curves sweep about the axis (Pappus)."""
+    occ = model().occ
+    return float(
+        sum(2 * math.pi * occ.getCenterOfMass(dimension, t)[0] * occ.getMass(dimension, t) for t in tags)
+    )
+
+
+def _same_outline(drawn: Drawn, size: float) -> bool:
+    """Whether the mirror images of points of every boundary lie on a curve of the same name."""
+    occ = model().occ
+    for tags in drawn.boundaries.values():
+        for tag in tags:
+            low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
+            points = np.array(model().getValue(1, tag, np.linspace(low, high, 9).tolist())).reshape(-1, 3)
+            for r, z, _ in points:
+                spot = occ.addPoint(r, -z, 0.0)
+                near = min(occ.getDistance(0, spot, 1, other)[0] for other in tags)
+                occ.remove([(0, spot)])
+                if near > 1e-5 * size:
+                    return False
+    return True
+
+
+def _view(drawn: Drawn) -> View:
+    """Fine triangles of all faces, by region, and the boundary by names."""
+    import gmsh
+
+    boxes = np.array([model().getBoundingBox(2, tag) for _, tag in model().getEntities(2)])
+    gmsh.option.setNumber("Mesh.MeshSizeMax", float(np.ptp(boxes[:, [1, 4]])) / 30)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 36)
+    model().mesh.generate(2)
+    tags, coordinates, _ = model().mesh.getNodes()
+    number = np.zeros(int(tags.max()) + 1, dtype=int)
+    number[tags] = np.arange(len(tags))
+    points = coordinates.reshape(-1, 3)[:, [0, 2, 1]]
+    names = (*drawn.regions, *drawn.boundaries)
+
+    def elements(kind: int, size: int, parts: Mapping[str, Sequence[int]]) -> tuple[Array, NDArray[np.int_]]:
+        found, label = [np.zeros((0, size, 3))], [np.zeros(0, dtype=int)]
+        for name, entities in parts.items():
+            for entity in entities:
+                nodes = model().mesh.getElementsByType(kind, entity)[1].reshape(-1, size)
+                found.append(points[number[nodes]])
+                label.append(np.full(len(nodes), names.index(name)))
+        return np.concatenate(found), np.concatenate(label)
+
+    return View(*elements(2, 3, drawn.regions), names, *elements(1, 2, drawn.boundaries))

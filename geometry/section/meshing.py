@@ -1,0 +1,129 @@
+"""A found section -> mesh: one block of quadrilaterals where it allows, else graded triangles; or both revolved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import gmsh
+import numpy as np
+
+from geometry.blocks import Array
+from geometry.errors import GeometryError
+from geometry.grading import Sizes, grade
+from geometry.raw import RawMesh, from_gmsh, mirrored, revolved, to_gmsh
+from geometry.section.block import block
+from geometry.section.draw import Drawn, draw
+from geometry.section.found import FoundSection
+from geometry.section.outline import RUBBER
+from geometry.session import model, refusing
+from geometry.shape import Mirrors, Names, Refinement
+
+# Elements from bond to bond inside, shortest over longest, growth per distance from a bond's edge, elements on a full
+# circle of the outline; with which sections of the references are within 1 % (benchmarks/README.md).
+ACROSS, GRADING, GROWTH, PER_CIRCLE = 4.0, 6.0, 0.35, 10.0
+# The same where the section is revolved, and elements around a full circle.
+SOLID_ACROSS, SOLID_GRADING, SOLID_GROWTH, AROUND = 3.0, 4.0, 0.6, 12
+
+
+def generate(
+    found: FoundSection, where: str, dimension: int, mirrors: Mirrors, refinement: Refinement
+) -> Names:
+    """Mesh a section, or the solid that it sweeps, into the open session.
+
+    Raises
+    ------
+    GeometryError
+    """
+    if dimension == 3 and found.smallest_radius == 0.0:
+        raise GeometryError(
+            where,
+            "touches the axis: its solid is no ring, and only axial and torsional loads are computed",
+            "a section with r > 0, or the part as CAD",
+        )
+    raw = section_mesh(found, where, refinement, quadrilaterals=dimension == 3)
+    if found.symmetric and "z" not in mirrors:
+        raw = mirrored(raw, 1, "mirror_z")
+    if dimension == 3:
+        raw = revolved(raw, _angles(mirrors, refinement))
+    return to_gmsh(raw)
+
+
+def _angles(mirrors: Mirrors, refinement: Refinement) -> Array:
+    """Angles of corners and mid-side nodes around the modelled part, rad."""
+    share = 0.25 if {"x", "y"} <= mirrors else 0.5 if mirrors & {"x", "y"} else 1.0
+    around = max(2, math.ceil(share * refinement.elements(refinement.around, AROUND)))
+    first = -0.5 * math.pi if "x" in mirrors and "y" not in mirrors else 0.0
+    return first + np.linspace(0.0, share * 2 * math.pi, 2 * around + 1)
+
+
+def section_mesh(
+    found: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False
+) -> RawMesh:
+    """Mesh the section, or its upper half where it is symmetric; second order, in the half-plane (r, z)."""
+    drawn = draw(found.loops, where, half=found.symmetric)
+    across = SOLID_ACROSS if quadrilaterals else ACROSS
+    factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)
+    structured = block(drawn, refinement, solid=quadrilaterals)
+    if structured is not None:
+        return structured
+    inside = found.thickness / (across * factor)
+    grading, growth = (SOLID_GRADING, SOLID_GROWTH) if quadrilaterals else (GRADING, GROWTH)
+    sizes = Sizes(inside, inside / grading, growth, PER_CIRCLE * math.sqrt(factor), _narrow(drawn, inside))
+    grade(2, bond_ends(drawn), sizes)
+    if quadrilaterals:
+        # Every triangle and quadrilateral is split: half as fine before as after.
+        gmsh.option.setNumber("Mesh.RecombineAll", 1)
+        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 3)
+        gmsh.option.setNumber("Mesh.Algorithm", 8)
+    with refusing(where, "the section cannot be meshed", found.view):
+        model().mesh.generate(2)
+    model().mesh.setOrder(2)
+    return from_gmsh(drawn.regions, drawn.boundaries)
+
+
+def bond_ends(drawn: Drawn) -> list[int]:
+    """Points where rubber ends on what is bonded to it: the stress is singular there."""
+    free = _points([t for name, tags in drawn.boundaries.items() if not _held(name) for t in tags])
+    bonded = _points([t for name, tags in drawn.boundaries.items() if _held(name) for t in tags])
+    metal = _points(
+        [c for name, tags in drawn.regions.items() if name != RUBBER for t in tags for c in _sides(t)]
+    )
+    rubber = _points([c for tag in drawn.regions[RUBBER] for c in _sides(tag)])
+    return sorted(free & rubber & (bonded | metal))
+
+
+def _held(name: str) -> bool:
+    return name in ("inner", "outer")
+
+
+def _sides(face: int) -> list[int]:
+    return [int(tag) for _, tag in model().getBoundary([(2, face)], oriented=False)]
+
+
+def _points(curves: Sequence[int]) -> set[int]:
+    return {
+        int(tag)
+        for curve in curves
+        if not _is_mirror(curve)
+        for _, tag in model().getBoundary([(1, curve)], oriented=False)
+    }
+
+
+def _is_mirror(curve: int) -> bool:
+    box = model().getBoundingBox(1, curve)
+    return bool(max(abs(box[1]), abs(box[4])) < 1e-6 and len(model().getAdjacencies(1, curve)[0]) == 1)
+
+
+def _narrow(drawn: Drawn, inside: float) -> dict[int, float]:
+    """Curves that bound a thin plate: some elements must fit."""
+    sizes: dict[int, float] = {}
+    for name, faces in drawn.regions.items():
+        if name == RUBBER:
+            continue
+        for face in faces:
+            around = sum(model().occ.getMass(1, c) for c in _sides(face))
+            thick = 2.0 * model().occ.getMass(2, face) / around
+            if thick < inside:
+                sizes |= dict.fromkeys(_sides(face), max(thick, 0.2 * inside))
+    return sizes

@@ -1,0 +1,83 @@
+"""Gmsh sessions: the only place where one opens and closes."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from geometry.errors import GeometryError
+from geometry.view import View
+
+
+@contextmanager
+def session() -> Iterator[None]:
+    """A Gmsh session with an empty model; sessions do not nest.
+
+    Raises
+    ------
+    RuntimeError
+        A session is open already: closing the inner one would end the outer one too.
+    """
+    import gmsh
+
+    if gmsh.isInitialized():
+        raise RuntimeError("a Gmsh session is open already")
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.add("bushing")
+        yield
+    finally:
+        gmsh.finalize()
+
+
+@contextmanager
+def refusing(where: str, what: str, view: View | None = None) -> Iterator[None]:
+    """Turn what Gmsh raises, which is always a bare exception, into a refusal.
+
+    Parameters
+    ----------
+    where
+        File, or key of the case.
+    what
+        The finding, which Gmsh's own words follow.
+    view
+        What there is to see.
+
+    Raises
+    ------
+    GeometryError
+    """
+    try:
+        yield
+    except GeometryError:
+        raise
+    except Exception as error:  # noqa: BLE001 - Gmsh raises nothing more precise
+        words = str(error).strip().splitlines()
+        raise GeometryError(
+            where, f"{what}: {words[0] if words else 'Gmsh gives no reason'}", view=view
+        ) from None
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Keep what libraries print to the process's own standard output out of ours: OpenCASCADE's readers do."""
+    sys.stdout.flush()
+    saved, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        os.dup2(saved, 1)
+        os.close(saved)
+        os.close(nowhere)
+
+
+def model() -> Any:
+    """The model of the open session."""
+    import gmsh
+
+    return gmsh.model

@@ -1,0 +1,150 @@
+"""Cad: a bushing from a STEP or BREP file, or a mesh of one as it is (.msh, Abaqus .inp)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from typing_extensions import override
+
+from geometry.cad.found import FoundPart, Wanted, find_part
+from geometry.cad.part import MILLIMETRES
+from geometry.cad.ready import SUFFIXES as MESHES
+from geometry.cad.ready import ReadyMesh, read_mesh
+from geometry.cad.rules import Rules, Vector
+from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape, metals
+from geometry.view import View
+
+SUFFIXES = (".step", ".stp", ".brep", ".brp", *MESHES)
+
+
+class BondRules(BaseModel):
+    """``[geometry.bonds]``: which faces are bonded, where that is not to be found."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    inner: Rules = Field(default=(), description="{radius = 10.0}, or a list of such rules")
+    outer: Rules = Field(default=(), description="likewise")
+
+
+class Cad(Shape):
+    """A CAD part: solids of rubber, with sleeves and plates as solids or rigid."""
+
+    name: ClassVar[str] = "cad"
+    summary: ClassVar[str] = (
+        "a STEP or BREP file, or a mesh as it is; bonds, axis and symmetry are found or given"
+    )
+
+    structured: ClassVar[bool] = False
+    suffixes: ClassVar[tuple[str, ...]] = SUFFIXES
+    # Needs a file: tests/parts.py makes them.
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()
+
+    file: str = Field(description="STEP, BREP, MSH or INP file, relative to the case file")
+    unit: Literal["mm", "cm", "m", "inch"] | None = Field(
+        default=None, description="of the numbers in the file; absent = what the file says"
+    )
+    axis: Vector | None = Field(default=None, description="direction of the axis; absent = found")
+    origin: Vector | None = Field(
+        default=None,
+        description="the bushing's centre, mm; absent = on the axis, in the middle of the inner bond",
+    )
+    direction: Vector | None = Field(
+        default=None,
+        description="direction of the radial load; absent = the file's x, or a plane of symmetry",
+    )
+    bonds: BondRules | None = Field(default=None, description="rules for faces; absent = found")
+    solids: Mapping[str, str] = Field(
+        default={},
+        description='solid, by name or number, -> "rubber", "inner_sleeve", "outer_sleeve", "ignore" or a plate',
+    )
+    plates: Mapping[str, Plate] = Field(
+        default={},
+        description="metal of plates (steel where not given) and of sleeves that are elastic",
+    )
+
+    @field_validator("file")
+    @classmethod
+    def _beside_the_case(cls, value: str, info: ValidationInfo) -> str:
+        path = Path(info.context["folder"]) / value if info.context else Path(value)
+        if path.suffix.lower() not in SUFFIXES:
+            raise ValueError(f"is no {', '.join(SUFFIXES)} file")
+        if not path.is_file():
+            raise ValueError("no such file")
+        return str(path)
+
+    def __hash__(self) -> int:
+        return hash((self._wanted, tuple(self.plates.items())))
+
+    @property
+    def _wanted(self) -> Wanted:
+        path = Path(self.file)
+        return Wanted(
+            path,
+            path.stat().st_mtime,
+            self.unit,
+            self.axis,
+            self.origin,
+            self.direction,
+            self.bonds.inner if self.bonds else (),
+            self.bonds.outer if self.bonds else (),
+            tuple(self.solids.items()),
+            tuple(self.plates),
+        )
+
+    @property
+    def found(self) -> FoundPart | ReadyMesh:
+        """What the file is.
+
+        Raises
+        ------
+        GeometryError
+        """
+        path = Path(self.file)
+        if path.suffix.lower() in MESHES:
+            scale = MILLIMETRES[self.unit or "mm"]
+            return read_mesh(path, path.stat().st_mtime, scale, self.axis, self.origin, self.direction)
+        return find_part(self._wanted)
+
+    @property
+    @override
+    def notes(self) -> tuple[str, ...]:
+        metal = self.elastic_sleeves
+        return (
+            *self.found.notes,
+            *(f"{name}: metal, E = {own.youngs_modulus:g} MPa" for name, own in metal.items()),
+        )
+
+    @property
+    @override
+    def view(self) -> View | None:
+        return self.found.view
+
+    @property
+    @override
+    def mirror_planes(self) -> Mirrors:
+        return self.found.planes
+
+    @override
+    def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
+        from geometry.cad.meshing import generate
+        from geometry.raw import to_gmsh
+
+        found = self.found
+        if isinstance(found, ReadyMesh):
+            return to_gmsh(found.raw)
+        return generate(found, Path(self.file), self.unit, mirrors, refinement)
+
+    @override
+    def measures(self) -> Mapping[str, float]:
+        wanted = {*self.found.regions, "inner_bond", "outer_bond"}
+        return {name: value for name, value in self.found.measures.items() if name in wanted}
+
+    @property
+    @override
+    def elastic_sleeves(self) -> Mapping[str, Metal]:
+        found = self.found
+        known = found.regions if isinstance(found, ReadyMesh) else found.roles.values()
+        return metals(self.plates, found.regions, known, self.file)

@@ -1,0 +1,154 @@
+"""Section: any section of revolution, by outlines of named edges in the case file or in a DXF."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from typing_extensions import override
+
+from geometry.section.dxf import read_dxf
+from geometry.section.found import FoundSection, find_section
+from geometry.section.outline import Edge, Loop, loops_of
+from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape, metals
+from geometry.view import View
+
+Edges = Annotated[tuple[Edge, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
+
+
+class Section(Shape):
+    """Rubber of revolution between named bonds, with plates and sleeves inside it or beside it."""
+
+    name: ClassVar[str] = "section"
+    summary: ClassVar[str] = "any section of revolution: outlines in the case file or in a DXF"
+    axisymmetric: ClassVar[bool] = True
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {
+            "outline": [
+                {"from": [10.0, -20.0], "to": [20.0, -15.0]},
+                {"to": [20.0, 15.0], "name": "outer"},
+                {"to": [10.0, 20.0], "arc_through": [15.0, 16.0]},
+                {"to": [10.0, -20.0], "name": "inner"},
+            ]
+        },
+        {
+            "outline": [
+                {"from": [10.0, -22.0], "to": [20.0, -16.0], "arc_through": [14.2, -17.7]},
+                {"to": [20.0, 16.0], "name": "outer"},
+                {"to": [26.0, 16.0], "name": "outer"},
+                {"to": [26.0, 19.0]},
+                {"to": [20.0, 19.0]},
+                {"to": [10.0, 22.0], "spline_through": [[16.0, 18.5], [12.0, 20.0]]},
+                {"to": [10.0, -22.0], "arc_through": [11.5, 0.0], "name": "inner"},
+            ]
+        },
+        {
+            "outline": [
+                {"from": [10.0, -20.0], "to": [24.0, -15.0]},
+                {"to": [24.0, 15.0], "name": "outer"},
+                {"to": [10.0, 20.0]},
+                {"to": [10.0, -20.0], "name": "inner"},
+                {"from": [16.0, -12.0], "to": [17.0, -12.0], "body": "plate"},
+                {"to": [17.0, 12.0]},
+                {"to": [16.0, 12.0]},
+                {"to": [16.0, -12.0]},
+            ]
+        },
+    )
+
+    structured: ClassVar[bool] = False
+    suffixes: ClassVar[tuple[str, ...]] = (".dxf",)
+
+    outline: Edges | None = Field(
+        default=None, description="edges in order around each body, [[geometry.outline]]"
+    )
+    file: str | None = Field(default=None, description="DXF file instead; layers are names")
+    centre: float | None = Field(
+        default=None, description="z of the bushing's centre, mm; absent = middle of the inner bond"
+    )
+    plates: Mapping[str, Plate] = Field(
+        default={}, description="metal of plates and sleeves by name; steel where not given"
+    )
+
+    @field_validator("file")
+    @classmethod
+    def _beside_the_case(cls, value: str | None, info: ValidationInfo) -> str | None:
+        if value is None or not info.context:
+            return value
+        path = Path(info.context["folder"]) / value
+        if not path.is_file():
+            raise ValueError("no such file")
+        return str(path)
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Any:
+        if bool(self.outline) == bool(self.file):
+            raise ValueError("give the outline either as [[geometry.outline]] or as file")
+        return self
+
+    def __hash__(self) -> int:
+        return hash((self.outline, self.file, self.centre, tuple(self.plates.items())))
+
+    @property
+    def found(self) -> FoundSection:
+        """What the outlines are.
+
+        Raises
+        ------
+        GeometryError
+        """
+        return find_section(self._loops, self.where, self.centre)
+
+    @property
+    def where(self) -> str:
+        """Where the outlines stand, for messages."""
+        return self.file or "geometry.outline"
+
+    @property
+    def _loops(self) -> tuple[Loop, ...]:
+        if self.file is not None:
+            return read_dxf(Path(self.file), Path(self.file).stat().st_mtime)
+        return loops_of(self.outline or (), "geometry.outline")
+
+    @property
+    @override
+    def notes(self) -> tuple[str, ...]:
+        found, metal = self.found, self.elastic_sleeves
+        symmetry = "symmetric" if found.symmetric else "not symmetric"
+        return (
+            f"bodies: {', '.join(_body(name, metal) for name in found.regions)}",
+            f"centre at z = {found.centre + 0.0:g} mm; the section is {symmetry} about it",
+        )
+
+    @property
+    @override
+    def view(self) -> View | None:
+        return self.found.view
+
+    @property
+    @override
+    def mirror_planes(self) -> Mirrors:
+        return frozenset({"x", "y", "z"}) if self.found.symmetric else frozenset({"x", "y"})
+
+    @override
+    def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
+        from geometry.section.meshing import generate
+
+        return generate(self.found, self.where, dimension, mirrors, refinement)
+
+    @override
+    def measures(self) -> Mapping[str, float]:
+        wanted = {*self.found.regions, "inner_bond", "outer_bond"}
+        return {name: value for name, value in self.found.measures.items() if name in wanted}
+
+    @property
+    @override
+    def elastic_sleeves(self) -> Mapping[str, Metal]:
+        regions = self.found.regions
+        return metals(self.plates, regions, regions, self.where)
+
+
+def _body(name: str, metal: Mapping[str, Metal]) -> str:
+    return f"{name} (E = {metal[name].youngs_modulus:g} MPa)" if name in metal else name

@@ -1,0 +1,73 @@
+"""Planes of symmetry of what stands in the open session: verified by moments and by points.
+
+Measure, centre and moments of inertia of every region and boundary must be those of the mirror image, which a single
+small feature on one side disturbs; and points strewn over the part must be inside or outside on both sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from geometry.blocks import Array
+from geometry.session import model
+
+#: Largest difference of moments, as a share of the part's measure and size; exports round to some ten digits.
+SAME = 1e-5
+POINTS = 300
+
+
+def moments(entities: Sequence[tuple[int, int]]) -> tuple[float, Array, Array]:
+    """Measure (mm^d), centre (mm) and second moments about the centre (mm^(d+2)) of entities of one dimension."""
+    occ = model().occ
+    masses = np.array([occ.getMass(d, t) for d, t in entities])
+    centres = np.array([occ.getCenterOfMass(d, t) for d, t in entities]).reshape(-1, 3)
+    mass = float(masses.sum())
+    if mass == 0.0:
+        return 0.0, np.zeros(3), np.zeros((3, 3))
+    centre = masses @ centres / mass
+    second = np.zeros((3, 3))
+    for (d, t), m, c in zip(entities, masses, centres - centre, strict=True):
+        inertia = np.array(occ.getMatrixOfInertia(d, t)).reshape(3, 3)
+        # Of the inertia tensor the moments x_i x_j are half its trace less itself.
+        second += 0.5 * np.trace(inertia) * np.eye(3) - inertia + m * np.outer(c, c)
+    return mass, centre, second
+
+
+def balanced(
+    parts: Mapping[str, Sequence[tuple[int, int]]], origin: Array, rows: Array, component: int, size: float
+) -> bool:
+    """Whether the moments of all parts are those of their mirror images.
+
+    Parameters
+    ----------
+    parts
+        Name -> entities (dimension, tag) of regions and boundaries.
+    origin, rows
+        A point of the plane (mm) and three directions, of which that of number `component` is normal to it.
+    size
+        Of the part, mm.
+    """
+    normal, others = rows[component], np.delete(rows, component, axis=0)
+    for entities in parts.values():
+        mass, centre, second = moments(entities)
+        off = float((centre - origin) @ normal)
+        second = second + mass * np.outer(centre - origin, centre - origin)
+        mixed = np.abs(others @ second @ normal)
+        if abs(off) > SAME * size or np.any(mixed > SAME * mass * size**2):
+            return False
+    return True
+
+
+def same_points(solids: Sequence[int], origin: Array, normal: Array) -> bool:
+    """Whether points of a box around the solids are in one of them if and only if their mirror images are."""
+    boxes = np.array([model().getBoundingBox(3, tag) for tag in solids])
+    low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+    points = np.random.default_rng(1).uniform(low, high, (POINTS, 3))
+    images = points - 2.0 * np.outer((points - origin) @ normal, normal)
+    for pair in zip(points, images, strict=True):
+        here, there = ([bool(model().isInside(3, tag, p.tolist())) for tag in solids] for p in pair)
+        if any(here) != any(there):
+            return False
+    return True

@@ -1,0 +1,155 @@
+"""CAD parts made by script (tests/parts.py): meshed, or refused with the right sentence and a picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+
+from geometry.errors import GeometryError
+from geometry.mesh import build
+from geometry.shape import Refinement, shapes
+from tests.parts import PARTS, make
+
+CAD = shapes()["cad"]
+COARSE = Refinement(across=2)
+PLANES = {
+    "plain": "xyz",
+    "two_kidneys": "xyz",
+    "turned_kidneys": "xyz",
+    "chamfers": "xyz",
+    "fillets": "xyz",
+    "flange": "xy",
+    "one_void": "yz",
+    "offset_voids": "z",
+    "three_voids": "yz",
+    "plate": "xyz",
+    "sleeves": "xyz",
+    "tiny_faces": "xyz",
+    "metres": "xyz",
+    "tilted": "xyz",
+    "cone": "xy",
+    "coloured": "xy",
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("parts")
+
+
+@pytest.mark.parametrize("name", PLANES)
+def test_a_sound_part_is_understood_and_meshed(name, folder, capfd):
+    shape = CAD(file=str(make(name, folder)))
+    capfd.readouterr()  # OpenCASCADE tells of its exports
+    assert shape.mirror_planes == frozenset(PLANES[name])
+    mesh = build(shape, 3, shape.mirror_planes & {"y", "z"}, COARSE)
+    assert capfd.readouterr() == ("", "")
+    whole = 2 ** len(mesh.mirrors)
+    dx = ufl.dx(mesh.mesh, subdomain_data=mesh.cells)
+    ds = ufl.ds(mesh.mesh, subdomain_data=mesh.facets)
+    one = fem.Constant(mesh.mesh, 1.0)
+    for part, exact in shape.measures().items():
+        bond = part.removesuffix("_bond")
+        measure = dx(mesh.region[part]) if part in mesh.region else ds(mesh.boundary[bond])
+        assert whole * fem.assemble_scalar(fem.form(one * measure)) == pytest.approx(exact, rel=2e-3)
+    # Every outer facet has a name.
+    topology = mesh.mesh.topology
+    topology.create_connectivity(2, 3)
+    connected = topology.connectivity(2, 3)
+    outside = [f for f in range(topology.index_map(2).size_local) if len(connected.links(f)) == 1]
+    named = np.concatenate([mesh.facets.find(tag) for tag in mesh.boundary.values()])
+    assert sorted(named) == outside
+
+
+@pytest.mark.parametrize("name", [name for name, (_, _, said) in PARTS.items() if said])
+def test_what_is_no_bushing_is_refused_with_a_sentence_and_a_picture(name, folder):
+    shape = CAD(file=str(make(name, folder)))
+    with pytest.raises(GeometryError, match=PARTS[name][2]) as error:
+        shape.found  # noqa: B018 - asking is the test
+    assert error.value.view is not None or name == "wrong_unit"
+
+
+def test_every_part_is_tried():
+    assert {name for name, (_, _, said) in PARTS.items() if not said} == set(PLANES)
+
+
+def test_what_names_do_not_tell_the_case_says(folder):
+    file = str(make("nameless_sleeves", folder))
+    roles = {"1": "inner_sleeve", "2": "rubber", "3": "outer_sleeve"}
+    rigid = CAD(file=file, solids=roles)
+    assert rigid.found.regions == ("rubber",)
+    assert rigid.measures()["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+    elastic = CAD(file=file, solids=roles, plates={"outer_sleeve": {}})
+    assert elastic.found.regions == ("rubber", "outer_sleeve")
+    assert elastic.measures()["outer_bond"] == pytest.approx(2 * np.pi * 24 * 40)
+    with pytest.raises(GeometryError, match='there is no solid "7"'):
+        CAD(file=file, solids={"7": "rubber"}).found  # noqa: B018
+
+
+def test_units_rules_and_axis_of_the_case(folder):
+    metres = CAD(file=str(make("wrong_unit", folder)), unit="m")
+    assert metres.measures()["rubber"] == pytest.approx(np.pi * (22**2 - 10**2) * 40)
+    brep = CAD(file=str(make("plain", folder, ".brep")))
+    assert brep.measures() == pytest.approx(metres.measures())
+    flanged = str(make("flange", folder))
+    ruled = CAD(
+        file=flanged,
+        bonds={
+            "inner": {"radius": 10.0},
+            "outer": [{"radius": 22.0}, {"normal": [0, 0, -1], "box": [[-28, -28, 19], [28, 28, 21]]}],
+        },
+    )
+    collar = np.pi * (27**2 - 22**2)
+    assert ruled.measures()["outer_bond"] == pytest.approx(2 * np.pi * 22 * 40 + collar)
+    given = CAD(file=flanged, axis=(0, 0, -1), origin=(0, 0, 3), direction=(0, 1, 0))
+    assert given.found.frame.rows[2] == (0.0, 0.0, -1.0)
+    assert given.found.frame.centre == (0.0, 0.0, 3.0)
+    assert given.found.frame.rows[0] == (0.0, 1.0, 0.0)
+
+
+@pytest.mark.parametrize(("order", "suffix"), [(1, ".msh"), (2, ".msh"), (1, ".inp"), (2, ".inp")])
+def test_meshes_are_taken_as_they_are(order, suffix, folder):
+    shape = CAD(file=str(_written(folder / f"mesh{order}{suffix}", order)))
+    assert shape.mirror_planes == frozenset()
+    mesh = build(shape, 3)
+    assert mesh.mesh.geometry.cmap.degree == order
+    ds = ufl.ds(mesh.mesh, subdomain_data=mesh.facets)
+    area = fem.assemble_scalar(fem.form(fem.Constant(mesh.mesh, 1.0) * ds(mesh.boundary["inner"])))
+    assert area == pytest.approx(2 * np.pi * 10 * 40, rel=0.02 if order == 1 else 1e-3)
+    volume = fem.assemble_scalar(fem.form(fem.Constant(mesh.mesh, 1.0) * ufl.dx(mesh.mesh)))
+    assert volume == pytest.approx(np.pi * (22**2 - 10**2) * 40, rel=0.01 if order == 1 else 1e-3)
+
+
+def test_a_mesh_without_bonds_is_refused(folder):
+    file = _written(folder / "nobonds.msh", 1, names=("bore", "rim"))
+    with pytest.raises(GeometryError, match=r'no outer facets are in a group "inner".*there are: bore, rim'):
+        CAD(file=str(file)).found  # noqa: B018
+
+
+def _written(file, order, names=("inner", "outer")):
+    import gmsh
+
+    from tests.parts import ring
+
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.add("mesh")
+        body = ring()
+        gmsh.model.occ.synchronize()
+        round_faces = [f for _, f in gmsh.model.getEntities(2) if gmsh.model.getType(2, f) == "Cylinder"]
+        round_faces.sort(key=lambda f: gmsh.model.occ.getMass(2, f))
+        for face, name in zip(round_faces, names, strict=True):
+            gmsh.model.addPhysicalGroup(2, [face], name=name)
+        gmsh.model.addPhysicalGroup(3, [body], name="rubber")
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 6.0)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 16)
+        gmsh.option.setNumber("Mesh.SaveGroupsOfNodes", 1)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(order)
+        gmsh.write(str(file))
+    finally:
+        gmsh.finalize()
+    return file

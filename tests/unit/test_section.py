@@ -1,0 +1,146 @@
+"""Sections: outlines of the case file and of drawings, and what is said of those that are none."""
+
+from __future__ import annotations
+
+import ezdxf
+import numpy as np
+import pytest
+
+from geometry.errors import GeometryError
+from geometry.mesh import build
+from geometry.shape import shapes
+
+SECTION = shapes()["section"]
+RING = [
+    {"from": [10.0, -20.0], "to": [20.0, -20.0]},
+    {"to": [20.0, 20.0], "name": "outer"},
+    {"to": [10.0, 20.0]},
+    {"to": [10.0, -20.0], "name": "inner"},
+]
+
+
+def without(edge, **changed):
+    """Return the ring with one edge changed."""
+    return [item | changed if i == edge else item for i, item in enumerate(RING)]
+
+
+@pytest.mark.parametrize(
+    ("outline", "said"),
+    [
+        (RING[:3], r"the outline is open: it begins at \(10, -20\) and ends at \(10, 20\), 40 mm apart"),
+        (
+            without(2, **{"from": [15.0, 20.0]}),
+            r"outline\[2\]: the outline has a gap of 5 mm between \(20, 20\)",
+        ),
+        (without(0, **{"from": None}), r"outline\[0\]: begins a new outline and has no `from`"),
+        (without(1, to=[20.0, -20.0]), r"outline\[1\]: has no length: it begins and ends at \(20, -20\)"),
+        (without(2, arc_through=[15, 18], spline_through=[[15, 18]]), "is given as an arc and as a spline"),
+        (without(3, name="free"), 'no edge on the outside is named "inner"'),
+        (without(3, name="iner"), 'the name "iner" stands on 1 row of edges'),
+        (
+            [{"from": [10, -20], "to": [20, 20]}, {"to": [20, -20], "name": "outer"}, *RING[2:]],
+            "crosses itself at",
+        ),
+        (without(2, to=[-10.0, 20.0]), "has a negative radius at"),
+    ],
+)
+def test_what_is_no_section_is_refused(outline, said):
+    with pytest.raises(GeometryError, match=said):
+        SECTION.model_validate({"outline": outline}).found  # noqa: B018 - asking is the test
+
+
+def test_measures_are_those_of_the_ring():
+    found = SECTION(outline=RING).found
+    assert found.symmetric
+    assert found.regions == ("rubber",)
+    assert found.measures["rubber"] == pytest.approx(np.pi * (20**2 - 10**2) * 40)
+    assert found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+    # A straight "arc" is a line, and a square hole is none of the rubber.
+    square = [
+        {"from": [13.0, -2.0], "to": [17.0, -2.0]},
+        {"to": [17.0, 2.0], "arc_through": [17.0, 0.0]},
+        {"to": [13.0, 2.0]},
+        {"to": [13.0, -2.0]},
+    ]
+    holed = SECTION(outline=[*RING, *square]).found
+    assert holed.measures["rubber"] == pytest.approx(np.pi * (20**2 - 10**2) * 40 - 2 * np.pi * 15 * 16)
+    assert holed.symmetric
+
+
+def test_the_centre_is_the_middle_of_the_inner_bond_or_given():
+    shifted = [
+        {k: [v[0], v[1] + 7.0] if k in ("from", "to") else v for k, v in edge.items()} for edge in RING
+    ]
+    found = SECTION(outline=shifted).found
+    assert (found.centre, found.symmetric) == (7.0, True)
+    assert not SECTION(outline=shifted, centre=6.0).found.symmetric
+
+
+def test_four_sides_make_quadrilaterals_and_others_triangles():
+    assert build(SECTION(outline=RING), 2).simplices is False
+    assert build(SECTION(**SECTION.examples[1]), 2).simplices
+    assert build(SECTION(**SECTION.examples[1]), 3, frozenset("y")).simplices is False
+
+
+def test_metal_is_given_to_what_is_there():
+    plate = SECTION.examples[2]["outline"]
+    section = SECTION(outline=plate, plates={"plate": {"youngs_modulus": 70000.0}})
+    assert section.elastic_sleeves["plate"].youngs_modulus == 70000.0
+    assert "plate (E = 70000 MPa)" in section.notes[0]
+    with pytest.raises(GeometryError, match='there is no plate or sleeve "plat"'):
+        SECTION(outline=plate, plates={"plat": {"rigid": True}}).notes  # noqa: B018
+
+
+def test_a_section_on_the_axis_is_computed_in_the_half_plane_only():
+    mount = [
+        {"from": [0.0, -10.0], "to": [20.0, -10.0], "name": "outer"},
+        {"to": [20.0, 10.0]},
+        {"to": [0.0, 10.0], "name": "inner"},
+        {"to": [0.0, -10.0]},
+    ]
+    assert build(SECTION(outline=mount), 2).boundary
+    with pytest.raises(GeometryError, match="touches the axis"):
+        build(SECTION(outline=mount), 3)
+
+
+def drawing(path, unit=4, gap=0.0, layer="outer"):
+    """Write a ring with rounded corners as a polyline, lines, an arc, a spline and an ellipse."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = unit
+    space = document.modelspace()
+    space.add_line((10, 20), (10, -20), dxfattribs={"layer": "inner"})
+    space.add_lwpolyline([(10, -20), (15, -20, 0, 0, -0.1), (20, -19)], dxfattribs={"layer": "0"})
+    space.add_line((20 + gap, -19), (20, 18), dxfattribs={"layer": layer})
+    space.add_ellipse((18, 18), (2, 0), 1.0, 0.0, np.pi / 2, dxfattribs={"layer": "free"})
+    space.add_spline([(18, 20), (14, 19.5), (10, 20)], dxfattribs={"layer": "free"})
+    document.saveas(path)
+    return str(path)
+
+
+def test_a_drawing_is_read_with_layers_as_names(tmp_path):
+    shape = SECTION(file=drawing(tmp_path / "part.dxf"))
+    assert shape.found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
+    assert shape.found.measures["outer_bond"] == pytest.approx(2 * np.pi * 20 * 37)
+    assert build(shape, 2).boundary.keys() == {"inner", "outer", "free"}
+    inches = SECTION(file=drawing(tmp_path / "inches.dxf", unit=1))
+    assert inches.found.measures["rubber"] == pytest.approx(25.4**3 * shape.found.measures["rubber"])
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"gap": 0.5}, r"an outline is open at \(20"),
+        ({"unit": 13}, "has unit number 13"),
+        ({"layer": "outside"}, 'the name "outside" stands on 1 row of edges'),
+    ],
+)
+def test_a_drawing_that_is_no_section_is_refused(tmp_path, changed, said):
+    with pytest.raises(GeometryError, match=said):
+        SECTION(file=drawing(tmp_path / "part.dxf", **changed)).found  # noqa: B018
+
+
+def test_a_file_that_is_no_drawing_is_refused(tmp_path):
+    file = tmp_path / "part.dxf"
+    file.write_text("no drawing\n")
+    with pytest.raises(GeometryError, match="DXF"):
+        SECTION(file=str(file)).found  # noqa: B018
