@@ -1,4 +1,4 @@
-"""A case file to go on with, from a part alone."""
+"""The text of a case file to start from, given a part alone."""
 
 from __future__ import annotations
 
