@@ -1,1 +1,1 @@
-"""The type of an effect, the active effects of a case, and their changes to rig and model; `library` has the effects."""
+"""The type of an effect, the active effects of a case, and their changes to rig and model."""
