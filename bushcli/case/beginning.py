@@ -1,4 +1,4 @@
-"""A case file to go on with, from a part alone."""
+"""The text of a case file to start from, given a part alone."""
 
 from __future__ import annotations
 
@@ -46,7 +46,14 @@ def _toml(value: Any) -> str:
 
 
 def beginning(case: Case, folder: Path) -> str:
-    """Return the text of a case file in this folder.
+    """Return the text of a case file to start from, with all that was found in a geometry file.
+
+    Parameters
+    ----------
+    case : Case
+        Case that `load_part` made.
+    folder : Path
+        Folder of the case file to be, to which file names are relative.
 
     Raises
     ------

@@ -70,7 +70,7 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
     shape : Shape
     mesh : MeshOptions
     used : iterable of str
-        Modes that the case simulates; all of the specimen's where there is none.
+        Modes that the case simulates; if empty, all modes of the specimen.
     """
     if not shape.structured:
         # Nobody knows how many elements a free mesh has before it is made.

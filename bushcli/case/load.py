@@ -52,7 +52,14 @@ def shape_of_part(path: Path) -> str | None:
 
 
 def load_part(path: Path, overrides: Sequence[str] = ()) -> Case:
-    """Make a case of a CAD file or a drawing alone, with a rubber that is nobody's.
+    """Make a case from a CAD file or a drawing alone, with a placeholder for the rubber.
+
+    Parameters
+    ----------
+    path : Path
+        STEP, BREP, DXF, MSH or INP file.
+    overrides : sequence of str
+        ``KEY=VALUE`` with dotted keys as in a case file.
 
     Raises
     ------

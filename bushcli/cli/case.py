@@ -51,7 +51,7 @@ def mesh(run: Run) -> int:
     """Build the meshes that CASE needs, and write a picture and a file for ParaView of each.
 
     CASE may also be a part: a STEP, BREP, DXF, MSH or INP file. Its axis, bonds and symmetry are found and shown, and a
-    case file to go on with is written.
+    case file to start from is written.
     """
     from bushcli import report
     from bushcli.case import beginning
@@ -65,7 +65,7 @@ def mesh(run: Run) -> int:
             built = meshes(case, output)
     except GeometryError as error:
         if speaks() and report.write_refused(output, error):
-            run.say(f"what there is to see: {output / 'geometry.png'}")
+            run.say(f"see the picture {output / 'geometry.png'}")
         raise
     run.show(report.mesh_text(built, case.geometry))
     result = report.mesh_json(case, built, run.timings())

@@ -1,1 +1,1 @@
-"""What an effect is, which are active, and what they do to rig and model; one file each in `library`."""
+"""The type of an effect, the active effects of a case, and their changes to rig and model."""

@@ -48,7 +48,7 @@ class EffectParameter:
     name : str
         As in the case file.
     unit : str
-        "1" where there is none.
+        "1" for a parameter without a unit.
     meaning : str
         One line for ``bushcli list effects``.
     start : float

@@ -122,17 +122,17 @@ def _unsteady(displacement: Array) -> Array:
 
 def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
     """Yield spikes of the displacement and of the force, among samples that have no other fault."""
-    x, kept = abscissa(recording), np.flatnonzero(~taken)
+    x, sound = abscissa(recording), np.flatnonzero(~taken)
     n = len(recording.force)
     jumps, spiked = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
     # The displacement follows a program of ramps: any sample may be a corner.
-    jumps[kept] = spikes(recording.displacement[kept], x[kept], np.zeros(len(kept), dtype=int))
+    jumps[sound] = spikes(recording.displacement[sound], x[sound], np.zeros(len(sound), dtype=int))
     still = recording.displacement.copy()
     still[jumps] = np.interp(x[jumps], x[~jumps], still[~jumps])
     whole = Recording(recording.mode, still, recording.force, recording.time)
     branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(whole))])
-    explained = _BESIDE * abs(slope(still[kept], recording.force[kept])) * _unsteady(still[kept])
-    spiked[kept] = spikes(recording.force[kept], x[kept], branch[kept], explained)
+    explained = _BESIDE * abs(slope(still[sound], recording.force[sound])) * _unsteady(still[sound])
+    spiked[sound] = spikes(recording.force[sound], x[sound], branch[sound], explained)
     # Where both jump together the bushing was moved: that is not a fault of a sensor.
     both = jumps & spiked
     for bad, what in ((spiked & ~both, "force"), (jumps & ~both, "displacement")):

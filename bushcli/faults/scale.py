@@ -154,8 +154,8 @@ def _scale(shape: Shape, recording: Recording, bad: Mask) -> _Scale | None:
     q, force = recording.displacement[~bad], recording.force[~bad]
     if unit is None or len(q) < 3 or np.ptp(q) == 0:
         return None
-    kept = Recording(recording.mode, q, force)
-    found = [slope(q, force), kept.secant_stiffness(), kept.initial_stiffness()]
+    curve = Recording(recording.mode, q, force)
+    found = [slope(q, force), curve.secant_stiffness(), curve.initial_stiffness()]
     size = [abs(value) for value in found if math.isfinite(value) and value != 0]
     if not size:
         return None

@@ -84,11 +84,11 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array |
     smallest = _SMALLEST * float(np.ptp(np.sort(values)[n // 50 : n - n // 50]))
     floor = np.maximum(max(smallest, _STEPS * quantum(values)), np.broadcast_to(explained, n))
     for _ in range(n):
-        kept = np.flatnonzero(~bad)
-        found = _largest(values[kept], x[kept], branch[kept], floor[kept])
+        remaining = np.flatnonzero(~bad)
+        found = _largest(values[remaining], x[remaining], branch[remaining], floor[remaining])
         if not len(found):
             return bad
-        bad[kept[found]] = True
+        bad[remaining[found]] = True
         if bad.mean() > _MOST:
             break
     return np.zeros(n, dtype=bool)

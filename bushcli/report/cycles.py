@@ -39,7 +39,7 @@ class History:
     ----------
     name, mode : str
     path : Curve
-        The recording; the simulated curve where there is none.
+        The recording; the simulated curve for a channel without one.
     simulated_force : (n,) array
         At the samples of the path; nan where the simulation did not get there.
     found : tuple of Branch

@@ -21,7 +21,7 @@ class ShownQuantity:
     ----------
     value, std, lower, upper : float
     unit : str
-        "1" where there is none.
+        "1" for a parameter without a unit.
     prior : tuple of float, optional
         95 % interval of the prior.
     word : str

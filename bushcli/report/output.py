@@ -6,28 +6,31 @@ tool would replace but has not written itself is refused (`bushcli.report.folder
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from bushcli.case import Case
-from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
+from bushcli.diagnosis.result import Diagnosis
 from bushcli.inverse import Fit
-from bushcli.recording import write_curve_csv
+from bushcli.report.contents import (
+    comparison_table,
+    curve_table,
+    diagnosed_table,
+    drawn,
+    geometry_pictures,
+    number_table,
+    text_file,
+)
 from bushcli.report.folder import RESULT, Content, check_folder, refuse_others, write_files
 from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Response, Simulated
+from bushcli.simulate.response import Response
 from geometry.errors import GeometryError
 from geometry.shape import Shape
-from geometry.view import View
 
-if TYPE_CHECKING:
-    from bushcli.report.figures.picture import Picture
 
 REPORT = "report.html"
 _FIELDS = (".xdmf", ".h5")
@@ -97,12 +100,12 @@ def write_direct(
     files: dict[str, Content] = {RESULT: result}
     for channel in response.channels:
         name = names[channel.name]
-        files[f"{name}.csv"] = _curve(channel)
+        files[f"{name}.csv"] = curve_table(channel)
         if channel.name in misfits:
-            files[f"{name}-comparison.csv"] = _comparison(channel, misfits[channel.name])
+            files[f"{name}-comparison.csv"] = comparison_table(channel, misfits[channel.name])
     pictures = direct_figures(response, misfits, fit, names)
-    files |= _drawn(pictures)
-    files[REPORT] = _text(direct_html(result, response, misfits, fit, pictures))
+    files |= drawn(pictures)
+    files[REPORT] = text_file(direct_html(result, response, misfits, fit, pictures))
     return _write(
         directory, files, response.case, [f"{name}{end}" for name in names.values() for end in _FIELDS]
     )
@@ -135,13 +138,13 @@ def write_fit(directory: Path, result: Mapping[str, Any], case: Case, fit: Fit) 
     for curve in fit.curves:
         shown = quantities(curve.recording.mode)
         q, force = shown.csv_names
-        files[f"{names[curve.name]}-fit.csv"] = _table(
+        files[f"{names[curve.name]}-fit.csv"] = number_table(
             (q, f"recorded_{force}", f"fitted_{force}"),
             (shown.shown(curve.recording.displacement), curve.recording.force, curve.fitted.force),
         )
     pictures = fit_figures(fit)
-    files |= _drawn(pictures)
-    files[REPORT] = _text(fit_html(result, case, fit, pictures))
+    files |= drawn(pictures)
+    files[REPORT] = text_file(fit_html(result, case, fit, pictures))
     return _write(directory, files, case)
 
 
@@ -184,10 +187,10 @@ def write_inverse(
         if curve.started is not None:
             heads.append(f"started_{force}")
             columns.append(curve.started.force)
-        files[f"{names[curve.name]}-identified.csv"] = _table(heads, columns)
+        files[f"{names[curve.name]}-identified.csv"] = number_table(heads, columns)
     pictures = (*inverse_figures(fits, names), *history_figures(fit_histories(best), names))
-    files |= _drawn(pictures)
-    files[REPORT] = _text(inverse_html(result, case, fits, pictures))
+    files |= drawn(pictures)
+    files[REPORT] = text_file(inverse_html(result, case, fits, pictures))
     return _write(directory, files, case)
 
 
@@ -216,12 +219,12 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
     files: dict[str, Content] = {RESULT: result}
     for channel in found.channels:
         missing = None if found.missing is None else found.missing.force.get(channel.name)
-        files[f"{names[channel.name]}-diagnosis.csv"] = _diagnosed(channel, missing)
+        files[f"{names[channel.name]}-diagnosis.csv"] = diagnosed_table(channel, missing)
     for one in found.maps:
-        files[f"{names[one.name]}-bushing-map.vtu"] = _text(map_vtu(one))
+        files[f"{names[one.name]}-bushing-map.vtu"] = text_file(map_vtu(one))
     pictures = diagnosis_figures(found, names)
-    files |= _drawn(pictures)
-    files[REPORT] = _text(diagnosis_html(result, found, pictures))
+    files |= drawn(pictures)
+    files[REPORT] = text_file(diagnosis_html(result, found, pictures))
     return _write(directory, files, found.case)
 
 
@@ -231,7 +234,7 @@ def write_meshes(
     result: Mapping[str, Any] | None = None,
     shape: Shape | None = None,
 ) -> tuple[Path, ...]:
-    """Write a picture of each mesh, as PNG and SVG, one of what was found in a file, and result.json.
+    """Write pictures of the meshes and of the interpretation of a geometry file, and result.json.
 
     Parameters
     ----------
@@ -241,6 +244,8 @@ def write_meshes(
         The meshes that were built.
     result : mapping of str to object or None
         What `mesh_json` returned; None writes no result.json.
+    shape : Shape or None
+        Shape of the case; a picture of its interpretation is written if it was read from a file.
 
     Raises
     ------
@@ -251,40 +256,48 @@ def write_meshes(
 
     files: dict[str, Content] = {} if result is None else {RESULT: result}
     if shape is not None and shape.view is not None:
-        files |= _geometry(shape.view, "What was taken for what", shape.measures())
-    files |= _drawn(mesh_figures(meshes))
+        files |= geometry_pictures(shape.view, "How the file was interpreted", shape.measures())
+    files |= drawn(mesh_figures(meshes))
     fields = [file.name for file in directory.glob("mesh-*") if file.suffix in _FIELDS]
     return _write(directory, files, None, fields)
 
 
 def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
-    """Write a picture of a geometry that was refused, where there is something to see.
+    """Write a picture of a geometry that was refused, if the error has a view of it.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the picture; created if necessary.
+    error : GeometryError
+        The error, whose message becomes the title.
 
     Raises
     ------
     InputError
         The folder cannot be written.
     """
-    return () if error.view is None else _write(directory, _geometry(error.view, str(error), {}), None)
+    return (
+        () if error.view is None else _write(directory, geometry_pictures(error.view, str(error), {}), None)
+    )
 
 
 def write_beginning(directory: Path, case: str) -> tuple[Path, ...]:
-    """Write a case file to begin with, unless there is one: somebody may have worked on it.
+    """Write a case file to start from, unless the folder has one, which the user may have edited.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the case file; created if necessary.
+    case : str
+        Text of the case file.
 
     Raises
     ------
     InputError
         The folder cannot be written.
     """
-    return () if (directory / BEGINNING).exists() else _write(directory, {BEGINNING: _text(case)}, None)
-
-
-def _geometry(view: View, title: str, measures: Mapping[str, float]) -> dict[str, Content]:
-    from bushcli.report.figures.geometry import geometry_figure
-    from bushcli.report.figures.picture import picture
-
-    shown = picture("geometry", "geometry", title, geometry_figure(view, title, measures))
-    return {"geometry.png": _bytes(shown.png), "geometry.svg": _bytes(shown.svg)}
+    return () if (directory / BEGINNING).exists() else _write(directory, {BEGINNING: text_file(case)}, None)
 
 
 def check_output(directory: Path, case: Case, command: str = "direct") -> None:
@@ -332,59 +345,3 @@ def _write(
     directory: Path, files: Mapping[str, Content], case: Case | None, beside: Iterable[str] = ()
 ) -> tuple[Path, ...]:
     return write_files(directory, files, _inputs(case), beside)
-
-
-def _drawn(pictures: Sequence[Picture]) -> dict[str, Content]:
-    """Return each picture as a PNG and an SVG file."""
-    files: dict[str, Content] = {f"{one.name}.png": _bytes(one.png) for one in pictures}
-    return files | {f"{one.name}.svg": _bytes(one.svg) for one in pictures}
-
-
-def _text(content: str) -> Callable[[Path], None]:
-    return _bytes(content.encode())
-
-
-def _bytes(content: bytes) -> Callable[[Path], None]:
-    def write(path: Path) -> None:
-        path.write_bytes(content)
-
-    return write
-
-
-def _curve(channel: Simulated) -> Callable[[Path], None]:
-    return lambda path: write_curve_csv(path, channel.curve)
-
-
-def _comparison(channel: Simulated, found: Misfit) -> Callable[[Path], None]:
-    """Return recorded and simulated force at the recorded displacements, in the order of the recording."""
-    shown = quantities(channel.mode)
-    q, force = shown.csv_names
-    return _table(
-        (q, f"recorded_{force}", f"simulated_{force}"),
-        (shown.shown(found.displacement), found.simulated - found.difference, found.simulated),
-    )
-
-
-def _diagnosed(
-    channel: DiagnosedChannel, missing: np.ndarray[Any, Any] | None = None
-) -> Callable[[Path], None]:
-    """Return recorded force, forces of plain law and most probable model, missing force, and which samples are faulty.
-
-    The first column is the time, if the recording has time.
-    """
-    shown = quantities(channel.mode)
-    q, force = shown.csv_names
-    recorded = channel.recording
-    names = [q, f"recorded_{force}", f"plain_{force}", f"final_{force}"]
-    columns = [shown.shown(recorded.displacement), recorded.force, channel.before, channel.after]
-    if missing is not None:
-        names, columns = [*names, f"missing_{force}"], [*columns, missing]
-    names, columns = [*names, "faulty"], [*columns, channel.faulty.astype(float)]
-    if recorded.time is not None:
-        names, columns = ["time_s", *names], [recorded.time, *columns]
-    return _table(names, columns)
-
-
-def _table(names: Sequence[str], columns: Sequence[np.ndarray[Any, Any]]) -> Callable[[Path], None]:
-    rows = "".join(",".join(f"{value:.12g}" for value in row) + "\n" for row in np.column_stack(columns))
-    return _text(",".join(names) + "\n" + rows)

@@ -127,13 +127,14 @@ def case_text(
 
 
 def mesh_text(meshes: Sequence[Meshed], shape: Shape | None = None) -> Group:
-    """Return what was found in a file, with areas and volumes, and size and boundaries of the meshes.
+    """Return the interpretation of a geometry file with its areas and volumes, and the sizes of the meshes.
 
     Parameters
     ----------
     meshes : sequence of Meshed
-    shape : Shape, optional
-        The geometry, where a file describes it.
+        The meshes that were built.
+    shape : Shape or None
+        Shape of the case; its interpretation is shown if it was read from a file.
     """
     parts: list[object] = []
     if shape is not None and shape.notes:
@@ -142,8 +143,8 @@ def mesh_text(meshes: Sequence[Meshed], shape: Shape | None = None) -> Group:
 
 
 def _notes(shape: Shape) -> list[object]:
-    """What was found in a file."""
-    head = [Text(), Text("What was taken for what", "bold")] if shape.notes else []
+    """Return the interpretation of a geometry file."""
+    head = [Text(), Text("How the file was interpreted", "bold")] if shape.notes else []
     return [*head, *(Padding(Text(note), (0, 0, 0, 2)) for note in shape.notes)]
 
 

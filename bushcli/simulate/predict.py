@@ -282,8 +282,8 @@ def _curve(case: Case, channel: _Channel, history: History) -> Curve:
         # Up to the recorded range and one step more: the plot and the stiffness are of the recorded range.
         low, high = recording.displacement.min(), recording.displacement.max()
         step = float(np.diff(q).max())
-        kept = (q >= low - step) & (q <= high + step)
-        q, force = q[kept], force[kept]
+        in_range = (q >= low - step) & (q <= high + step)
+        q, force = q[in_range], force[in_range]
     return Curve(channel.mode, q, force)
 
 

@@ -151,7 +151,7 @@ def prescribed(time: Array | None, displacement: Array) -> Schedule:
 
 def _corners(time: Array, q: Array, tolerance: float) -> NDArray[np.intp]:
     """Return the fewest samples whose connecting lines stay within the tolerance of all samples (Douglas-Peucker)."""
-    kept = {0, len(q) - 1}
+    chosen = {0, len(q) - 1}
     todo = [(0, len(q) - 1)]
     while todo:
         first, last = todo.pop()
@@ -163,9 +163,9 @@ def _corners(time: Array, q: Array, tolerance: float) -> NDArray[np.intp]:
         worst = int(np.argmax(away))
         if away[worst] > tolerance:
             middle = int(inside[worst])
-            kept.add(middle)
+            chosen.add(middle)
             todo += [(first, middle), (middle, last)]
-    return np.array(sorted(kept))
+    return np.array(sorted(chosen))
 
 
 def _fitted(time: Array, q: Array, corners: NDArray[np.intp]) -> Array:

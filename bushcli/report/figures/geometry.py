@@ -1,4 +1,4 @@
-"""What was taken for what in a CAD file or a section, with areas and volumes."""
+"""Interpretation of a CAD file or a section, with areas and volumes."""
 
 from __future__ import annotations
 
