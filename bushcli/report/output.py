@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from bushcli.case import Case
 from bushcli.diagnosis.result import Diagnosis
@@ -30,7 +30,6 @@ from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Response
 from geometry.errors import GeometryError
 from geometry.shape import Shape
-
 
 REPORT = "report.html"
 _FIELDS = (".xdmf", ".h5")

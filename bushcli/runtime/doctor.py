@@ -17,7 +17,7 @@ from types import ModuleType
 
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.tried import untried_dolfinx
-from cases.jit import cache_directory
+from cases.jit import cache_directory, damaged
 
 #: Modules that must be importable, with their purpose.
 MODULES = {
@@ -168,6 +168,15 @@ def _cache() -> Examination:
     forms = sum(1 for p in files if p.suffix == ".so")
     facts = {"form cache": f"{cache}: {forms} compiled forms, {size / 1e6:.1f} MB"}
     existing = next(p for p in (cache, *cache.parents) if p.exists())
+    broken = damaged(cache)
+    if broken:
+        names = ", ".join(file.name for file in broken[:3])
+        problem = Condition(
+            "damaged_kernels",
+            f"{len(broken)} compiled forms are cut short, such as {names}",
+            "none needed: they are compiled anew when they are needed; see whether the disk is full",
+        )
+        return Examination(facts, (problem,))
     if existing.is_dir() and os.access(existing, os.W_OK):
         return Examination(facts, ())
     problem = Condition(

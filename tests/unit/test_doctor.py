@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import pytest
 
+from bushcli.runtime import doctor
 from bushcli.runtime.doctor import MODULES, blas_among, examine
 
 PYPI_NUMPY = "/venv/lib/python3.13/site-packages/numpy.libs/libscipy_openblas64_-ff651d7f.so"
@@ -52,3 +56,15 @@ def test_ranks_of_a_foreign_mpirun_are_a_problem(monkeypatch):
 def test_cache_is_reported_where_it_is(monkeypatch, tmp_path):
     monkeypatch.setenv("BUSHCLI_CACHE", str(tmp_path))
     assert examine().facts["form cache"].startswith(str(tmp_path))
+
+
+def test_compiled_forms_that_are_cut_short_are_named(tmp_path, monkeypatch):
+    whole = Path(sys.executable).resolve().read_bytes()
+    cache = tmp_path / "kernels"
+    cache.mkdir()
+    (cache / "libffcx_forms_1.so").write_bytes(whole)
+    (cache / "libffcx_forms_2.so").write_bytes(whole[: len(whole) // 2])
+    monkeypatch.setattr(doctor, "cache_directory", lambda: cache)
+    (problem,) = doctor._cache().problems
+    assert problem.name == "damaged_kernels"
+    assert "libffcx_forms_2.so" in problem.message
