@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cases.jit import options
 from cases.model import Model
-from geometry.dolfinx_api import interpolation_points
+from geometry.dolfinx_api import interpolation_points, mesh_order
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ def write_fields(model: Model, displacements: Array, states: Array, file: Path) 
     mesh = model.mesh.mesh
     # XDMF stores nodal values on the mesh's own nodes: fields are interpolated to its degree.
     cell = mesh.basix_cell()
-    degree = mesh.geometry.cmap.degree
+    degree = mesh_order(mesh)
     vectors = fem.functionspace(mesh, basix.ufl.element("Lagrange", cell, degree, shape=(3,)))
     scalars = fem.functionspace(mesh, basix.ufl.element("Lagrange", cell, degree))
     cellwise = fem.functionspace(mesh, ("DG", 0))

@@ -69,7 +69,7 @@ class Rule:
     @classmethod
     def gauss(cls, mesh: NamedMesh, degree: int) -> Rule:
         """The form compiler's own quadrature."""
-        return cls(*basix.make_quadrature(getattr(basix.CellType, mesh.mesh.topology.cell_name()), degree))
+        return cls(*basix.make_quadrature(mesh.mesh.basix_cell(), degree))
 
     @classmethod
     def at(cls, points: Array) -> Rule:

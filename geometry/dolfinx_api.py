@@ -56,6 +56,13 @@ def cell_nodes(mesh: Any) -> Any:
     return geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
 
 
+def mesh_order(mesh: Any) -> int:
+    """Return the order of a mesh's cells: 1 for straight ones, 2 for curved ones."""
+    # `cmap` is deprecated from 0.11 on.
+    maps = getattr(mesh.geometry, "cmaps", None)
+    return int((maps[0] if maps else mesh.geometry.cmap).degree)
+
+
 def collapsed(space: Any) -> tuple[Any, NDArray[np.int32]]:
     """A space of its own for a part of a mixed one, and the mixed one's number of each of its unknowns."""
     import numpy as np

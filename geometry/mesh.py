@@ -56,7 +56,7 @@ class NamedMesh:
     @property
     def simplices(self) -> bool:
         """Whether the cells are triangles or tetrahedra."""
-        return self.mesh.ufl_cell().cellname() in ("triangle", "tetrahedron")
+        return self.mesh.basix_cell().name in ("triangle", "tetrahedron")
 
     @property
     def corners(self) -> int:

@@ -36,7 +36,7 @@ def check_folder(directory: Path) -> None:
         It is a file, lies below one, has a name that the file system does not take, or is not writable.
     """
     try:
-        existing = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+        existing = next(path for path in (directory, *directory.absolute().parents) if _is_there(path))
         if existing.is_dir():
             # A temporary file: permissions alone do not reveal a full disk or /proc.
             with tempfile.TemporaryFile(dir=existing) as probe:
@@ -46,6 +46,15 @@ def check_folder(directory: Path) -> None:
         what = f"cannot be written: {error.strerror or error}"
         raise InputError(Problem(str(directory), what, "", "another -o")) from None
     raise InputError(Problem(str(existing), "is a file", "", _FOLDER))
+
+
+def _is_there(path: Path) -> bool:
+    """Whether a path exists; `Path.exists` also denies a name that is too long, from Python 3.14 on."""
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
 
 
 def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> None:

@@ -72,9 +72,11 @@ def section_mesh(
     sizes = Sizes(inside, inside / grading, growth, PER_CIRCLE * math.sqrt(factor), _narrow(drawn, inside))
     grade(2, bond_ends(drawn), sizes)
     if quadrilaterals:
-        # Every triangle and quadrilateral is split: half as fine before as after.
+        # Blossom recombination leaves some triangles, which a subdivision makes quadrilaterals of: it halves all sizes.
         gmsh.option.setNumber("Mesh.RecombineAll", 1)
-        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 3)
+        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1)
+        gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1)
+        gmsh.option.setNumber("Mesh.MeshSizeFactor", 2.0)
         gmsh.option.setNumber("Mesh.Algorithm", 8)
     with refusing(where, "the section cannot be meshed", found.view):
         model().mesh.generate(2)
