@@ -73,6 +73,8 @@ class Queued:
         Weight.
     optimistic : float
         The same with what first order may underestimate.
+    slack : float
+        What first order may underestimate, in nats.
     is_bound : bool
         Whether the prediction is no more than an upper bound.
     """
@@ -82,12 +84,18 @@ class Queued:
     log_evidence: float
     predicted: float
     optimistic: float
+    slack: float
     is_bound: bool = False
 
     @property
     def is_sure(self) -> bool:
         """Whether the prediction counts until the model is fitted."""
-        return not self.is_bound and self.optimistic - self.predicted <= SURE
+        return not self.is_bound and self.slack <= SURE
+
+    @property
+    def rank(self) -> tuple[bool, bool, float]:
+        """Order among predictions of one model."""
+        return not self.is_bound, self.is_sure, -self.slack if self.is_sure else self.predicted
 
     @property
     def uncertain(self) -> float:
@@ -95,7 +103,7 @@ class Queued:
         if not self.is_sure:
             return self.optimistic
         # log(exp(optimistic) - exp(predicted))
-        return self.optimistic + math.log(max(-math.expm1(self.predicted - self.optimistic), 1e-300))
+        return self.optimistic + math.log(max(-math.expm1(self.predicted - self.optimistic), 1e-12))
 
 
 @dataclass
@@ -341,14 +349,16 @@ class Search:
         return True
 
     def _queue(self, one: Prediction, base: State, slack: float, is_bound: bool = False) -> None:
-        """Enter a prediction; of several of one model the surest counts."""
-        key = one.model.structure
-        predicted = one.log_evidence + self.odds(one.model)
+        """Enter a prediction; of several of one model the surest counts, of unsure ones the largest."""
+        key, odds = one.model.structure, self.odds(one.model)
+        predicted = one.log_evidence + odds
+        # No model is better than one that leaves nothing but noise.
+        most = self.problem.likelihood.judge(self.problem.likelihood.nothing).log + odds
+        optimistic = max(predicted, min(predicted + slack, most))
+        new = Queued(one.model, base, one.log_evidence, predicted, optimistic, slack, is_bound)
         known = self.waiting.get(key)
-        surer = known is not None and not known.is_bound and known.optimistic - known.predicted <= slack
-        if key in self.states or surer:
-            return
-        self.waiting[key] = Queued(one.model, base, one.log_evidence, predicted, predicted + slack, is_bound)
+        if key not in self.states and (known is None or new.rank > known.rank):
+            self.waiting[key] = new
 
     def _other_laws(self, model: Model) -> list[Model]:
         """The model with another law of at least as many parameters, or with the law set free."""

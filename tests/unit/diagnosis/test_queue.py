@@ -153,15 +153,11 @@ def test_of_two_predictions_the_surer_one_counts(world, monkeypatch):
     key, one = next(
         item for item in found.waiting.items() if item[1].model.identities == ("drift", "time_lag")
     )
-    slack = one.optimistic - one.predicted
-    for log, other, kept in (
-        (50.0, slack + 1.0, one.log_evidence),
-        (-3.0, 0.5 * slack, -3.0),
-        (9.0, slack, -3.0),
-    ):
-        found._queue(replace(PREDICTION, model=one.model, log_evidence=log), found.plain, other)
+    del found.waiting[key]
+    # Of unsure ones the largest; a sure one before these; of sure ones the surest.
+    for log, slack, kept in ((5, 9.0, 5), (7, 20.0, 7), (6, 5.0, 7), (2, 1.0, 2), (9, 1.2, 2), (1, 0.6, 1)):
+        found._queue(replace(PREDICTION, model=one.model, log_evidence=log), found.plain, slack)
         assert found.waiting[key].log_evidence == kept
-    assert found.waiting[key].optimistic - found.waiting[key].predicted == pytest.approx(0.5 * slack)
 
 
 def test_what_is_surely_predicted_counts(world, monkeypatch):
@@ -173,7 +169,7 @@ def test_what_is_surely_predicted_counts(world, monkeypatch):
     # The first model of all has values.
     assert models[0].predicted is None
     most = max(max(found.weights(one)) for one in found.states.values())
-    assert all(one.predicted < most and one.optimistic - one.predicted <= queue.SURE for one in found.counted)
+    assert all(one.predicted < most and one.slack <= queue.SURE for one in found.counted)
 
 
 def test_it_ends_when_what_is_left_is_next_to_nothing(world, monkeypatch):
