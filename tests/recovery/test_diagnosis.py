@@ -11,6 +11,7 @@ import pytest
 
 from bushcli.case import Case, load_case
 from bushcli.diagnosis.diagnose import diagnose
+from bushcli.diagnosis.queue import LEFT
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.effect import effect
 from bushcli.report.diagnosis_json import diagnosis_json
@@ -100,7 +101,7 @@ def adds_up(found: Any) -> None:
         )
         assert shown - 1e-9 <= probability <= shown + 0.05
     assert found.searched.complete
-    assert found.searched.left < 0.01
+    assert found.searched.left < LEFT
 
 
 def test_nothing_is_found_where_nothing_is_concealed(tmp_path: Path) -> None:
@@ -136,7 +137,8 @@ def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
     assert sorted(names(found)) == sorted(secret)
     assert found.probability["viscoelasticity"] > 0.95
     # The play is a sixth of what viscosity does to this recording: as much as a formula of viscosity may be wrong by.
-    assert found.probability["free_play"] > 0.8
+    # 0.83 with every neighbour fitted; the search ends where fits may still move LEFT.
+    assert found.probability["free_play"] > 0.83 - 2 * LEFT
     adds_up(found)
     # Not 1.3: the steps of the march do not know where the play ends, and a sample in ten lies beside that kink.
     assert found.channels[0].after_percent < 1.5 * 100 * NOISE < found.channels[0].before_percent
