@@ -62,7 +62,7 @@ def main(folder: Path) -> None:
         0.97, 0.05, _parameters(result), transform=right.transAxes, ha="right", va="bottom", color=BLUE
     )
     _misfit(below, data, noise, (alone, f"with {named}"))
-    figure.suptitle(result["headline"] + "\n", x=0.01, ha="left", fontsize=15, fontweight="bold")
+    figure.suptitle(result["headline"] + "\n", x=0.01, ha="left", fontsize=14, fontweight="bold")
     summary = " ".join(effect["summary"] for effect in result["effects"])
     # In the line that the title leaves empty.
     figure.text(0.011, 0.955, summary, va="top", fontsize=10.5).set_in_layout(False)

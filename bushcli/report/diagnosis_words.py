@@ -12,6 +12,8 @@ from bushcli.faults import DataFault
 from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, title, together, within
 from bushcli.report.quantity import listed, percent
 
+# A set of effects that is less probable than this is in the tables only.
+_NAMED = 0.05
 # So many sets of effects go into the headline.
 _SETS = 3
 # A group is named instead of its members if it holds at least this probability.
@@ -70,11 +72,12 @@ def headline(found: Diagnosis) -> str:
 
 
 def likely(found: Diagnosis) -> tuple[Likely, ...]:
-    """Return the fewest sets of effects that hold 95 % of the probability, that of the best model first."""
+    """Return the sets of effects that sentences name: the best model's, and those of the credible set from 5 % on."""
     if not found.models:
         return ()
-    sets = (found.models[0].effects, *found.rivals)
-    return tuple(Likely(names, _probability(found, names)) for names in sets)
+    best = found.models[0].effects
+    sets = [Likely(names, _probability(found, names)) for names in (best, *found.rivals)]
+    return (sets[0], *(one for one in sets[1:] if one.probability >= _NAMED))
 
 
 def best_probability(found: Diagnosis) -> str:
