@@ -44,6 +44,11 @@ class PointFunction:
     make: Callable[[Mapping[str, Scalar]], Sequence[Scalar]]
     batch: int = 1
 
+    @staticmethod
+    def is_single(name: str) -> bool:
+        """Whether an input is the same for all points: parameters, and changes of them."""
+        return name.endswith("parameters")
+
 
 def length(n: int, moduli: bool) -> int:
     """Numbers in an answer with n variables."""

@@ -72,12 +72,6 @@ def collapsed(space: Any) -> tuple[Any, NDArray[np.int32]]:
     return alone, np.asarray(dofs, dtype=np.int32).reshape(-1)
 
 
-def column_map(pattern: Any) -> Any:
-    """Index map of the columns of a finalised sparsity pattern, those that other ranks brought in included."""
-    # 0.11 has one map less: `index_map` grows with what other ranks bring in, and stayed as it was made before.
-    return pattern.column_index_map() if hasattr(pattern, "column_index_map") else pattern.index_map(1)
-
-
 def interpolation_points(element: Any) -> Any:
     """Points of a finite element at which a function is evaluated to interpolate it, shape (n, dimension)."""
     points = element.interpolation_points

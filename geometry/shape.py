@@ -13,7 +13,7 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar, Literal, Protocol
@@ -35,7 +35,7 @@ Names = dict[int, dict[str, int]]
 class Sleeve(BaseModel):
     """An elastic metal ring on one side of the rubber; a sleeve that is not given is rigid."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     thickness: float = Field(gt=0, description="radial thickness, mm")
     youngs_modulus: float = Field(default=70000.0, gt=0, description="Young's modulus, MPa (aluminium)")
@@ -50,7 +50,7 @@ class Sleeve(BaseModel):
 class Plate(BaseModel):
     """An elastic metal body of any form, inside the rubber or on its side."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     youngs_modulus: float = Field(default=210000.0, gt=0, description="Young's modulus, MPa (steel)")
     poissons_ratio: float = Field(default=0.3, ge=0, lt=0.5, description="Poisson's ratio (steel)")
@@ -106,7 +106,7 @@ class Metal(Protocol):
 class Snubber(BaseModel):
     """Rigid plates before the free ends, which the rubber meets at large travel; contact is without friction."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     gap: float = Field(ge=0, description="from the furthest point of the free end to the plate at rest, mm")
     ends: Literal["both", "top", "bottom"] = Field(
@@ -143,7 +143,7 @@ class Shape(BaseModel):
     are made with them.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     name: ClassVar[str]
     summary: ClassVar[str]
@@ -207,18 +207,32 @@ class Shape(BaseModel):
         return {}
 
 
+class _Shapes(Mapping[str, type[Shape]]):
+    """Shapes by name. The name of a shape is that of its file, which is loaded when the shape is asked for."""
+
+    def __init__(self, package: str) -> None:
+        self._package = package
+        path = importlib.import_module(package).__path__
+        self._names = sorted(info.name for info in pkgutil.iter_modules(path))
+
+    def __getitem__(self, name: str) -> type[Shape]:
+        if name not in self._names:
+            raise KeyError(name)
+        module = importlib.import_module(f"{self._package}.{name}")
+        return next(
+            value
+            for value in vars(module).values()
+            if isinstance(value, type) and issubclass(value, Shape) and vars(value).get("name") == name
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
 @cache
 def shapes() -> Mapping[str, type[Shape]]:
     """All shapes by name, discovered in `geometry/shapes`."""
-    package = importlib.import_module("geometry.shapes")
-
-    found: dict[str, type[Shape]] = {}
-    for info in pkgutil.iter_modules(package.__path__):
-        module = importlib.import_module(f"{package.__name__}.{info.name}")
-        for value in vars(module).values():
-            ours = (
-                isinstance(value, type) and issubclass(value, Shape) and value.__module__ == module.__name__
-            )
-            if ours and "name" in vars(value):
-                found[value.name] = value
-    return dict(sorted(found.items()))
+    return _Shapes("geometry.shapes")

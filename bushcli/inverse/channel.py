@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from bushcli.case import Case
 from bushcli.effects.active import acting, require_time
@@ -242,6 +241,8 @@ class Channel:
         if self.simulation is not None:
             path = self.simulation.path[self._used]
             return Curve(self.recording.mode, path, answer.force, self.recording.time)
+        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
         q, force, _ = self._both_sides(answer)
         low, high = self.recording.displacement.min(), self.recording.displacement.max()
         fine = np.unique(np.concatenate([np.linspace(low, high, 101), [0.0] if low < 0 < high else []]))
@@ -258,6 +259,8 @@ class Channel:
         """Force (n,) and derivatives (n, parameters) at the recorded displacements."""
         if self.simulation is not None:
             return self.share * answer.force + self.offset, self.share * answer.slope
+        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
         q, force, slope = self._both_sides(answer)
         both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
         return both[:, 0], both[:, 1:]

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bushcli.case.unit import outside, turning, unit
-from bushcli.effects.effect import EffectParameter
-from bushcli.inverse.result import Estimate, Fit
 from forms.law import law
+
+if TYPE_CHECKING:
+    from bushcli.effects.effect import EffectParameter
+    from bushcli.inverse.result import Estimate, Fit
 
 
 def parameter_unit(fit: Fit, name: str) -> str:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bushcli.inverse import Fit, FittedCurve
 from bushcli.inverse.door import parameter_unit
+
+if TYPE_CHECKING:
+    from bushcli.inverse import Fit, FittedCurve
 
 
 def fit_part(fit: Fit) -> dict[str, Any]:

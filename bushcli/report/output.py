@@ -8,11 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bushcli.case import Case
-from bushcli.diagnosis.result import Diagnosis
-from bushcli.inverse import Fit
 from bushcli.report.contents import (
     comparison_table,
     curve_table,
@@ -25,11 +22,16 @@ from bushcli.report.contents import (
 from bushcli.report.folder import RESULT, Content, check_folder, refuse_others, write_files
 from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
-from bushcli.simulate.meshes import Meshed
-from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Response
-from geometry.errors import GeometryError
-from geometry.shape import Shape
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.diagnosis.result import Diagnosis
+    from bushcli.inverse import Fit
+    from bushcli.simulate.meshes import Meshed
+    from bushcli.simulate.misfit import Misfit
+    from bushcli.simulate.response import Response
+    from geometry.errors import GeometryError
+    from geometry.shape import Shape
 
 REPORT = "report.html"
 _FIELDS = (".xdmf", ".h5")

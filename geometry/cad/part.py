@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-import gmsh
 import numpy as np
 
 from geometry.cad.step import StepText, read_step
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
-from geometry.session import model, refusing, silent
+from geometry.session import model, options, refusing, silent
 
 STEP, BREP = (".step", ".stp"), (".brep", ".brp")
 Unit = Literal["mm", "cm", "m", "inch"]
@@ -77,9 +76,9 @@ def open_part(path: Path, unit: Unit | None) -> Part:
 
 
 def _read(path: Path) -> None:
-    option = gmsh.option.setNumber
+    option = options().setNumber
     option("Geometry.OCCImportLabels", 1)
-    gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    options().setString("Geometry.OCCTargetUnit", "MM")
     for sew in (0, 1):
         option("Geometry.OCCSewFaces", sew)
         option("Geometry.OCCMakeSolids", sew)

@@ -30,7 +30,7 @@ Corners = Annotated[tuple[Vector, Vector], BeforeValidator(_corners)]
 class Rule(BaseModel):
     """Faces that meet every condition given."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     radius: float | None = Field(default=None, gt=0, description="of cylinders about the axis, mm")
     normal: Vector | None = Field(

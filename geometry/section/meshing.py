@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import gmsh
 import numpy as np
 
 from geometry.blocks import Array
@@ -16,7 +15,7 @@ from geometry.section.block import block
 from geometry.section.draw import Drawn, draw
 from geometry.section.found import FoundSection
 from geometry.section.outline import RUBBER
-from geometry.session import model, refusing
+from geometry.session import model, options, refusing
 from geometry.shape import Mirrors, Names, Refinement
 
 # Elements from bond to bond inside, shortest over longest, growth per distance from a bond's edge, elements on a full
@@ -73,11 +72,11 @@ def section_mesh(
     grade(2, bond_ends(drawn), sizes)
     if quadrilaterals:
         # Blossom recombination leaves some triangles, which a subdivision makes quadrilaterals of: it halves all sizes.
-        gmsh.option.setNumber("Mesh.RecombineAll", 1)
-        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1)
-        gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1)
-        gmsh.option.setNumber("Mesh.MeshSizeFactor", 2.0)
-        gmsh.option.setNumber("Mesh.Algorithm", 8)
+        options().setNumber("Mesh.RecombineAll", 1)
+        options().setNumber("Mesh.RecombinationAlgorithm", 1)
+        options().setNumber("Mesh.SubdivisionAlgorithm", 1)
+        options().setNumber("Mesh.MeshSizeFactor", 2.0)
+        options().setNumber("Mesh.Algorithm", 8)
     with refusing(where, "the section cannot be meshed", found.view):
         model().mesh.generate(2)
     model().mesh.setOrder(2)

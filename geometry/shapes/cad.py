@@ -23,7 +23,7 @@ SUFFIXES = (".step", ".stp", ".brep", ".brp", *MESHES)
 class BondRules(BaseModel):
     """``[geometry.bonds]``: which faces are bonded, where that is not to be found."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid")
 
     inner: Rules = Field(default=(), description="{radius = 10.0}, or a list of such rules")
     outer: Rules = Field(default=(), description="likewise")
