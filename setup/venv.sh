@@ -70,8 +70,33 @@ esac
 # The system's libraries and modules are not those of the root.
 unset LD_LIBRARY_PATH LD_PRELOAD PYTHONHOME PYTHONPATH
 export BUSHCLI_ROOT=$(quoted "$root")
-# setpriv: ending bubblewrap also ends the command; its own --die-with-parent would not survive a logout either.
-exec bwrap --dev-bind / / $overlay setpriv --pdeathsig TERM "\$@"
+# bubblewrap stays between this script and the command. It is deaf to Ctrl-C and SIGTERM, which are the command's to
+# answer: this script passes them on and waits, so that nothing runs any more when the prompt is back. A terminal sends
+# Ctrl-C to all of them by itself, and mpirun takes a second one for impatience. Should this script be killed, setpriv
+# ends bubblewrap and with it, by SIGTERM, the command; a logout does not, as --die-with-parent would.
+forward() { # signal
+    read -r stat <"/proc/\$\$/stat" && set -- "\$1" \${stat##*) }
+    [ "\$1" = INT ] && [ "\$4" = "\$7" ] && return # the terminal's foreground: state, parent, GROUP, session, tty, GROUP
+    child=
+    read -r child rest <"/proc/\$pid/task/\$pid/children"
+    if [ -n "\$child" ]; then kill -s "\$1" "\$child"; else kill -s KILL "\$pid"; fi
+} 2>/dev/null
+trap 'forward INT' INT
+trap 'forward TERM' TERM
+[ -e /proc/self/fd/0 ] || exec </dev/null
+exec 9<&0 # a shell takes the standard input from what it does not wait for
+(
+    trap '' INT TERM
+    exec setpriv --pdeathsig KILL bwrap --dev-bind / / $overlay setpriv --pdeathsig TERM \\
+        env --default-signal=INT,QUIT,TERM "\$@"
+) <&9 9<&- &
+pid=\$!
+while
+    wait "\$pid"
+    status=\$?
+    kill -s 0 "\$pid" 2>/dev/null
+do :; done
+exit "\$status"
 END
         fi
     } >"$venv/enter.new"

@@ -18,7 +18,7 @@ from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves
 from bushcli.inverse.dogleg import minimise_by_dogleg
-from bushcli.inverse.door import values_at_door
+from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.first import first_minimum
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum
@@ -132,20 +132,20 @@ def identify(
     best = minima[_best(minima)]
     fit = _result(task, problem, held_out, best, minima, start, lower, upper, interrupted, begin)
     if instead is not None:
-        replaced = start_replaced(_at_door(task, instead))
+        replaced = start_replaced(_in_file_units(task, instead))
         fit = replace(fit, conditions=(*fit.conditions, replaced))
     # A fault of the data explains more of a poor fit than anything that was found after it.
     faults = find_faults(task.case, [channel.recording for channel in (*problem.channels, *held_out)])
     return replace(fit, faults=faults, conditions=(*map(condition, faults), *fit.conditions))
 
 
-def _at_door(task: Task, x: Array) -> dict[str, float]:
+def _in_file_units(task: Task, x: Array) -> dict[str, float]:
     """Values of the parameters as the case file has them."""
-    return values_at_door(dict(zip(task.names, map(float, x), strict=True)), task.turned)
+    return values_in_file_units(dict(zip(task.names, map(float, x), strict=True)), task.turned)
 
 
 def _unsolvable(task: Task, initial: Array) -> Finding:
-    tried = ", ".join(f"{name} = {value:g}" for name, value in _at_door(task, initial).items())
+    tried = ", ".join(f"{name} = {value:g}" for name, value in _in_file_units(task, initial).items())
     return Finding(
         task.case.path.name,
         f"{task.model} cannot be solved on these curves from {tried}, nor from the law's own start values",

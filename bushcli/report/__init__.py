@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bushcli.report.diagnosis import diagnosis_text
-    from bushcli.report.diagnosis_json import diagnosis_json
+    from bushcli.report.diagnosis_document import diagnosis_json
     from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
     from bushcli.report.identification import inverse_json, inverse_text
     from bushcli.report.output import (
@@ -59,7 +59,7 @@ __all__ = [
 # Where each name is. Loaded when it is first used: no command needs the reports of all others (0.8 s).
 _MODULES = {
     "diagnosis": ("diagnosis_text",),
-    "diagnosis_json": ("diagnosis_json",),
+    "diagnosis_document": ("diagnosis_json",),
     "document": ("case_json", "direct_json", "fit_json", "mesh_json"),
     "identification": ("inverse_json", "inverse_text"),
     "output": (

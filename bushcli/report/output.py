@@ -170,13 +170,13 @@ def write_inverse(
     InputError
         As `write_direct`.
     """
-    from bushcli.inverse.door import at_door
+    from bushcli.inverse.file_units import in_file_units
     from bushcli.report.cycles import fit_histories
     from bushcli.report.figures.cycles import history_figures
     from bushcli.report.figures.identification import inverse_figures
     from bushcli.report.identification_html import inverse_html
 
-    fits = [at_door(fit) for fit in fits]
+    fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
     names = file_names([curve.name for curve in best.curves])
     files: dict[str, Content] = {RESULT: result}

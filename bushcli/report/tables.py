@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bushcli.inverse.door import parameter_unit
 from bushcli.recording import Recording, branches
 from bushcli.report.quantity import number, percent, quantities
 from cases.mode import modes
@@ -230,6 +229,9 @@ def solution_table(response: Response) -> Table:
 
 def parameter_table(fit: Fit) -> Table:
     """Return the parameters of the identified law."""
+    # Only where there is a fit: with it comes the whole of PETSc and DOLFINx.
+    from bushcli.inverse.file_units import parameter_unit
+
     rows = [
         (
             name,

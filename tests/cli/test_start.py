@@ -7,8 +7,11 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
+
+from bushcli import report
 
 ROOT = Path(__file__).parents[2]
 BATCH = ROOT / "examples" / "batch" / "case.toml"
@@ -31,6 +34,7 @@ steps = 20
 PROBE = """
 import json, sys
 from pathlib import Path
+from types import ModuleType
 try:
     from bushcli.cli import main
     main(sys.argv[2:])
@@ -112,3 +116,11 @@ def test_nothing_is_left_to_the_environment(tmp_path, plain):
         check=True,
     )
     assert run.stdout.splitlines()[-1] == "one"
+
+
+def test_every_name_of_the_reports_is_where_it_is_looked_for():
+    assert set(report.__all__) == report._HOME.keys()
+    # A module of the same name would take the function's place as soon as it is loaded.
+    modules = {path.stem for path in Path(report.__file__).parent.glob("*.py")}
+    assert not modules & set(report.__all__)
+    assert not [name for name in report.__all__ if isinstance(getattr(report, name), ModuleType)]

@@ -27,12 +27,14 @@ def parameter_unit(fit: Fit, name: str) -> str:
     return law(fit.material.law).parameter(name).unit
 
 
-def values_at_door(inside: Mapping[str, float], turned: Mapping[str, EffectParameter]) -> dict[str, float]:
+def values_in_file_units(
+    inside: Mapping[str, float], turned: Mapping[str, EffectParameter]
+) -> dict[str, float]:
     """Return values by full name as the case file has them; `turned` are those in degrees (`turning`)."""
     return {name: _value(value, turned.get(name)) for name, value in inside.items()}
 
 
-def at_door(fit: Fit) -> Fit:
+def in_file_units(fit: Fit) -> Fit:
     """Return the same with the values of its effects as the case file has them.
 
     What the law, the curves and the material say stays, as do `Fit.effects`, which the model is built of.
@@ -48,10 +50,14 @@ def at_door(fit: Fit) -> Fit:
             for p in fit.profiles
         ),
         evaluations=tuple(
-            replace(e, parameters=values_at_door(e.parameters, turned)) for e in fit.evaluations
+            replace(e, parameters=values_in_file_units(e.parameters, turned)) for e in fit.evaluations
         ),
         end_points=tuple(
-            replace(e, start=values_at_door(e.start, turned), parameters=values_at_door(e.parameters, turned))
+            replace(
+                e,
+                start=values_in_file_units(e.start, turned),
+                parameters=values_in_file_units(e.parameters, turned),
+            )
             for e in fit.end_points
         ),
     )
