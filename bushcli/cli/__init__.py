@@ -86,7 +86,7 @@ def main() -> None:
     example. Units are N, mm, MPa, s and degrees.
 
     Exit codes: 0 done; 1 done, but the verdict is negative and --strict was given; 2 usage, case file or recording;
-    3 a simulation did not converge.
+    3 a simulation did not converge; 130 interrupted.
     """
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bushcli.cli.progress import search_progress
-from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+from bushcli.cli.run import DONE, INTERRUPTED, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def inverse(
     case = run.load()
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
-    fits = []
+    fits, interrupted = [], False
     for law in _laws(case, models):
         task = Task(
             case,
@@ -166,7 +166,8 @@ def inverse(
             fits.append(
                 identify(task, journal=journal, resume=resume, progress=search_progress(run, task.turned))
             )
-        if any(condition.name == "interrupted" for condition in fits[-1].conditions):
+        interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
+        if interrupted:
             break
     fits.sort(key=report.rank)
     result = report.inverse_json(case, fits, run.timings())
@@ -176,6 +177,8 @@ def inverse(
         report.write_inverse(run.output, result, case, fits)
         run.say(f"wrote {run.output}")
     best = fits[0]
+    if interrupted:
+        return INTERRUPTED
     if not best.converged:
         return NOT_CONVERGED
     return NEGATIVE if strict and best.conditions else DONE

@@ -110,6 +110,7 @@ def test_a_signal_ends_the_command_with_the_best_so_far(experiment, tmp_path, se
             time.sleep(0.02)
         process.send_signal(sent)
         _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
     assert b"Traceback" not in said
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     assert "interrupted" in json.dumps(result["problems"])
