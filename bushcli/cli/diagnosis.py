@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bushcli.cli.run import DONE, INTERRUPTED, NEGATIVE, NOT_CONVERGED, Run, on_a_case, ranks_there_are, speaks
+from bushcli.cli.run import (
+    DONE,
+    INTERRUPTED,
+    NEGATIVE,
+    NOT_CONVERGED,
+    Run,
+    on_a_case,
+    ranks_there_are,
+    speaks,
+)
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import is_interrupt
 
