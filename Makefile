@@ -10,7 +10,7 @@ CONCEALED ?= examples/concealed/case.toml
 SAY := @printf '\n== %s\n\n'
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint format bench install uninstall lock clean
+.PHONY: help setup demo test lint format bench install uninstall sizes lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
@@ -48,6 +48,9 @@ install: ## put bushcli on the PATH (~/.local/bin; as root /usr/local/bin; or BI
 
 uninstall: ## take it off again
 	@bash setup/install.sh --remove
+
+sizes: ## lines of each package, longest files and functions
+	@$(IN) python tests/sizes.py
 
 lock: setup ## write setup/requirements.lock anew: versions and hashes of what set-up takes from PyPI
 	setup/lock.sh

@@ -136,7 +136,7 @@ def inverse(
 ) -> int:
     """Identify the law of CASE from its recordings.
 
-    Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW.jsonl, from
+    Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW, from
     which --resume continues after an interruption.
     """
     from bushcli import report
@@ -161,7 +161,7 @@ def inverse(
             workers=workers,
         )
         run.say(f"identifying {law} from {len(case.recordings) - len(held_out)} recordings")
-        journal = run.output / f"history-{law}.jsonl" if run.output else None
+        journal = run.output / f"history-{law}" if run.output else None
         with run.timed(law):
             fits.append(
                 identify(task, journal=journal, resume=resume, progress=search_progress(run, task.turned))
@@ -176,9 +176,10 @@ def inverse(
     if run.output and speaks():
         report.write_inverse(run.output, result, case, fits)
         run.say(f"wrote {run.output}")
-    best = fits[0]
-    if interrupted:
-        return INTERRUPTED
+    return INTERRUPTED if interrupted else _exit_code(fits[0], strict)
+
+
+def _exit_code(best: Fit, strict: bool) -> int:
     if not best.converged:
         return NOT_CONVERGED
     return NEGATIVE if strict and best.conditions else DONE

@@ -80,7 +80,7 @@ def identify(
     task
         What is identified from what, and how.
     journal
-        File in which every evaluation is kept.
+        Folder in which every evaluation is saved.
     resume
         Go on with the evaluations that the journal holds.
     progress

@@ -85,9 +85,9 @@ def refine(
 
     kept = None
     if given.journal is not None:
-        file = given.journal.with_name(f"{given.journal.stem}-start-{given.number}{given.journal.suffix}")
+        folder = given.journal.with_name(f"{given.journal.name}-start-{given.number}")
         identity = {**task.identity(), "number": given.number, "point": given.point.tolist()}
-        kept = Journal(file, identity, given.resume)
+        kept = Journal(folder, identity, given.resume)
     problem = task.pose(channels, kept, follow)
     problem.states, problem.start = given.states, given.number
     _, lower, upper = task.vectors()
