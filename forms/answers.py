@@ -18,7 +18,19 @@ BATCH = 8
 
 
 def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool) -> PointFunction:
-    """Answer of a law with these parameters, of which some may be absent."""
+    """Answer of a law with these parameters, of which some may be absent.
+
+    Parameters
+    ----------
+    setting : Setting
+        Kinematics, with its strain variables.
+    law : Law
+        The law.
+    names : tuple[str, ...]
+        Names of the parameters that are given, in their order.
+    moduli : bool
+        Whether second derivatives are included.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
@@ -36,7 +48,17 @@ def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool)
 
 
 def law_slopes(setting: Setting, law: Law, names: tuple[str, ...]) -> PointFunction:
-    """Derivatives of [W, W_a] with respect to the law's parameters, one row after the other."""
+    """Derivatives of [W, W_a] with respect to the law's parameters, one row after the other.
+
+    Parameters
+    ----------
+    setting : Setting
+        Kinematics, with its strain variables.
+    law : Law
+        The law.
+    names : tuple[str, ...]
+        Names of the parameters that are given, in their order.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
@@ -54,7 +76,15 @@ def law_slopes(setting: Setting, law: Law, names: tuple[str, ...]) -> PointFunct
 
 
 def volumetric_answer(setting: Setting, moduli: bool) -> PointFunction:
-    """Answer of the mixed volumetric part; parameters compliance (1/MPa) and swelling (1)."""
+    """Answer of the mixed volumetric part; parameters compliance (1/MPa) and swelling (1).
+
+    Parameters
+    ----------
+    setting : Setting
+        Kinematics, with its strain variables.
+    moduli : bool
+        Whether second derivatives are included.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])

@@ -31,7 +31,17 @@ def release(version: str) -> tuple[int, int]:
 
 
 def model_to_mesh(model: Any, comm: Any, dimension: int) -> tuple[Any, Any, Any]:
-    """Distribute the Gmsh model of rank 0, without ghost cells: mesh, cell tags, facet tags."""
+    """Distribute the Gmsh model of rank 0, without ghost cells: mesh, cell tags, facet tags.
+
+    Parameters
+    ----------
+    model : Any
+        Gmsh's model.
+    comm : Any
+        Ranks that share the mesh.
+    dimension : int
+        2 for the half-plane, 3 for the solid.
+    """
     from dolfinx.mesh import GhostMode, create_cell_partitioner
 
     try:

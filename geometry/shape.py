@@ -132,7 +132,15 @@ class Refinement:
     doubled: bool = False
 
     def elements(self, given: int | None, default: int) -> int:
-        """Number of elements in a direction from what was given for it, or else its default."""
+        """Number of elements in a direction from what was given for it, or else its default.
+
+        Parameters
+        ----------
+        given : int | None
+            Number that the case asks for; None where it asks for none.
+        default : int
+            Number to use then.
+        """
         return max(1, math.ceil(self.factor * (default if given is None else given)))
 
 
@@ -164,6 +172,15 @@ class Shape(BaseModel):
     def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
         """Mesh into the open Gmsh session (rank 0 only), and name the groups.
 
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+
         Raises
         ------
         GeometryError
@@ -174,7 +191,17 @@ class Shape(BaseModel):
         )
 
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
-        """Blocks of the half-plane (`dimension` 2, axes s and t) or of the solid cut at the `mirrors` (3)."""
+        """Blocks of the half-plane (`dimension` 2, axes s and t) or of the solid cut at the `mirrors` (3).
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         raise TypeError(f"shape {type(self).__name__} does not describe its blocks")
 
     def measures(self) -> Mapping[str, float]:

@@ -150,9 +150,9 @@ class Channel:
 
         Parameters
         ----------
-        parameters
-            All of the law's, and "compliance" where it is not the case's.
-        names
+        parameters : Mapping[str, float]
+            All of the law's by name, in its units, and "compliance" (1/MPa) where it is not the case's.
+        names : Sequence[str]
             Order of the derivatives.
 
         Raises
@@ -267,7 +267,17 @@ class Channel:
 
 
 def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Channel]:
-    """The case's material tests. Small models: every rank of a parallel run solves them for itself."""
+    """The case's material tests. Small models: every rank of a parallel run solves them for itself.
+
+    Parameters
+    ----------
+    case : Case
+        The case.
+    rubber : Rubber
+        Law, parameters and bulk modulus to begin with.
+    weighting : Weighting
+        By what the misfit of a coupon is divided.
+    """
     shape = shapes()["coupon"]()
     return [
         Channel(read_coupon(source), shape, rubber, case, weighting, MPI.COMM_SELF) for source in case.coupons
@@ -277,7 +287,19 @@ def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Ch
 def bushing_channels(
     case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD, prepared: Prepare = prepare
 ) -> list[Channel]:
-    """The case's recordings; `prepared` makes the finite-element models."""
+    """The case's recordings; `prepared` makes the finite-element models.
+
+    Parameters
+    ----------
+    case : Case
+        The case.
+    rubber : Rubber
+        Law, parameters and bulk modulus to begin with.
+    comm : MPI.Comm
+        Ranks that share each model.
+    prepared : Prepare
+        Makes the finite-element model of a channel.
+    """
     return [
         Channel(
             read_recording(source),

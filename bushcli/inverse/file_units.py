@@ -18,7 +18,15 @@ if TYPE_CHECKING:
 
 
 def parameter_unit(fit: Fit, name: str) -> str:
-    """Return the unit in which a parameter of the law or of an effect is shown; "1" where there is none."""
+    """Return the unit in which a parameter of the law or of an effect is shown; "1" where there is none.
+
+    Parameters
+    ----------
+    fit : Fit
+        The identified law.
+    name : str
+        Full name of the parameter.
+    """
     if name == "compliance":
         return "1/MPa"
     of_effects = {one.full_name(p): p for one in fit.effects for p in one.parameters}
@@ -30,7 +38,15 @@ def parameter_unit(fit: Fit, name: str) -> str:
 def values_in_file_units(
     inside: Mapping[str, float], turned: Mapping[str, EffectParameter]
 ) -> dict[str, float]:
-    """Return values by full name as the case file has them; `turned` are those in degrees (`turning`)."""
+    """Return values by full name as the case file has them; `turned` are those in degrees (`turning`).
+
+    Parameters
+    ----------
+    inside : Mapping[str, float]
+        Values by full name, in N, mm, MPa, s, rad.
+    turned : Mapping[str, EffectParameter]
+        Parameters that the case file has in degrees, by full name.
+    """
     return {name: _value(value, turned.get(name)) for name, value in inside.items()}
 
 

@@ -32,7 +32,19 @@ PREDICTED = 10.0
 
 
 def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[Condition, ...]:
-    """All conditions of a fit, the gravest first."""
+    """All conditions of a fit, the gravest first.
+
+    Parameters
+    ----------
+    fit : Fit
+        The identified law.
+    task : Task
+        What is identified from what, and how.
+    best : Minimum
+        End of the search.
+    interrupted : bool
+        Whether Ctrl-C or SIGTERM ended the search.
+    """
     found = []
     if interrupted:
         found.append(

@@ -50,6 +50,13 @@ class Part:
 def open_part(path: Path, unit: Unit | None) -> Part:
     """Read a file into the open session.
 
+    Parameters
+    ----------
+    path : Path
+        The file.
+    unit : Unit | None
+        Unit of the file; None for the one that it declares.
+
     Raises
     ------
     GeometryError

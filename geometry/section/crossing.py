@@ -17,6 +17,13 @@ PIECES = 24
 def refuse_crossings(loops: Sequence[Loop], where: str) -> None:
     """Refuse what is not the outline of a body of revolution.
 
+    Parameters
+    ----------
+    loops : Sequence[Loop]
+        Closed outlines, in mm.
+    where : str
+        File or key of the case, for messages.
+
     Raises
     ------
     GeometryError

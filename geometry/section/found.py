@@ -62,12 +62,12 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
 
     Parameters
     ----------
-    loops
-        In the user's coordinates, mm.
-    where
+    loops : tuple[Loop, ...]
+        Closed outlines in the user's coordinates, mm.
+    where : str
         Words for messages: the file, or the key of the case.
-    centre
-        z of the centre; None = the middle of the inner bond.
+    centre : float | None
+        z of the centre, mm; None for the middle of the inner bond.
 
     Raises
     ------

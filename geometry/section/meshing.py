@@ -30,6 +30,19 @@ def generate(
 ) -> Names:
     """Mesh a section, or the solid that it sweeps, into the open session.
 
+    Parameters
+    ----------
+    found : FoundSection
+        What was found in the file.
+    where : str
+        File or key of the case, for messages.
+    dimension : int
+        2 for the half-plane, 3 for the solid.
+    mirrors : Mirrors
+        Planes of symmetry at which the solid is cut, by their normals.
+    refinement : Refinement
+        Number of elements in each direction.
+
     Raises
     ------
     GeometryError
@@ -59,7 +72,19 @@ def _angles(mirrors: Mirrors, refinement: Refinement) -> Array:
 def section_mesh(
     found: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False
 ) -> RawMesh:
-    """Mesh the section, or its upper half where it is symmetric; second order, in the half-plane (r, z)."""
+    """Mesh the section, or its upper half where it is symmetric; second order, in the half-plane (r, z).
+
+    Parameters
+    ----------
+    found : FoundSection
+        What was found in the file.
+    where : str
+        File or key of the case, for messages.
+    refinement : Refinement
+        Number of elements in each direction.
+    quadrilaterals : bool
+        Mesh with quadrilaterals instead of triangles.
+    """
     drawn = draw(found.loops, where, half=found.symmetric)
     across = SOLID_ACROSS if quadrilaterals else ACROSS
     factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)

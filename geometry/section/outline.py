@@ -98,6 +98,13 @@ class Loop:
 def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
     """Follow the edges of a case file: a loop ends where it comes back to its first point.
 
+    Parameters
+    ----------
+    edges : Sequence[Edge]
+        Edges of the case file, mm.
+    where : str
+        File or key of the case, for messages.
+
     Raises
     ------
     GeometryError

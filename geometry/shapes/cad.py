@@ -129,6 +129,17 @@ class Cad(Shape):
 
     @override
     def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
+        """Mesh the part into the open Gmsh session, and return the names of its groups.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         from geometry.cad.meshing import generate
         from geometry.raw import to_gmsh
 
