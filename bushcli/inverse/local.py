@@ -170,7 +170,7 @@ def minimise(
     method, loss : str
         As in `scipy.optimize.least_squares`.
     patience, explained
-        As in `Watched`.
+        As in `Watched`; points have the shape (parameters,).
     """
     mean_samples = problem.samples / len(problem.channels)
     follower = Follower(method, lower, upper) if loss == "linear" else None
