@@ -8,10 +8,16 @@ RUN apt-get update \
     && rm -rf /var/lib/apt/lists/*
 
 # A virtual environment of its own, because Debian's Python leaves installing to apt.
+# What Debian does not have comes from PyPI in the versions of the lock file, with their hashes.
 COPY . /src
 RUN python3 -m venv --system-site-packages --without-pip /opt/bushcli \
-    && /opt/bushcli/bin/python -m pip install --no-cache-dir /src \
-    && rm -rf /src
+    && for wanted in "hatchling setuptools" bushcli; do \
+         /opt/bushcli/bin/python /src/setup/locked.py $wanted >/tmp/missing.txt || exit 1; \
+         [ ! -s /tmp/missing.txt ] || /opt/bushcli/bin/python -m pip install --no-cache-dir --no-deps \
+             --require-hashes --no-build-isolation -r /tmp/missing.txt || exit 1; \
+       done \
+    && /opt/bushcli/bin/python -m pip install --no-cache-dir --no-deps --no-build-isolation /src \
+    && rm -rf /src /tmp/missing.txt
 
 # The same settings as setup/venv.sh makes, for the same reasons.
 ENV PATH=/opt/bushcli/bin:$PATH \

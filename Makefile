@@ -10,7 +10,7 @@ CONCEALED ?= examples/concealed/case.toml
 SAY := @printf '\n== %s\n\n'
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint format bench install uninstall clean
+.PHONY: help setup demo test lint format bench install uninstall sizes lock clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' Makefile
@@ -27,6 +27,7 @@ demo: setup ## simulate one bundled example, diagnose the other: results and rep
 	@ls out/direct/report.html out/diagnosis/report.html
 
 test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some, SUITE=sid on Debian's newest
+	tests/launcher.sh
 	tests/with-browser $(IN) python -m pytest $(PYTEST_ARGS)
 
 lint: setup ## ruff, mypy and the import rules
@@ -47,6 +48,12 @@ install: ## put bushcli on the PATH (~/.local/bin; as root /usr/local/bin; or BI
 
 uninstall: ## take it off again
 	@bash setup/install.sh --remove
+
+sizes: ## lines of each package, longest files and functions
+	@$(IN) python tests/sizes.py
+
+lock: setup ## write setup/requirements.lock anew: versions and hashes of what set-up takes from PyPI
+	setup/lock.sh
 
 clean: ## remove the environment of this checkout, results and caches
 	rm -rf .venv .venv-* out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -7,9 +7,10 @@ import platform
 import sys
 from pathlib import Path
 
-from benchmarks import compare, direct, effects, real
+from benchmarks import compare, direct, effects, processes, real
 
 SECTIONS = {
+    "processes": processes.processes,
     "targets": direct.targets,
     "growth": direct.growth,
     "threads": direct.threads,

@@ -5,7 +5,6 @@ They are raised anywhere in `bushcli` and shown by the command line alone, which
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -88,6 +87,8 @@ def nearest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     cutoff : float
         Smallest ratio of `difflib.SequenceMatcher`, from 0 to 1, at which a name is suggested.
     """
+    import difflib  # 4 ms of a start-up, for names that are wrong only
+
     folded = {other.casefold(): other for other in known}
     found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=cutoff)
     return folded[found[0]] if found else ""

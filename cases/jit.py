@@ -10,7 +10,6 @@ import platform
 import struct
 import sys
 import sysconfig
-import tempfile
 import time
 from collections.abc import Sequence
 from functools import cache
@@ -53,6 +52,11 @@ def _stack() -> str:
     return f"{sys.implementation.cache_tag}-ffcx-{compiler}"
 
 
+@cache
+def _machine() -> str:
+    return f"{_processor()}-{_stack()}"
+
+
 def cache_directory() -> Path:
     """Where compiled kernels are kept: $BUSHCLI_CACHE, or the user's cache directory.
 
@@ -60,7 +64,7 @@ def cache_directory() -> Path:
     """
     root = os.environ.get("BUSHCLI_CACHE")
     base = Path(root) if root else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "bushcli"
-    return base / "kernels" / f"{_processor()}-{_stack()}"
+    return base / "kernels" / _machine()
 
 
 def _enter(folder: Path) -> None:
@@ -139,20 +143,28 @@ def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> An
     code = "\n".join(source.read_text() for source in sources)
     digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi.__version__}".encode()).hexdigest()[:16]
     module = f"bushcli_{name}_{digest}"
-    file = Path(options()["cache_dir"]) / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
+    file = cache_directory() / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
     if not is_whole(file):
+        import tempfile
+
+        file = Path(options()["cache_dir"]) / file.name
         builder = cffi.FFI()
         builder.cdef(declarations)
         builder.set_source(module, code, extra_compile_args=["-std=c17", *FLAGS], libraries=["m"])
         # Made beside its place and moved there: another process sees all of it or nothing.
         with tempfile.TemporaryDirectory(dir=file.parent) as folder:
             Path(builder.compile(tmpdir=folder)).replace(file)
-    spec = util.spec_from_file_location(module, file)
-    assert spec is not None
-    assert spec.loader is not None
-    loaded = util.module_from_spec(spec)
-    spec.loader.exec_module(loaded)
-    return loaded
+    return load(file)
+
+
+def load(library: Path) -> Any:
+    """Load a compiled cffi module."""
+    spec = util.spec_from_file_location(library.name.partition(".")[0], library)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{library} is no compiled module")
+    module = util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def _guard() -> None:

@@ -11,16 +11,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import basix.ufl
 import numpy as np
-import ufl
-from mpi4py import MPI
 from numpy.typing import NDArray
-from ufl.algorithms import expand_derivatives
-from ufl.corealg.map_dag import map_expr_dag
-from ufl.corealg.multifunction import MultiFunction
 
-from cases import jit
+from cases import jit, records
 from forms.point import PointFunction
 
 Array = NDArray[np.float64]
@@ -75,22 +69,21 @@ class Kernel:
     """
 
     def __init__(self, function: PointFunction) -> None:
-        inputs = {
-            name: ufl.Coefficient(_numbers(n, 1 if _is_single(name) else function.batch))
-            for name, n in function.blocks.items()
-        }
-        values = ufl.as_vector(list(function.make(inputs)))
-        self.size = len(values)
-        compiled, self._module = jit.compiled_expression(bare(values), _places(function.batch), MPI.COMM_SELF)
-        ffi = self._module.ffi
-        self._function = int(ffi.cast("uintptr_t", compiled.tabulate_tensor_float64))
-        # What does not occur in the result is not asked for.
-        order = [compiled.original_coefficient_positions[i] for i in range(compiled.num_coefficients)]
-        left = ufl.algorithms.extract_coefficients(bare(values))
-        names = {inputs[name]: name for name in inputs}
-        self._names = tuple(names[left[i]] for i in order)
-        self._widths = [function.blocks[name] for name in self._names]
-        self._batch = function.batch
+        found = records.find(function)
+        if found is None:
+            # UFL and the form compiler take longer to load than most kernels.
+            from cases.compiling import compiled_function
+
+            names, size, self._module = compiled_function(function)
+            records.note(function, Path(self._module.__file__), size, names)
+        else:
+            names, size, self._module = found[0].names, found[0].size, found[1]
+        self.size, self._names, self._batch = size, names, function.batch
+        self._widths = [function.blocks[name] for name in names]
+        # The form compiler puts one expression into a library.
+        (entry,) = (name for name in dir(self._module.lib) if name.startswith("expression_"))
+        compiled = getattr(self._module.lib, entry)
+        self._function = int(self._module.ffi.cast("uintptr_t", compiled.tabulate_tensor_float64))
 
     def bound(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
         """Return what adds the results at all points to the first columns of ``out``, shape (n, >= size).
@@ -108,7 +101,10 @@ class Kernel:
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):
             assert array.shape[-1] >= width, name
             assert array.strides[-1] == 8 or width == 1 or not array.size, name
-        given = [(a, w, _is_single(n)) for n, a, w in zip(self._names, arrays, self._widths, strict=True)]
+        given = [
+            (a, w, PointFunction.is_single(n))
+            for n, a, w in zip(self._names, arrays, self._widths, strict=True)
+        ]
         return Call(self._function, self.size, self._batch, given, out, out.shape[1] if clear else 0)
 
     def __call__(self, n: int, inputs: Mapping[str, Array]) -> Array:
@@ -163,44 +159,3 @@ def kernel(function: PointFunction) -> Kernel:
     if function.key not in _KERNELS:
         _KERNELS[function.key] = Kernel(function)
     return _KERNELS[function.key]
-
-
-def _is_single(name: str) -> bool:
-    """Whether an input is the same for all points: parameters, and changes of them."""
-    return name.endswith("parameters")
-
-
-@cache
-def _places(batch: int) -> Array:
-    """Points of an interval, of no importance but for their number."""
-    return (np.arange(batch, dtype=np.float64)[:, None] + 0.5) / batch
-
-
-@cache
-def _numbers(n: int, batch: int) -> Any:
-    """Space whose functions are n numbers at each of so many points, on a domain of no importance."""
-    if batch == 1:
-        return ufl.FunctionSpace(_domain(), basix.ufl.element("DG", "interval", 0, shape=(n,)))
-    weights = np.full(batch, 1.0 / batch)
-    element = basix.ufl.quadrature_element(
-        "interval", value_shape=(n,), points=_places(batch), weights=weights
-    )
-    return ufl.FunctionSpace(_domain(), element)
-
-
-@cache
-def _domain() -> Any:
-    return ufl.Mesh(basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
-
-
-def bare(expression: Any) -> Any:
-    """An expression without the marks for differentiation, whose numbers would be part of its signature."""
-    return map_expr_dag(_Bare(), expand_derivatives(expression))
-
-
-class _Bare(MultiFunction):  # type: ignore[misc]  # UFL has no type information
-    expr = MultiFunction.reuse_if_untouched
-
-    def variable(self, o: object, operand: object, _: object) -> object:
-        """The expression that is marked."""
-        return operand

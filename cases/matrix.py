@@ -13,7 +13,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import scipy.sparse
+from dolfinx.common import IndexMap
+from dolfinx.cpp.la import SparsityPattern
+from mpi4py import MPI
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
@@ -106,13 +108,13 @@ class Pattern:
 
 def _coupled(number: int, cells: Sequence[Index], fixed: NDArray[np.uint8]) -> tuple[Index, Index]:
     """First entry of each row, and columns, of the free unknowns' couplings and of all diagonals."""
-    shape = (number, number)
-    total = scipy.sparse.identity(number, dtype=np.int8, format="csr")
+    everything = IndexMap(MPI.COMM_SELF, number)
+    pattern = SparsityPattern(MPI.COMM_SELF, [everything, everything], [1, 1])
     for unknown in cells:
-        n = unknown.shape[1]
-        row, column = np.repeat(unknown, n, axis=1).reshape(-1), np.tile(unknown, (1, n)).reshape(-1)
-        free = (fixed[row] | fixed[column]) == 0
-        ones = np.ones(int(free.sum()), dtype=np.int8)
-        total = total + scipy.sparse.csr_matrix((ones, (row[free], column[free])), shape=shape)
-    total.sort_indices()
-    return total.indptr.astype(np.int32), total.indices.astype(np.int32)
+        for row in unknown:
+            free = row[fixed[row] == 0]
+            pattern.insert(free, free)
+    pattern.insert_diagonal(np.arange(number, dtype=np.int32))
+    pattern.finalize()
+    column, start = pattern.graph
+    return start.astype(np.int32), column.astype(np.int32)

@@ -53,7 +53,7 @@ class Mode:
     specimen
         "bushing" or "coupon": the shapes that it can load.
     rotational
-        q is an angle (rad inside, degrees at the door) and Q a moment (N mm).
+        q is an angle (rad inside, degrees in files and reports) and Q a moment (N mm).
     solid
         The setting in three dimensions, for every shape.
     section

@@ -13,9 +13,9 @@ from dolfinx import fem
 from numpy.typing import NDArray
 from ufl.algorithms import expand_derivatives
 
+from cases.compiling import bare
 from cases.feature import Installed
 from cases.jit import options
-from cases.kernels import bare
 from cases.mode import Mode, Setting
 from cases.parameters import Parameters
 from forms.kinematics import Moved

@@ -15,9 +15,9 @@ import ufl
 from dolfinx import fem
 from numpy.typing import NDArray
 
+from cases.compiling import bare
 from cases.feature import Installed
 from cases.jit import options
-from cases.kernels import bare
 from cases.parameters import Parameters
 from forms.kinematics import Moved
 from geometry.mesh import NamedMesh

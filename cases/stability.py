@@ -19,17 +19,13 @@ Dassault Systemes, Abaqus Theory Guide, 4.6.1 (Hyperelastic material behavior): 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import ufl
-from dolfinx import fem, mesh
-from mpi4py import MPI
 from numpy.typing import ArrayLike, NDArray
 
-from cases import jit
-from forms.kinematics import principal
+from cases.kernels import kernel
+from forms.answers import principal_moduli
 from forms.law import Law, UnknownName
 
 Array = NDArray[np.float64]
@@ -42,50 +38,16 @@ PATHS: Mapping[str, tuple[float, float]] = {
 }
 # Faces that carry the nominal stress: work per volume is (number of faces) P d(stretch).
 _LOADED = {"uniaxial": 1, "equibiaxial": 2, "planar": 1}
-# States evaluated by one call of the kernel; arbitrary, large enough that its overhead does not count.
+# Stretches that are tried at once, on a path to the first unstable one; arbitrary.
 _CHUNK = 512
 
 
-class _Evaluator:
-    """Energy of a law and its derivatives by (e1, e2), one state per cell of an interval mesh."""
-
-    def __init__(self, law: Law, names: tuple[str, ...]) -> None:
-        self.mesh = mesh.create_interval(MPI.COMM_SELF, _CHUNK, (0.0, 1.0))
-        self.strains = fem.Function(fem.functionspace(self.mesh, ("DG", 0, (2,))))
-        self.parameters = {name: fem.Constant(self.mesh, 0.0) for name in names}
-        state = principal(self.strains[0], self.strains[1])
-        e1, e2 = state.measures
-        W = law.energy(state, **self.parameters)
-        W1, W2 = ufl.diff(W, e1), ufl.diff(W, e2)
-        values = ufl.as_vector([W1, W2, ufl.diff(W1, e1), ufl.diff(W1, e2), ufl.diff(W2, e2)])
-        self.expression = fem.Expression(values, np.array([[0.5]]), jit_options=jit.options())
-        self.cells = np.arange(_CHUNK, dtype=np.int32)
-
-    def __call__(self, parameters: Mapping[str, float], strains: Array) -> Array:
-        """Return W_1, W_2, W_11, W_12, W_22 in MPa, shape (n, 5), at ``strains`` (e1, e2), shape (n, 2)."""
-        for name, constant in self.parameters.items():
-            constant.value = parameters[name]
-        result = np.empty((len(strains), 5))
-        for first in range(0, len(strains), _CHUNK):
-            part = strains[first : first + _CHUNK]
-            self.strains.x.array[: part.size] = part.ravel()
-            values = self.expression.eval(self.mesh, self.cells[: len(part)])
-            result[first : first + len(part)] = np.asarray(values).reshape(len(part), 5)
-        return result
-
-
-@lru_cache(maxsize=16)
-def _evaluator(law: Law, names: tuple[str, ...]) -> _Evaluator:
-    return _Evaluator(law, names)
-
-
-def warm(law: Law, names: tuple[str, ...]) -> None:
-    """Compile what the functions below need of a law with these parameters."""
-    _evaluator(law, tuple(sorted(names)))
-
-
 def _evaluate(law: Law, parameters: Mapping[str, float], strains: Array) -> Array:
-    return _evaluator(law, tuple(sorted(parameters)))(parameters, strains)
+    """Return W_1, W_2, W_11, W_12, W_22 in MPa, shape (n, 5), at ``strains`` (e1, e2), shape (n, 2)."""
+    names = tuple(sorted(parameters))
+    values = np.array([float(parameters[name]) for name in names])
+    given = {"strain": np.ascontiguousarray(strains, dtype=np.float64), "parameters": values}
+    return kernel(principal_moduli(law, names))(len(strains), given)
 
 
 def moduli(law: Law, parameters: Mapping[str, float], stretches: ArrayLike) -> Array:

@@ -17,7 +17,6 @@ from concurrent.futures import ProcessPoolExecutor
 
 from cases.kernels import kernel, loops
 from cases.material import BATCH
-from cases.stability import warm
 from forms import answers, gradients
 from forms.branch import branches
 from forms.branch_answers import branch_functions
@@ -49,7 +48,7 @@ def compile_usual(processes: int | None = None) -> tuple[int, float]:
     """
     begin = time.perf_counter()
     loops()
-    number = len(functions()) + len(_stable())
+    number = len(functions())
     # A process that was forked from one that has started MPI cannot be relied on.
     start = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes or os.cpu_count(), mp_context=start) as pool:
@@ -58,20 +57,17 @@ def compile_usual(processes: int | None = None) -> tuple[int, float]:
 
 
 def _compile(index: int) -> None:
-    made = functions()
-    if index < len(made):
-        kernel(made[index])
-    else:
-        law, names = _stable()[index - len(made)]
-        warm(law, names)
+    kernel(functions()[index])
 
 
-def _stable() -> list[tuple[Law, tuple[str, ...]]]:
-    """Laws whose stability is judged, with their parameters."""
+def _laws() -> list[tuple[Law, tuple[str, ...]]]:
+    """Laws with their parameters."""
     return [(law, names) for law in laws().values() for names in parameter_sets(law)]
 
 
 def _functions() -> Iterator[PointFunction]:
+    for law, names in _laws():
+        yield answers.principal_moduli(law, tuple(sorted(names)))
     for name, setting in SETTINGS.items():
         yield from (make(name, setting) for make in (gradients.strains, gradients.strain_rates))
         yield from (make(name, setting) for make in (gradients.forces, gradients.moduli))
@@ -79,7 +75,7 @@ def _functions() -> Iterator[PointFunction]:
             yield answers.volumetric_answer(setting, moduli)
         volumetric = answers.volumetric_slopes(setting)
         yield from (volumetric, answers.work_slopes(volumetric, 2), answers.metal_answer(setting))
-        for law, names in _stable():
+        for law, names in _laws():
             for moduli in (False, True):
                 yield answers.law_answer(setting, law, names, moduli)
             slopes = answers.law_slopes(setting, law, names)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import ufl
 
-from forms.kinematics import strain_of
+from forms.kinematics import principal, strain_of
 from forms.law import Law, Scalar
 from forms.point import PointFunction, answer, named, variables
 from forms.potential import sleeve_energy
@@ -18,7 +18,19 @@ BATCH = 8
 
 
 def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool) -> PointFunction:
-    """Answer of a law with these parameters, of which some may be absent."""
+    """Answer of a law with these parameters, of which some may be absent.
+
+    Parameters
+    ----------
+    setting : Setting
+        Kinematics, with its strain variables.
+    law : Law
+        The law.
+    names : tuple[str, ...]
+        Names of the parameters that are given, in their order.
+    moduli : bool
+        Whether second derivatives are included.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
@@ -36,7 +48,17 @@ def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool)
 
 
 def law_slopes(setting: Setting, law: Law, names: tuple[str, ...]) -> PointFunction:
-    """Derivatives of [W, W_a] with respect to the law's parameters, one row after the other."""
+    """Derivatives of [W, W_a] with respect to the law's parameters, one row after the other.
+
+    Parameters
+    ----------
+    setting : Setting
+        Kinematics, with its strain variables.
+    law : Law
+        The law.
+    names : tuple[str, ...]
+        Names of the parameters that are given, in their order.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
@@ -54,7 +76,15 @@ def law_slopes(setting: Setting, law: Law, names: tuple[str, ...]) -> PointFunct
 
 
 def volumetric_answer(setting: Setting, moduli: bool) -> PointFunction:
-    """Answer of the mixed volumetric part; parameters compliance (1/MPa) and swelling (1)."""
+    """Answer of the mixed volumetric part; parameters compliance (1/MPa) and swelling (1).
+
+    Parameters
+    ----------
+    setting : Setting
+        Kinematics, with its strain variables.
+    moduli : bool
+        Whether second derivatives are included.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         y = variables(given["strain"])
@@ -120,4 +150,26 @@ def metal_answer(setting: Setting) -> PointFunction:
 
     return PointFunction(
         ("metal", str(len(setting.names))), {"strain": len(setting.names) + 1, "parameters": 2}, make
+    )
+
+
+def principal_moduli(law: Law, names: tuple[str, ...]) -> PointFunction:
+    """[W_1, W_2, W_11, W_12, W_22] by the principal log strains e1 and e2 at constant volume, MPa.
+
+    Parameters
+    ----------
+    law : Law
+    names : tuple of str
+        Those of its parameters that are given.
+    """
+
+    def make(given: Mapping[str, Scalar]) -> list[Scalar]:
+        state = principal(given["strain"][0], given["strain"][1])
+        e1, e2 = state.measures
+        W = law.energy(state, **named(names, given["parameters"]))
+        W1, W2 = ufl.diff(W, e1), ufl.diff(W, e2)
+        return [W1, W2, ufl.diff(W1, e1), ufl.diff(W1, e2), ufl.diff(W2, e2)]
+
+    return PointFunction(
+        ("law", law.energy, *names, "principal"), {"strain": 2, "parameters": len(names)}, make
     )

@@ -53,7 +53,15 @@ class BranchFunctions:
 
 
 def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
-    """Functions of a branch in the kinematics of a setting."""
+    """Functions of a branch in the kinematics of a setting.
+
+    Parameters
+    ----------
+    setting : Setting
+        Kinematics, with its strain variables.
+    branch : Branch
+        The branch.
+    """
     places = memory_places(strain_of([ufl.variable(ufl.as_ufl(1.0)) for _ in setting.names]))
     virgin = [value for kind in branch.internal.values() for value in _virgin(kind, places)]
     blocks = {

@@ -51,6 +51,19 @@ def second_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: 
     """Return the derivative of `first_variation` with respect to ``w`` in the direction ``dw``; symmetric.
 
     Parameters and Raises as in `first_variation`.
+
+    Parameters
+    ----------
+    density : Scalar
+        Energy per volume, MPa.
+    measures : Sequence[Scalar]
+        UFL variables that the energy is a function of.
+    w : Scalar
+        Unknowns that the measures are made of.
+    v : Scalar
+        Direction of the first variation.
+    dw : Scalar
+        Direction of the second variation.
     """
     collapsed = collapse(density, measures, w)
     total = 0
@@ -62,7 +75,15 @@ def second_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: 
 
 
 def made_of(expression: Scalar, variable: Scalar) -> bool:
-    """Whether a ufl.variable occurs in an expression, inside other variables too."""
+    """Whether a ufl.variable occurs in an expression, inside other variables too.
+
+    Parameters
+    ----------
+    expression : Scalar
+        Any UFL expression.
+    variable : Scalar
+        A ufl.variable.
+    """
     return any(_label(node) == variable.label() for node in _nodes(expression, lambda _: False))
 
 
@@ -92,7 +113,15 @@ class Collapse:
         ]
 
     def curvature(self, a: int, b: int) -> Scalar:
-        """Return W_ab; computed for a <= b, so that W_ba is the same expression and its code is shared."""
+        """Return W_ab; computed for a <= b, so that W_ba is the same expression and its code is shared.
+
+        Parameters
+        ----------
+        a : int
+            Index of a variable.
+        b : int
+            Index of a variable.
+        """
         a, b = min(a, b), max(a, b)
         mixed = _sum(
             x[a] * _sum(W * z[b] for W, z in zip(row, self.X, strict=True) if b in z)
@@ -106,7 +135,17 @@ class Collapse:
 
 
 def collapse(density: Scalar, measures: Sequence[Scalar], w: Scalar) -> Collapse:
-    """Return the derivatives by the innermost variables; Parameters and Raises as in `first_variation`."""
+    """Return the derivatives by the innermost variables; Parameters and Raises as in `first_variation`.
+
+    Parameters
+    ----------
+    density : Scalar
+        Energy per volume, MPa.
+    measures : Sequence[Scalar]
+        UFL variables that the energy is a function of.
+    w : Scalar
+        Unknowns that the measures are made of.
+    """
     labels = {x.label() for x in measures}
     if any(node == w for node in _nodes(density, lambda node: _label(node) in labels)):
         raise ValueError("the density depends on the unknown other than through the measures given")

@@ -13,7 +13,15 @@ from forms.setting import Setting
 
 
 def strains(name: str, setting: Setting) -> PointFunction:
-    """Strain variables and pressure, of the gradients and the pressure after them."""
+    """Strain variables and pressure, of the gradients and the pressure after them.
+
+    Parameters
+    ----------
+    name : str
+        Name of the kinematics in `SETTINGS`.
+    setting : Setting
+        Kinematics, with its strain variables.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         g = given["gradients"]
@@ -23,7 +31,15 @@ def strains(name: str, setting: Setting) -> PointFunction:
 
 
 def strain_rates(name: str, setting: Setting) -> PointFunction:
-    """Their derivative along a change of the gradients."""
+    """Their derivative along a change of the gradients.
+
+    Parameters
+    ----------
+    name : str
+        Name of the kinematics in `SETTINGS`.
+    setting : Setting
+        Kinematics, with its strain variables.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         g, n = given["gradients"], len(setting.gradients)
@@ -36,7 +52,15 @@ def strain_rates(name: str, setting: Setting) -> PointFunction:
 
 
 def forces(name: str, setting: Setting) -> PointFunction:
-    """P_k = sum_a S_a y_a,k of an answer's slopes S, and the pressure's own slope after them."""
+    """P_k = sum_a S_a y_a,k of an answer's slopes S, and the pressure's own slope after them.
+
+    Parameters
+    ----------
+    name : str
+        Name of the kinematics in `SETTINGS`.
+    setting : Setting
+        Kinematics, with its strain variables.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         g, S = given["gradients"], given["answer"]
@@ -50,7 +74,15 @@ def forces(name: str, setting: Setting) -> PointFunction:
 
 
 def moduli(name: str, setting: Setting) -> PointFunction:
-    """A_kl = sum_ab D_ab y_a,k y_b,l + sum_a S_a y_a,kl, l >= k, of an answer's S and D; the pressure last."""
+    """A_kl = sum_ab D_ab y_a,k y_b,l + sum_a S_a y_a,kl, l >= k, of an answer's S and D; the pressure last.
+
+    Parameters
+    ----------
+    name : str
+        Name of the kinematics in `SETTINGS`.
+    setting : Setting
+        Kinematics, with its strain variables.
+    """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:
         g, answer = given["gradients"], given["answer"]

@@ -146,7 +146,19 @@ def axisymmetric_twist(u: Scalar, R: Scalar, moved: Moved | None = None) -> Kine
 
 
 def kinematics_of(name: str, u: Scalar, x: Scalar, moved: Moved | None = None) -> Kinematics:
-    """Return the kinematics by their name in `forms.setting.SETTINGS`, of a displacement over coordinates x."""
+    """Return the kinematics by their name in `forms.setting.SETTINGS`, of a displacement over coordinates x.
+
+    Parameters
+    ----------
+    name : str
+        Name of the kinematics in `SETTINGS`.
+    u : Scalar
+        Displacement, mm.
+    x : Scalar
+        Coordinates of the mesh, mm.
+    moved : Moved | None
+        Stress-free body; None where it is the mesh.
+    """
     if name == "cartesian":
         return cartesian(u, moved)
     return (axisymmetric if name == "axisymmetric" else axisymmetric_twist)(u, x[0], moved)
@@ -190,6 +202,13 @@ def principal(e1: Scalar, e2: Scalar) -> Kinematics:
     """Return the isochoric kinematics of the principal log strains ``e1``, ``e2`` and -e1-e2.
 
     For what needs a law but no body: stability checks and coupon stresses.
+
+    Parameters
+    ----------
+    e1 : Scalar
+        First principal logarithmic strain, dimensionless.
+    e2 : Scalar
+        Second principal logarithmic strain, dimensionless.
     """
     e1, e2 = ufl.variable(e1), ufl.variable(e2)
     e = (e1, e2, -e1 - e2)

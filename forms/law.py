@@ -7,7 +7,6 @@ UFL, so that a case file can be checked against the registry before the finite-e
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import math
 import pkgutil
@@ -28,6 +27,8 @@ class UnknownName(ValueError):
 
     def __init__(self, name: str, kind: str, known: tuple[str, ...]) -> None:
         self.name, self.known = name, known
+        import difflib  # 4 ms of a start-up, for names that are wrong only
+
         near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.5)
         self.nearest: str | None = near[0] if near else None
         hint = f'; did you mean "{self.nearest}"?' if self.nearest else "; known:"

@@ -44,16 +44,43 @@ class PointFunction:
     make: Callable[[Mapping[str, Scalar]], Sequence[Scalar]]
     batch: int = 1
 
+    @staticmethod
+    def is_single(name: str) -> bool:
+        """Whether an input is the same for all points: parameters, and changes of them."""
+        return name.endswith("parameters")
+
 
 def length(n: int, moduli: bool) -> int:
-    """Numbers in an answer with n variables."""
+    """Numbers in an answer with n variables.
+
+    Parameters
+    ----------
+    n : int
+        Number of variables.
+    moduli : bool
+        Whether second derivatives are included.
+    """
     return 1 + n + (n * (n + 1) // 2 if moduli else 0)
 
 
 def answer(
     W: Scalar, measures: Sequence[Scalar], y: Sequence[Scalar], given: Mapping[str, Scalar], moduli: bool
 ) -> list[Scalar]:
-    """[W, W_a, W_ab]; zero by variables that W does not depend on."""
+    """[W, W_a, W_ab]; zero by variables that W does not depend on.
+
+    Parameters
+    ----------
+    W : Scalar
+        Energy per volume, MPa.
+    measures : Sequence[Scalar]
+        UFL variables that the energy is a function of.
+    y : Sequence[Scalar]
+        Strain variables and pressure, each a ufl.variable.
+    given : Mapping[str, Scalar]
+        Inputs of the function by name, UFL vectors.
+    moduli : bool
+        Whether second derivatives are included.
+    """
     collapsed = collapse(W, measures, given["strain"])
     place = {variable.label(): a for a, variable in enumerate(collapsed.y)}
     slopes = dict(enumerate(slope for _, slope in collapsed.slopes()))
@@ -74,5 +101,13 @@ def variables(values: Scalar) -> list[Scalar]:
 
 
 def named(names: Iterable[str], values: Scalar) -> dict[str, Scalar]:
-    """The numbers of an input by name."""
+    """The numbers of an input by name.
+
+    Parameters
+    ----------
+    names : Iterable[str]
+        Names of the parameters that are given, in their order.
+    values : Scalar
+        UFL vector of numbers.
+    """
     return {name: values[i] for i, name in enumerate(names)}

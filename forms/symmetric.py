@@ -70,7 +70,15 @@ class Symmetric:
 
 
 def unpacked(values: Sequence[Scalar], places: Sequence[int]) -> Symmetric:
-    """The tensor whose components at `places` are `values`, all others zero."""
+    """The tensor whose components at `places` are `values`, all others zero.
+
+    Parameters
+    ----------
+    values : Sequence[Scalar]
+        UFL vector of numbers.
+    places : Sequence[int]
+        Indices of the components, in the order of `forms.symmetric`.
+    """
     components: list[Scalar] = [0] * 6
     for place, value in zip(places, values, strict=True):
         components[place] = value

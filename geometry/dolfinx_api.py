@@ -31,7 +31,17 @@ def release(version: str) -> tuple[int, int]:
 
 
 def model_to_mesh(model: Any, comm: Any, dimension: int) -> tuple[Any, Any, Any]:
-    """Distribute the Gmsh model of rank 0, without ghost cells: mesh, cell tags, facet tags."""
+    """Distribute the Gmsh model of rank 0, without ghost cells: mesh, cell tags, facet tags.
+
+    Parameters
+    ----------
+    model : Any
+        Gmsh's model.
+    comm : Any
+        Ranks that share the mesh.
+    dimension : int
+        2 for the half-plane, 3 for the solid.
+    """
     from dolfinx.mesh import GhostMode, create_cell_partitioner
 
     try:
@@ -70,12 +80,6 @@ def collapsed(space: Any) -> tuple[Any, NDArray[np.int32]]:
     alone, dofs = space.collapse()
     # 0.11 has one list of numbers for each type of cell; a mesh has one type here.
     return alone, np.asarray(dofs, dtype=np.int32).reshape(-1)
-
-
-def column_map(pattern: Any) -> Any:
-    """Index map of the columns of a finalised sparsity pattern, those that other ranks brought in included."""
-    # 0.11 has one map less: `index_map` grows with what other ranks bring in, and stayed as it was made before.
-    return pattern.column_index_map() if hasattr(pattern, "column_index_map") else pattern.index_map(1)
 
 
 def interpolation_points(element: Any) -> Any:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import gmsh
-
-from geometry.session import model
+from geometry.session import model, options
 
 
 @dataclass(frozen=True)
@@ -58,7 +56,7 @@ def grade(dimension: int, edges: Sequence[int], sizes: Sizes) -> None:
     smallest = field.add("Min")
     field.setNumbers(smallest, "FieldsList", fields)
     field.setAsBackgroundMesh(smallest)
-    option = gmsh.option.setNumber
+    option = options().setNumber
     option("Mesh.MeshSizeMax", sizes.inside)
     option("Mesh.MeshSizeMin", 0.2 * sizes.edge)
     option("Mesh.MeshSizeFromPoints", 0)

@@ -63,6 +63,13 @@ def from_gmsh(regions: Mapping[str, Sequence[int]], boundaries: Mapping[str, Seq
     """Read the mesh of the open session: entities by name of region and of boundary.
 
     Every region must be meshed with one and the same type of cell.
+
+    Parameters
+    ----------
+    regions : Mapping[str, Sequence[int]]
+        Entities of each region by name.
+    boundaries : Mapping[str, Sequence[int]]
+        Entities of each boundary by name.
     """
     mesh = model().mesh
     tags, coordinates, _ = mesh.getNodes()

@@ -120,6 +120,17 @@ class Ring(Shape):
 
     @override
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
+        """Return the blocks of the half-plane or of the solid cut at the mirrors.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         default, grading = (SECTION, SECTION_GRADING) if dimension == 2 else (SOLID, SOLID_GRADING)
         across = refinement.elements(refinement.across, default.across or 1)
         along = refinement.elements(refinement.along, default.along or self._along(default.across or 1))

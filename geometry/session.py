@@ -81,3 +81,10 @@ def model() -> Any:
     import gmsh
 
     return gmsh.model
+
+
+def options() -> Any:
+    """The options of the open session."""
+    import gmsh
+
+    return gmsh.option

@@ -13,7 +13,7 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar, Literal, Protocol
@@ -35,7 +35,7 @@ Names = dict[int, dict[str, int]]
 class Sleeve(BaseModel):
     """An elastic metal ring on one side of the rubber; a sleeve that is not given is rigid."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     thickness: float = Field(gt=0, description="radial thickness, mm")
     youngs_modulus: float = Field(default=70000.0, gt=0, description="Young's modulus, MPa (aluminium)")
@@ -50,7 +50,7 @@ class Sleeve(BaseModel):
 class Plate(BaseModel):
     """An elastic metal body of any form, inside the rubber or on its side."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     youngs_modulus: float = Field(default=210000.0, gt=0, description="Young's modulus, MPa (steel)")
     poissons_ratio: float = Field(default=0.3, ge=0, lt=0.5, description="Poisson's ratio (steel)")
@@ -106,7 +106,7 @@ class Metal(Protocol):
 class Snubber(BaseModel):
     """Rigid plates before the free ends, which the rubber meets at large travel; contact is without friction."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     gap: float = Field(ge=0, description="from the furthest point of the free end to the plate at rest, mm")
     ends: Literal["both", "top", "bottom"] = Field(
@@ -132,7 +132,15 @@ class Refinement:
     doubled: bool = False
 
     def elements(self, given: int | None, default: int) -> int:
-        """Number of elements in a direction from what was given for it, or else its default."""
+        """Number of elements in a direction from what was given for it, or else its default.
+
+        Parameters
+        ----------
+        given : int | None
+            Number that the case asks for; None where it asks for none.
+        default : int
+            Number to use then.
+        """
         return max(1, math.ceil(self.factor * (default if given is None else given)))
 
 
@@ -143,7 +151,7 @@ class Shape(BaseModel):
     are made with them.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     name: ClassVar[str]
     summary: ClassVar[str]
@@ -164,6 +172,15 @@ class Shape(BaseModel):
     def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
         """Mesh into the open Gmsh session (rank 0 only), and name the groups.
 
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+
         Raises
         ------
         GeometryError
@@ -174,7 +191,17 @@ class Shape(BaseModel):
         )
 
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
-        """Blocks of the half-plane (`dimension` 2, axes s and t) or of the solid cut at the `mirrors` (3)."""
+        """Blocks of the half-plane (`dimension` 2, axes s and t) or of the solid cut at the `mirrors` (3).
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         raise TypeError(f"shape {type(self).__name__} does not describe its blocks")
 
     def measures(self) -> Mapping[str, float]:
@@ -207,18 +234,32 @@ class Shape(BaseModel):
         return {}
 
 
+class _Shapes(Mapping[str, type[Shape]]):
+    """Shapes by name. The name of a shape is that of its file, which is loaded when the shape is asked for."""
+
+    def __init__(self, package: str) -> None:
+        self._package = package
+        path = importlib.import_module(package).__path__
+        self._names = sorted(info.name for info in pkgutil.iter_modules(path))
+
+    def __getitem__(self, name: str) -> type[Shape]:
+        if name not in self._names:
+            raise KeyError(name)
+        module = importlib.import_module(f"{self._package}.{name}")
+        return next(
+            value
+            for value in vars(module).values()
+            if isinstance(value, type) and issubclass(value, Shape) and vars(value).get("name") == name
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
 @cache
 def shapes() -> Mapping[str, type[Shape]]:
     """All shapes by name, discovered in `geometry/shapes`."""
-    package = importlib.import_module("geometry.shapes")
-
-    found: dict[str, type[Shape]] = {}
-    for info in pkgutil.iter_modules(package.__path__):
-        module = importlib.import_module(f"{package.__name__}.{info.name}")
-        for value in vars(module).values():
-            ours = (
-                isinstance(value, type) and issubclass(value, Shape) and value.__module__ == module.__name__
-            )
-            if ours and "name" in vars(value):
-                found[value.name] = value
-    return dict(sorted(found.items()))
+    return _Shapes("geometry.shapes")

@@ -14,7 +14,15 @@ from geometry.blocks import Array, Blocks
 
 
 def mesh_blocks(blocks: Blocks, order: int) -> dict[int, dict[str, int]]:
-    """Mesh the box in units of one element, move the nodes through vertices and chart, name the entities."""
+    """Mesh the box in units of one element, move the nodes through vertices and chart, name the entities.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        The parameter box with its chart.
+    order : int
+        Order of the cells, 1 or 2.
+    """
     from gmsh import model
 
     dimension = len(blocks.axes)

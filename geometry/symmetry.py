@@ -42,11 +42,15 @@ def balanced(
 
     Parameters
     ----------
-    parts
+    parts : Mapping[str, Sequence[tuple[int, int]]]
         Name -> entities (dimension, tag) of regions and boundaries.
-    origin, rows
+    origin : Array
         A point of the plane (mm) and three directions, of which that of number `component` is normal to it.
-    size
+    rows : Array
+        A point of the plane (mm) and three directions, of which that of number `component` is normal to it.
+    component : int
+        Index of the direction that is mirrored.
+    size : float
         Of the part, mm.
     """
     normal, others = rows[component], np.delete(rows, component, axis=0)
@@ -61,7 +65,17 @@ def balanced(
 
 
 def same_points(solids: Sequence[int], origin: Array, normal: Array) -> bool:
-    """Whether points of a box around the solids are in one of them if and only if their mirror images are."""
+    """Whether points of a box around the solids are in one of them if and only if their mirror images are.
+
+    Parameters
+    ----------
+    solids : Sequence[int]
+        Tags of the solids.
+    origin : Array
+        A point of the plane, shape (3,), mm.
+    normal : Array
+        Unit vector normal to the plane, shape (3,).
+    """
     boxes = np.array([model().getBoundingBox(3, tag) for tag in solids])
     low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
     points = np.random.default_rng(1).uniform(low, high, (POINTS, 3))

@@ -3,8 +3,9 @@
 
 # What PyPI has, on top of what $python imports. Any argument: an ordinary installation, without the checking tools.
 make_venv() {
-    local options=(--system-site-packages) target=(-e "${checkout}[dev]") base="$python $root $checkout"
-    if (($# > 0)); then target=("$checkout"); fi
+    local options=(--system-site-packages) target=(-e "$checkout") wanted=("bushcli[dev]")
+    local base="$python $root $checkout $(digest <"$checkout/setup/requirements.lock")"
+    if (($# > 0)); then target=("$checkout") wanted=(bushcli); fi
     mkdir -p "$(dirname "$venv")"
     need_space "$(dirname "$venv")" 500 "the virtual environment"
     if [ "$(cat "$venv/base" 2>/dev/null)" != "$base" ]; then rm -rf "$venv"; fi
@@ -17,13 +18,32 @@ make_venv() {
     logged "$venv/enter" "$python" -m venv "${options[@]}" "$venv" ||
         fail "$python cannot make a virtual environment in $venv; see $log."
     "$venv/enter" "$python" "$checkout/setup/parent_paths.py" "$venv"
-    "$venv/enter" "$venv/bin/python" -c 'import gmsh' 2>>"$log" || target+=(gmsh)
+    "$venv/enter" "$venv/bin/python" -c 'import gmsh' 2>>"$log" || wanted+=(gmsh)
+    install_locked hatchling setuptools # what the others are built with
+    install_locked "${wanted[@]}"
+    pip_install --no-deps --no-build-isolation "${target[@]}"
+    echo "$base" >"$venv/base"
+}
+
+# What is missing, in the versions of the lock file and with its hashes. What the packages themselves ask for is known
+# once they are there: a second round finds nothing more, as a rule.
+install_locked() { # requirements...
+    local round list=$venv/missing.txt
+    for round in 1 2 3 4; do
+        "$venv/enter" "$venv/bin/python" "$checkout/setup/locked.py" "$@" >"$list" 2>>"$log" ||
+            fail "$(tail -n 1 "$log")"
+        if [ ! -s "$list" ]; then rm "$list" && return; fi
+        pip_install --no-deps --require-hashes --no-build-isolation -r "$list"
+    done
+    fail "packages of the lock file ask for each other without end: see $list."
+}
+
+pip_install() {
     # Retries in the environment, where the pip that pip starts for building finds them: no network takes no minute.
     PIP_RETRIES=${PIP_RETRIES:-2} logged "$venv/enter" "$venv/bin/python" -m pip install -q \
-        --disable-pip-version-check "${target[@]}" ||
+        --disable-pip-version-check "$@" ||
         fail "pip could not install what bushcli needs from PyPI: there is no network, or it wants a proxy" \
             "(https_proxy) or another index (PIP_INDEX_URL). The whole story is in $log."
-    echo "$base" >"$venv/base"
 }
 
 quoted() { printf "'%s'" "${1//\'/\'\\\'\'}"; }
@@ -70,8 +90,33 @@ esac
 # The system's libraries and modules are not those of the root.
 unset LD_LIBRARY_PATH LD_PRELOAD PYTHONHOME PYTHONPATH
 export BUSHCLI_ROOT=$(quoted "$root")
-# setpriv: ending bubblewrap also ends the command; its own --die-with-parent would not survive a logout either.
-exec bwrap --dev-bind / / $overlay setpriv --pdeathsig TERM "\$@"
+# bubblewrap stays between this script and the command. It is deaf to Ctrl-C and SIGTERM, which are the command's to
+# answer: this script passes them on and waits, so that nothing runs any more when the prompt is back. A terminal sends
+# Ctrl-C to all of them by itself, and mpirun takes a second one for impatience. Should this script be killed, setpriv
+# ends bubblewrap and with it, by SIGTERM, the command; a logout does not, as --die-with-parent would.
+forward() { # signal
+    read -r stat <"/proc/\$\$/stat" && set -- "\$1" \${stat##*) }
+    [ "\$1" = INT ] && [ "\$4" = "\$7" ] && return # the terminal's foreground: state, parent, GROUP, session, tty, GROUP
+    child=
+    read -r child rest <"/proc/\$pid/task/\$pid/children"
+    if [ -n "\$child" ]; then kill -s "\$1" "\$child"; else kill -s KILL "\$pid"; fi
+} 2>/dev/null
+trap 'forward INT' INT
+trap 'forward TERM' TERM
+[ -e /proc/self/fd/0 ] || exec </dev/null
+exec 9<&0 # a shell takes the standard input from what it does not wait for
+(
+    trap '' INT TERM
+    exec setpriv --pdeathsig KILL bwrap --dev-bind / / $overlay setpriv --pdeathsig TERM \\
+        env --default-signal=INT,QUIT,TERM "\$@"
+) <&9 9<&- &
+pid=\$!
+while
+    wait "\$pid"
+    status=\$?
+    kill -s 0 "\$pid" 2>/dev/null
+do :; done
+exit "\$status"
 END
         fi
     } >"$venv/enter.new"

@@ -35,7 +35,7 @@ Value = Annotated[float | str, PlainValidator(_value)]
 class Table(BaseModel):
     """A table of the case file: unknown keys are refused, numbers are not read from texts."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class MaterialTable(Table):
@@ -103,8 +103,8 @@ class RecordingTable(Table):
     mode: str = Field(description="a mode, see bushcli list modes")
     file: Name = Field(description="CSV file, relative to the case file")
     name: Name | None = Field(default=None, description="of the channel; the mode when absent")
-    columns: ColumnsTable = ColumnsTable()
-    units: UnitsTable = UnitsTable()
+    columns: ColumnsTable = Field(default_factory=ColumnsTable)
+    units: UnitsTable = Field(default_factory=UnitsTable)
     delimiter: Literal[",", ";", "\t", " ", "comma", "semicolon", "tab", "space"] | None = None
     decimal: Literal[".", ","] | None = None
     reverse: list[Literal["displacement", "force"]] | None = Field(

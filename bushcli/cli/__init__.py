@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,6 +30,9 @@ class _Group(click.Group):
     def main(self, *args: Any, **extra: Any) -> Any:
         # Open MPI does not start without it, and Python knows it from the system's list of users.
         os.environ.setdefault("HOME", _home())
+        # 20 ms of each start: pydantic would look for plugins in all packages, and check the schemas that it makes.
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+        os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
         try:
             return super().main(*args, **extra)
         except OSError as error:
@@ -70,6 +72,8 @@ def _home() -> str:
     try:
         return str(Path.home())
     except RuntimeError:  # no such user, as in a container with a number for one
+        import tempfile
+
         return tempfile.gettempdir()
 
 
@@ -82,7 +86,7 @@ def main() -> None:
     example. Units are N, mm, MPa, s and degrees.
 
     Exit codes: 0 done; 1 done, but the verdict is negative and --strict was given; 2 usage, case file or recording;
-    3 a simulation did not converge.
+    3 a simulation did not converge; 130 interrupted.
     """
 
 

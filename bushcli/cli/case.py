@@ -24,7 +24,6 @@ def check(run: Run, strict: bool) -> int:
     from bushcli import report
     from bushcli.faults import find_faults
     from bushcli.recording import read_coupon, read_recording
-    from bushcli.report.text import problem_parts
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material
 
@@ -37,7 +36,10 @@ def check(run: Run, strict: bool) -> int:
     found = untried_dolfinx(installed_dolfinx())
     result = report.case_json(case, curves, coupons, run.timings(), faults)
     result["problems"] += [vars(problem) for problem in found]
-    run.show(report.case_text(case, curves, coupons, faults), *problem_parts(found))
+    if run.shows:
+        from bushcli.report.text import problem_parts
+
+        run.show(report.case_text(case, curves, coupons, faults), *problem_parts(found))
     run.emit(result)
     if run.output and speaks():
         report.write_check(run.output, result, case)
@@ -67,7 +69,8 @@ def mesh(run: Run) -> int:
         if speaks() and report.write_refused(output, error):
             run.say(f"see the picture {output / 'geometry.png'}")
         raise
-    run.show(report.mesh_text(built, case.geometry))
+    if run.shows:
+        run.show(report.mesh_text(built, case.geometry))
     result = report.mesh_json(case, built, run.timings())
     run.emit(result)
     if speaks():
@@ -114,7 +117,8 @@ def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: 
         )
     compared = misfits(response)
     result = report.direct_json(response, compared, found, run.timings())
-    run.show(report.direct_text(response, compared, found))
+    if run.shows:
+        run.show(report.direct_text(response, compared, found))
     run.emit(result)
     if run.output and speaks():
         report.write_direct(run.output, result, response, compared, found)

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, ranks_there_are, speaks
+from bushcli.cli.run import (
+    DONE,
+    INTERRUPTED,
+    NEGATIVE,
+    NOT_CONVERGED,
+    Run,
+    on_a_case,
+    ranks_there_are,
+    speaks,
+)
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import is_interrupt
 
@@ -121,6 +130,8 @@ def _reported(run: Run, found: Diagnosis, strict: bool) -> int:
     if run.output:
         report.write_diagnosis(run.output, result, found)
         run.say(f"wrote {run.output}")
+    if any(condition.name == "interrupted" for condition in found.conditions):
+        return INTERRUPTED
     if any(condition.name == "not_converged" for condition in found.conditions):
         return NOT_CONVERGED
     return NEGATIVE if strict and found.verdict != "explained" else DONE

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from bushcli.cli.progress import search_progress
-from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+from bushcli.cli.run import DONE, INTERRUPTED, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def inverse(
 ) -> int:
     """Identify the law of CASE from its recordings.
 
-    Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW.jsonl, from
+    Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW, from
     which --resume continues after an interruption.
     """
     from bushcli import report
@@ -145,7 +145,7 @@ def inverse(
     case = run.load()
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
-    fits = []
+    fits, interrupted = [], False
     for law in _laws(case, models):
         task = Task(
             case,
@@ -161,12 +161,13 @@ def inverse(
             workers=workers,
         )
         run.say(f"identifying {law} from {len(case.recordings) - len(held_out)} recordings")
-        journal = run.output / f"history-{law}.jsonl" if run.output else None
+        journal = run.output / f"history-{law}" if run.output else None
         with run.timed(law):
             fits.append(
                 identify(task, journal=journal, resume=resume, progress=search_progress(run, task.turned))
             )
-        if any(condition.name == "interrupted" for condition in fits[-1].conditions):
+        interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
+        if interrupted:
             break
     fits.sort(key=report.rank)
     result = report.inverse_json(case, fits, run.timings())
@@ -175,7 +176,10 @@ def inverse(
     if run.output and speaks():
         report.write_inverse(run.output, result, case, fits)
         run.say(f"wrote {run.output}")
-    best = fits[0]
+    return INTERRUPTED if interrupted else _exit_code(fits[0], strict)
+
+
+def _exit_code(best: Fit, strict: bool) -> int:
     if not best.converged:
         return NOT_CONVERGED
     return NEGATIVE if strict and best.conditions else DONE

@@ -73,10 +73,10 @@ def search_progress(run: Run, turned: Mapping[str, EffectParameter]) -> Callable
     if run.quiet or not speaks():
         return None
 
-    from bushcli.inverse.door import values_at_door
+    from bushcli.inverse.file_units import values_in_file_units
 
     def line(found: Evaluation) -> None:
-        run.say(progress_line(replace(found, parameters=values_at_door(found.parameters, turned))))
+        run.say(progress_line(replace(found, parameters=values_in_file_units(found.parameters, turned))))
 
     return line
 

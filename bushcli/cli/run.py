@@ -75,9 +75,14 @@ class Run:
         if not self.quiet and speaks():
             click.echo(printable(text), err=True)
 
+    @property
+    def shows(self) -> bool:
+        """Whether results for people are printed: not where JSON is asked for, and by one rank only."""
+        return not self.json and speaks()
+
     def show(self, *renderables: Any) -> None:
         """Print results for people on stdout; nothing where JSON is asked for."""
-        if self.json or not speaks():
+        if not self.shows:
             return
         from rich.console import Console
 

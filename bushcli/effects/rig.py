@@ -18,7 +18,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Given, RigChange, Signal
@@ -312,6 +311,8 @@ def _shared(target: Array, compliance: float, carried: Response) -> Array:
 
 def _late(time: Array, force: Signal, lag: Signal, at: Array, corners: Sequence[int]) -> Signal:
     """Return the force at ``at - lag``."""
+    from scipy.interpolate import CubicHermiteSpline  # 0.1 s: only where it is needed
+
     when = at - lag.value
     data = np.column_stack([force.value, force.slope])
     result = np.where((when < time[0])[:, None], data[0], data[-1])

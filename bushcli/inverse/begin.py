@@ -29,6 +29,17 @@ def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> t
     The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
     step. What is unstable in the coupon modes is passed over without being solved: such a march takes long to fail.
 
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    start : Array
+        Where the search begins, shape (parameters,), in the units of the law.
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
+
     Returns
     -------
     point : shape (parameters,)
@@ -47,7 +58,19 @@ def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> t
 
 
 def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> Iterator[Array]:
-    """Points from the start to the law's own start, which has the parameters that shape the curve at their safest."""
+    """Points from the start to the law's own start, which has the parameters that shape the curve at their safest.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    start : Array
+        Where the search begins, shape (parameters,), in the units of the law.
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
+    """
     yield start
     shaping = own_parameters(problem) & ~scalable(problem)
     for enlarged in ENLARGED[1:]:
@@ -63,7 +86,15 @@ def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> It
 
 
 def own_start(problem: Problem, start: Array) -> Array:
-    """The law's own start values; those given for what is no parameter of the law."""
+    """The law's own start values; those given for what is no parameter of the law.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    start : Array
+        Values of the parameters that are not the law's, shape (parameters,).
+    """
     known = {parameter.name: parameter.start for parameter in problem.law.parameters}
     return np.array([known.get(name, value) for name, value in zip(problem.names, start, strict=True)])
 
@@ -80,12 +111,28 @@ def scalable(problem: Problem) -> NDArray[np.bool_]:
 
 
 def shear(problem: Problem, x: Array) -> float:
-    """Initial shear modulus, MPa."""
+    """Initial shear modulus, MPa.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    """
     return float(problem.law.shear_modulus(**problem.law_parameters(x)))
 
 
 def is_stable(problem: Problem, x: Array) -> bool:
-    """Whether the law is stable in all states watched: a matter of milliseconds, where a march takes longer."""
+    """Whether the law is stable in all states watched: a matter of milliseconds, where a march takes longer.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    """
     tangents = moduli(problem.law, problem.law_parameters(x), problem.states)
     return bool(np.isfinite(tangents).all() and (np.linalg.eigvalsh(tangents) > 0).all())
 
@@ -96,6 +143,17 @@ def scaled(problem: Problem, trial: Array, lower: Array, upper: Array) -> Array:
     One evaluation takes out any error of scale. If the sleeves' motion prescribes the deformation (coupons), the force
     is linear in each of these parameters and all get their best values at once. In a bushing the deformation depends
     on their ratios, and a common factor is exact, to the rubber's compressibility.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    trial : Array
+        Parameters, shape (parameters,), in the units of the law.
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
     """
     free = scalable(problem)
     forces = problem.forces(trial)

@@ -26,6 +26,13 @@ def covariance(problem: Problem, x: Array) -> Array:
     misfit, enlarged by the misfit's autocorrelation along the recording, since neighbouring samples that err
     together count less.
 
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+
     References
     ----------
     White (1980), Econometrica 48:817-838, doi:10.2307/1912934 (sandwich estimator).
@@ -51,6 +58,13 @@ def leverage(problem: Problem, x: Array) -> dict[str, dict[str, float]]:
 
     A recording's noise is not its only error: a load cell out of calibration, a coarse mesh or missing physics shift a
     whole curve, and no statistics of the misfit shows that. To first order.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
     """
     forces = problem.forces(x)
     if forces is None:
@@ -89,7 +103,15 @@ def autocorrelation_time(error: Array) -> float:
 
 
 def directions(problem: Problem, x: Array) -> tuple[Array, tuple[Combination, ...]]:
-    """Singular values per relative change of each parameter, over the largest, and the combinations left open."""
+    """Singular values per relative change of each parameter, over the largest, and the combinations left open.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    """
     jacobian = problem.jacobian(x)[: problem.samples]
     scaled = jacobian * np.where(x == 0, 1.0, np.abs(x))
     _, singular, rows = np.linalg.svd(scaled, full_matrices=False)

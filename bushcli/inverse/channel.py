@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from bushcli.case import Case
 from bushcli.effects.active import acting, require_time
@@ -151,9 +150,9 @@ class Channel:
 
         Parameters
         ----------
-        parameters
-            All of the law's, and "compliance" where it is not the case's.
-        names
+        parameters : Mapping[str, float]
+            All of the law's by name, in its units, and "compliance" (1/MPa) where it is not the case's.
+        names : Sequence[str]
             Order of the derivatives.
 
         Raises
@@ -242,6 +241,8 @@ class Channel:
         if self.simulation is not None:
             path = self.simulation.path[self._used]
             return Curve(self.recording.mode, path, answer.force, self.recording.time)
+        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
         q, force, _ = self._both_sides(answer)
         low, high = self.recording.displacement.min(), self.recording.displacement.max()
         fine = np.unique(np.concatenate([np.linspace(low, high, 101), [0.0] if low < 0 < high else []]))
@@ -258,13 +259,25 @@ class Channel:
         """Force (n,) and derivatives (n, parameters) at the recorded displacements."""
         if self.simulation is not None:
             return self.share * answer.force + self.offset, self.share * answer.slope
+        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
         q, force, slope = self._both_sides(answer)
         both = CubicSpline(q, np.column_stack([force, slope]))(self.recording.displacement)
         return both[:, 0], both[:, 1:]
 
 
 def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Channel]:
-    """The case's material tests. Small models: every rank of a parallel run solves them for itself."""
+    """The case's material tests. Small models: every rank of a parallel run solves them for itself.
+
+    Parameters
+    ----------
+    case : Case
+        The case.
+    rubber : Rubber
+        Law, parameters and bulk modulus to begin with.
+    weighting : Weighting
+        By what the misfit of a coupon is divided.
+    """
     shape = shapes()["coupon"]()
     return [
         Channel(read_coupon(source), shape, rubber, case, weighting, MPI.COMM_SELF) for source in case.coupons
@@ -274,7 +287,19 @@ def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Ch
 def bushing_channels(
     case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD, prepared: Prepare = prepare
 ) -> list[Channel]:
-    """The case's recordings; `prepared` makes the finite-element models."""
+    """The case's recordings; `prepared` makes the finite-element models.
+
+    Parameters
+    ----------
+    case : Case
+        The case.
+    rubber : Rubber
+        Law, parameters and bulk modulus to begin with.
+    comm : MPI.Comm
+        Ranks that share each model.
+    prepared : Prepare
+        Makes the finite-element model of a channel.
+    """
     return [
         Channel(
             read_recording(source),

@@ -36,6 +36,15 @@ def minimise_by_dogleg(problem: Problem, start: Array, max_iterations: int = 50)
 
     A parameter set that cannot be solved ends the search where it is needed for a derivative, and counts as a
     rejection where it is a trial.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    start : Array
+        Where the search begins, shape (parameters,), in the units of the law.
+    max_iterations : int
+        Largest number of iterations.
     """
     x, radius, rejections = start.copy(), RADIUS, 0
     value = problem.residual(x)

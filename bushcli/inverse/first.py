@@ -48,6 +48,21 @@ def first_minimum(
     """Search from the start, or from the nearest point that can be solved; None where there is none.
 
     This is the plain law's fit of `bushcli inverse` and of `bushcli diagnose`.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    start : Array
+        Where the search begins, shape (parameters,), in the units of the law.
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
+    method : Literal['trf', 'dogbox']
+        "trf" or "dogbox", as in `scipy.optimize.least_squares`.
+    loss : Loss
+        Loss function, as in `scipy.optimize.least_squares`.
     """
     initial, instead = first_point(problem, start, lower, upper)
     if not np.isfinite(problem.residual(initial)).all():

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case import Case, Material
+from bushcli.case import Case
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
 from bushcli.faults import condition, find_faults
@@ -18,14 +18,15 @@ from bushcli.inverse import certainty, starts
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.comparison import compared_curves
 from bushcli.inverse.dogleg import minimise_by_dogleg
-from bushcli.inverse.door import values_at_door
+from bushcli.inverse.estimates import effects, end_points, estimates, material
+from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.first import first_minimum
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import Problem, Progress
-from bushcli.inverse.profile import interval, profiles_of
+from bushcli.inverse.profile import profiles_of
 from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
-from bushcli.inverse.result import EndPoint, Estimate, Evaluation, Fit, Profile, Weighting
+from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions, history_not_kept, profiles_cut_short, start_replaced
@@ -35,8 +36,6 @@ Array = NDArray[np.float64]
 
 # Times that a search is resumed where a profile found a lower misfit.
 BETTER_ROUNDS = 3
-# A bound counts as reached within this share of the parameter's size.
-AT_BOUND = 1e-6
 
 
 def fit_coupons(
@@ -80,7 +79,7 @@ def identify(
     task
         What is identified from what, and how.
     journal
-        File in which every evaluation is kept.
+        Folder in which every evaluation is saved.
     resume
         Go on with the evaluations that the journal holds.
     progress
@@ -99,53 +98,136 @@ def identify(
     begin = time.perf_counter()
     # Reading the law first: a wrong name must not cost a mesh.
     start, lower, upper = (task.law, task.vectors())[1]
-    kept = Journal(journal, task.identity(), resume) if journal is not None else None
-    problem, held_out = task.problem(journal=kept, progress=progress)
+    saved = Journal(journal, task.identity(), resume) if journal is not None else None
+    problem, held_out = task.problem(journal=saved, progress=progress)
+    run = _Run(task, problem, held_out, start, lower, upper, journal, resume, progress)
     interrupted = False
-    minima: list[Minimum] = []
-    instead: Array | None = None
     try:
-        if task.method == "dogleg":
-            if not np.isfinite(problem.residual(start)).all():
-                raise InputError(_unsolvable(task, start))
-            minima.append(minimise_by_dogleg(problem, start))
-        else:
-            first = first_minimum(problem, start, lower, upper, task.method, task.loss)
-            if first is None:
-                raise InputError(_unsolvable(task, start))
-            minima.append(first.minimum)
-            initial, instead, states = first.initial, first.instead, first.states
-            found = {0: problem.states}
-            points = _further_starts(task, problem, initial, lower, upper)
-            given = [
-                Assignment(number, point, states, minima[0].cost, journal, resume)
-                for number, point in enumerate(points, 1)
-            ]
-            _refine(task, problem, given, minima, found, progress)
-            problem.states = found[_best(minima)]
+        run.search()
     except KeyboardInterrupt:
         interrupted = True
         if problem.best is None:
             raise
         cost, x = problem.best
-        minima.append(Minimum(start, x, cost, 0, False, "interrupted"))
-    best = minima[_best(minima)]
-    fit = _result(task, problem, held_out, best, minima, start, lower, upper, interrupted, begin)
-    if instead is not None:
-        replaced = start_replaced(_at_door(task, instead))
+        run.minima.append(Minimum(start, x, cost, 0, False, "interrupted"))
+    fit = run.result(interrupted, begin)
+    if run.instead is not None:
+        replaced = start_replaced(_in_file_units(task, run.instead))
         fit = replace(fit, conditions=(*fit.conditions, replaced))
     # A fault of the data explains more of a poor fit than anything that was found after it.
     faults = find_faults(task.case, [channel.recording for channel in (*problem.channels, *held_out)])
     return replace(fit, faults=faults, conditions=(*map(condition, faults), *fit.conditions))
 
 
-def _at_door(task: Task, x: Array) -> dict[str, float]:
+@dataclass
+class _Run:
+    """An identification under way.
+
+    Attributes
+    ----------
+    minima : list of Minimum
+        What the searches ended with, that of the first start first.
+    instead : Array or None
+        Where the search began if the given start could not be solved, shape (parameters,).
+    """
+
+    task: Task
+    problem: Problem
+    held_out: list[Channel]
+    start: Array
+    lower: Array
+    upper: Array
+    journal: Path | None
+    resume: bool
+    progress: Progress | None
+    minima: list[Minimum] = field(default_factory=list)
+    instead: Array | None = None
+
+    def search(self) -> None:
+        """Search from all starts.
+
+        Raises
+        ------
+        InputError
+            The start cannot be solved at all.
+        """
+        task, problem = self.task, self.problem
+        if task.method == "dogleg":
+            if not np.isfinite(problem.residual(self.start)).all():
+                raise InputError(_unsolvable(task, self.start))
+            self.minima.append(minimise_by_dogleg(problem, self.start))
+            return
+        first = first_minimum(problem, self.start, self.lower, self.upper, task.method, task.loss)
+        if first is None:
+            raise InputError(_unsolvable(task, self.start))
+        self.minima.append(first.minimum)
+        self.instead = first.instead
+        states = {0: problem.states}
+        points = _further_starts(task, problem, first.initial, self.lower, self.upper)
+        given = [
+            Assignment(number, point, first.states, self.minima[0].cost, self.journal, self.resume)
+            for number, point in enumerate(points, 1)
+        ]
+        _refine(task, problem, given, self.minima, states, self.progress)
+        problem.states = states[_best(self.minima)]
+
+    def result(self, interrupted: bool, begin: float) -> Fit:
+        """Return the best minimum as a fit, with what is certain about it.
+
+        Parameters
+        ----------
+        interrupted : bool
+            Whether Ctrl-C or SIGTERM ended the search.
+        begin : float
+            When the identification began, s of `time.perf_counter`.
+        """
+        task, problem = self.task, self.problem
+        best = self.minima[_best(self.minima)]
+        searched = problem.sweeps, problem.forward_solves, problem.failed_solves
+        problem.stage = "profile"
+        best, profiles, cut = _profiled(task, problem, best, self.lower, self.upper, interrupted)
+        rubber = material(task, problem, best.x)
+        found, correlation = estimates(task, problem, best.x, (self.lower, self.upper), profiles)
+        singular, undetermined = certainty.directions(problem, best.x)
+        fit = Fit(
+            material=rubber,
+            parameters=found,
+            correlation=correlation,
+            curves=compared_curves(task, problem, self.held_out, best.x, self.start),
+            stability=coupon_limits(task.law, rubber.parameters),
+            weighting=task.weighting,
+            forward_solves=searched[1],
+            sweeps=searched[0],
+            failed_solves=searched[2],
+            profile_sweeps=problem.sweeps - searched[0],
+            iterations=best.iterations,
+            converged=best.converged and not interrupted,
+            singular_values=singular,
+            undetermined=undetermined,
+            seconds=time.perf_counter() - begin,
+            conditions=(),
+            method=task.method,
+            message=best.message,
+            cost=best.cost,
+            evaluations=tuple(problem.evaluations),
+            end_points=end_points(task, self.minima),
+            profiles=tuple(profiles),
+            leverage=certainty.leverage(problem, best.x),
+            effects=effects(task, problem, best.x),
+        )
+        doubts = conditions(fit, task, best, interrupted)
+        if problem.journal is not None and problem.journal.failure:
+            doubts += (history_not_kept(problem.journal.failure),)
+        return replace(fit, conditions=(profiles_cut_short(), *doubts) if cut else doubts)
+
+
+def _in_file_units(task: Task, x: Array) -> dict[str, float]:
     """Values of the parameters as the case file has them."""
-    return values_at_door(dict(zip(task.names, map(float, x), strict=True)), task.turned)
+    return values_in_file_units(dict(zip(task.names, map(float, x), strict=True)), task.turned)
 
 
 def _unsolvable(task: Task, initial: Array) -> Finding:
-    tried = ", ".join(f"{name} = {value:g}" for name, value in _at_door(task, initial).items())
+    tried = ", ".join(f"{name} = {value:g}" for name, value in _in_file_units(task, initial).items())
     return Finding(
         task.case.path.name,
         f"{task.model} cannot be solved on these curves from {tried}, nor from the law's own start values",
@@ -203,84 +285,6 @@ def _refine(
     refined(task, problem.channels, given, done, forward)
 
 
-def _result(
-    task: Task,
-    problem: Problem,
-    held_out: list[Channel],
-    best: Minimum,
-    minima: list[Minimum],
-    start: Array,
-    lower: Array,
-    upper: Array,
-    interrupted: bool,
-    begin: float,
-) -> Fit:
-    searched = problem.sweeps, problem.forward_solves, problem.failed_solves
-    problem.stage = "profile"
-    best, profiles, cut = _profiled(task, problem, best, lower, upper, interrupted)
-    x = best.x
-    covariance = certainty.covariance(problem, x)
-    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    singular, undetermined = certainty.directions(problem, x)
-    intervals = {found.name: interval(found) for found in profiles}
-    limits = {found.name: found.limits for found in profiles}
-    estimates = {
-        name: Estimate(
-            float(x[i]),
-            float(spread[i]),
-            float(lower[i]),
-            float(upper[i]),
-            _at_bound(float(x[i]), float(lower[i]), float(upper[i])),
-            intervals.get(name),
-            limits.get(name, ("misfit", "misfit")),
-        )
-        for i, name in enumerate(task.names)
-    }
-    everything = problem.parameters(x)
-    values = problem.law_parameters(x)
-    compliance = everything.get("compliance")
-    bulk = task.material.bulk_modulus
-    if compliance is not None:
-        bulk = 1.0 / compliance if compliance > 0 else float("inf")
-    material = Material(task.model, bulk, values, task.material.terms)
-    fit = Fit(
-        material=material,
-        parameters=estimates,
-        correlation=covariance / np.maximum(np.outer(spread, spread), 1e-300),
-        curves=compared_curves(task, problem, held_out, x, start),
-        stability=coupon_limits(task.law, values),
-        weighting=task.weighting,
-        forward_solves=searched[1],
-        sweeps=searched[0],
-        failed_solves=searched[2],
-        profile_sweeps=problem.sweeps - searched[0],
-        iterations=best.iterations,
-        converged=best.converged and not interrupted,
-        singular_values=singular,
-        undetermined=undetermined,
-        seconds=time.perf_counter() - begin,
-        conditions=(),
-        method=task.method,
-        message=best.message,
-        cost=best.cost,
-        evaluations=tuple(problem.evaluations),
-        end_points=_end_points(task, minima),
-        profiles=tuple(profiles),
-        leverage=certainty.leverage(problem, x),
-        effects=tuple(
-            replace(
-                one,
-                values={p.name: everything.get(one.full_name(p), one.values[p.name]) for p in one.parameters},
-            )
-            for one in task.effects
-        ),
-    )
-    found = conditions(fit, task, best, interrupted)
-    if problem.journal is not None and problem.journal.failure:
-        found += (history_not_kept(problem.journal.failure),)
-    return replace(fit, conditions=(profiles_cut_short(), *found) if cut else found)
-
-
 def _profiled(
     task: Task, problem: Problem, best: Minimum, lower: Array, upper: Array, interrupted: bool
 ) -> tuple[Minimum, list[Profile], bool]:
@@ -303,20 +307,3 @@ def _profiled(
         # What is wanted of the search is there: an interval less is no reason to lose it.
         cut = True
     return best, [found[index] for index in sorted(found)], cut
-
-
-def _end_points(task: Task, minima: list[Minimum]) -> tuple[EndPoint, ...]:
-    named = [
-        EndPoint(
-            dict(zip(task.names, map(float, m.start), strict=True)),
-            dict(zip(task.names, map(float, m.x), strict=True)),
-            m.cost,
-            m.message,
-        )
-        for m in minima
-    ]
-    return tuple(sorted(named, key=lambda end: end.cost))
-
-
-def _at_bound(value: float, lower: float, upper: float) -> bool:
-    return bool(min(value - lower, upper - value) <= AT_BOUND * max(abs(value), 1e-3))

@@ -1,17 +1,16 @@
-"""Evaluations on disk, so that a run that was killed goes on where it was.
+"""Saved evaluations of an identification, so that a run that was ended goes on where it was.
 
-One line of JSON per evaluation. The file is replaced as a whole, atomically, after every evaluation: whenever the
-process dies, it holds all evaluations before the last. The optimisers are deterministic: fed with the kept answers
-they take the same path, and end with the same result.
+Each evaluation is one file of the store (`bushcli.runtime.store`), on disk before the search goes on: whenever the
+process dies, all evaluations but the last are there. The optimisers are deterministic: with the saved answers they take
+the same path and end with the same result. An evaluation that is damaged, or was made by another revision of the code,
+is calculated again.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,87 +19,135 @@ from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
 from bushcli.inverse.channel import Answer
+from bushcli.runtime.bounded import read_bounded
+from bushcli.runtime.store import Store
 
 Array = NDArray[np.float64]
 
+# The text beside the evaluations that says which run they are of, and the most that it may hold, bytes.
+RUN = "run.json"
+_LARGEST = 10_000
+_FIELDS = ("displacement", "force", "slope", "states")
+_WORK = "bushcli.inverse.journal.evaluation"
+
+
+class AnswersCodec:
+    """Answers of all channels at one vector of parameters as arrays; no answers where the march failed."""
+
+    def encoded(self, answers: list[Answer]) -> dict[str, Any]:
+        """Return the arrays of the answers by channel and field."""
+        arrays: dict[str, Any] = {"channels": np.array(len(answers))}
+        for i, answer in enumerate(answers):
+            arrays |= {
+                f"{i}.{field}": getattr(answer, field)
+                for field in _FIELDS
+                if getattr(answer, field) is not None
+            }
+        return arrays
+
+    def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> list[Answer]:
+        """Return the answers from their arrays.
+
+        Parameters
+        ----------
+        found : dict
+            Arrays by name, as `encoded` returned them.
+        question : tuple
+            Identity of the run and parameters, shape (parameters,) in the units of the law; not needed here.
+        """
+        return [
+            Answer(
+                found[f"{i}.displacement"], found[f"{i}.force"], found[f"{i}.slope"], found.get(f"{i}.states")
+            )
+            for i in range(int(found["channels"]))
+        ]
+
 
 class Journal:
-    """Kept evaluations of one identification.
+    """Saved evaluations of one identification.
 
     Parameters
     ----------
-    file
-        Where they are kept.
-    identity
-        What the run is of; a file of another run is refused.
-    resume
-        Use what the file holds; otherwise a new one is begun.
-
-    Attributes
-    ----------
-    failure : str
-        Why the last evaluation could not be kept on disk; empty where it was.
+    folder : Path
+        Where they are saved.
+    identity : mapping
+        What decides the answers, ready for JSON; a folder of another run is refused.
+    resume : bool
+        Use what the folder holds; otherwise the evaluations of earlier runs are deleted.
 
     Raises
     ------
     InputError
-        The file is of another case, law or version.
+        The folder is of another case, law or option, or cannot be written.
     """
 
-    def __init__(self, file: Path, identity: Mapping[str, Any], resume: bool) -> None:
-        self.file = file
+    def __init__(self, folder: Path, identity: Mapping[str, Any], resume: bool) -> None:
+        self.folder = folder
         self.identity = hashlib.sha256(json.dumps(identity, sort_keys=True, default=str).encode()).hexdigest()
-        self._lines = [json.dumps({"identity": self.identity})]
+        self._index = folder / RUN
+        if resume and self._index.exists():
+            self._check()
+        self._store = Store(folder, AnswersCodec(), resume)
         self._known: dict[bytes, list[Answer]] = {}
-        self.failure = ""
-        if resume and file.exists():
-            self._read()
+        self._write_index()
 
-    def _read(self) -> None:
+    def _check(self) -> None:
+        """Refuse evaluations of another run."""
         try:
-            lines = self.file.read_text(encoding="utf-8").splitlines()
-            head, *rest = (json.loads(line) for line in lines)
-            if head["identity"] != self.identity:
-                raise InputError(
-                    Problem(
-                        str(self.file),
-                        "is of another case, law or option",
-                        "",
-                        "the run to go on with, unchanged",
-                    )
-                )
-            for row in rest:
-                answers = [Answer(*(np.array(part) for part in answer)) for answer in row["answers"]]
-                self._known[np.array(row["x"]).tobytes()] = answers
-        except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OSError) as error:
-            what = f"is damaged, or not a history of a run ({str(error)[:200]})"
-            expected = "the file as the run left it; or go without --resume, which begins a new one"
-            raise InputError(Problem(str(self.file), what, "", expected)) from None
-        self._lines = lines
+            identity = json.loads(read_bounded(self._index, _LARGEST))["identity"]
+        except (ValueError, LookupError, TypeError, RecursionError, OSError) as error:
+            what = f"is damaged ({str(error)[:200]})"
+            expected = "the file as the run left it; or go without --resume, which begins anew"
+            raise InputError(Problem(str(self._index), what, "", expected)) from None
+        if identity != self.identity:
+            what = "is of another case, law or option"
+            raise InputError(Problem(str(self._index), what, "", "the run to go on with, unchanged"))
+
+    def _write_index(self) -> None:
+        text = json.dumps(
+            {"identity": self.identity, "contents": "evaluations of bushcli inverse, for --resume"}
+        )
+        try:
+            if self._index.is_symlink():
+                what = "is a symbolic link, which is not followed"
+                raise InputError(Problem(str(self._index), what, "", "another -o"))
+            # Damaged or not: so begins what was written here.
+            if self._index.exists() and not read_bounded(self._index, _LARGEST).startswith(b'{"identity": '):
+                what = "is there already, and not by an earlier run"
+                raise InputError(Problem(str(self._index), what, "", "another -o"))
+            self._index.write_text(text + "\n", encoding="utf-8")
+        except OSError as error:
+            raise InputError(
+                Problem(str(self._index), f"cannot be written: {error.strerror or error}")
+            ) from None
+
+    @property
+    def failure(self) -> str:
+        """Why evaluations cannot be saved at present; empty if they can."""
+        return self._store.failure()
 
     def find(self, x: Array) -> list[Answer] | None:
-        """Answers kept for exactly these parameters (empty: the march had failed), or None."""
-        return self._known.get(np.ascontiguousarray(x, dtype=float).tobytes())
+        """Return the answers saved for exactly these parameters (none: the march had failed), or None."""
+        question = self._question(x)
+        known = self._known.get(question[1].tobytes())
+        if known is not None:
+            return known
+        there, answers = self._store.read(self._store.file(_WORK, question), question)
+        return answers if there else None
 
     def add(self, x: Array, answers: list[Answer]) -> None:
-        """Keep an evaluation, on disk before this returns; where that fails, `failure` says so."""
-        self._known[np.ascontiguousarray(x, dtype=float).tobytes()] = answers
-        parts = [
-            [p.tolist() for p in (a.displacement, a.force, a.slope, a.states) if p is not None]
-            for a in answers
-        ]
-        self._lines.append(json.dumps({"x": x.tolist(), "answers": parts}))
-        fresh = self.file.with_suffix(f".{os.getpid()}.part")
-        try:
-            self.file.parent.mkdir(parents=True, exist_ok=True)
-            with fresh.open("w", encoding="utf-8") as out:
-                out.write("\n".join(self._lines) + "\n")
-                out.flush()
-                os.fsync(out.fileno())
-            fresh.replace(self.file)
-            self.failure = ""
-        except OSError as error:
-            # What was computed is worth more than the means of going on with it.
-            self.failure = error.strerror or str(error)
-            with suppress(OSError):
-                fresh.unlink(missing_ok=True)
+        """Save an evaluation, on disk before this returns; where that fails, `failure` says so.
+
+        Parameters
+        ----------
+        x : Array
+            Parameters, shape (parameters,), in the units of the law.
+        answers : list of Answer
+            One for each channel; none where the march failed.
+        """
+        question = self._question(x)
+        self._known[question[1].tobytes()] = answers
+        self._store.write(self._store.file(_WORK, question), answers)
+
+    def _question(self, x: Array) -> tuple[str, Array]:
+        return self.identity, np.ascontiguousarray(x, dtype=float)

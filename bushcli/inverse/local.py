@@ -163,19 +163,18 @@ def minimise(
 
     Parameters
     ----------
-    problem
+    problem : Problem
         Its residual is not a number where a march fails, which the trust region answers by shrinking.
-    start, lower, upper : shape (parameters,)
-        The start must be solvable.
-    method, loss
+    start, lower, upper : Array, shape (parameters,)
+        The start, which must be solvable, and the bounds.
+    method, loss : str
         As in `scipy.optimize.least_squares`.
     patience, explained
-        As in `Watched`.
+        As in `Watched`; points have the shape (parameters,).
     """
     mean_samples = problem.samples / len(problem.channels)
-    watched = Watched(
-        problem, Follower(method, lower, upper) if loss == "linear" else None, patience, explained
-    )
+    follower = Follower(method, lower, upper) if loss == "linear" else None
+    watched = Watched(problem, follower, patience, explained)
     try:
         result = least_squares(
             watched.residual,
@@ -218,7 +217,19 @@ def _is_minimum_already(problem: Problem, start: Array, x: Array, lower: Array, 
 
 
 def promise(problem: Problem, x: Array, lower: Array, upper: Array) -> float:
-    """Share of the cost that a full Gauss-Newton step within the bounds promises to take away: none at a minimum."""
+    """Share of the cost that a full Gauss-Newton step within the bounds promises to take away: none at a minimum.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
+    """
     value, slope = problem.residual(x), problem.jacobian(x)
     size = np.linalg.norm(slope, axis=0)
     size[size == 0] = 1.0
@@ -228,6 +239,16 @@ def promise(problem: Problem, x: Array, lower: Array, upper: Array) -> float:
 
 
 def inside(x: Array, lower: Array, upper: Array) -> Array:
-    """The point, moved off the bounds by a hair: the interior methods cannot start on them."""
+    """The point, moved off the bounds by a hair: the interior methods cannot start on them.
+
+    Parameters
+    ----------
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
+    """
     width = np.minimum(upper - lower, 1.0 + np.abs(x))
     return np.asarray(np.clip(x, lower + 1e-9 * width, upper - 1e-9 * width))

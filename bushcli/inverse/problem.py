@@ -118,7 +118,15 @@ class Problem:
         return np.concatenate(found)
 
     def instability(self, x: Array, states: Array | None = None) -> Array:
-        """What instability adds to the misfit, a row per state (those watched, or others, shape (n, 3)); no solve."""
+        """What instability adds to the misfit, a row per state (those watched, or others, shape (n, 3)); no solve.
+
+        Parameters
+        ----------
+        x : Array
+            Parameters, shape (parameters,), in the units of the law.
+        states : Array | None
+            Principal stretches, shape (n, 3); None for those that the problem watches.
+        """
         return self._instability(x, self.states if states is None else states)
 
     def stability(self, x: Array) -> tuple[Array, Array]:
@@ -185,7 +193,15 @@ class Problem:
         return np.ascontiguousarray(x, dtype=float).tobytes() in self._known
 
     def learn(self, x: Array, answers: list[Answer]) -> None:
-        """Take over solved curves from another problem with the same channels."""
+        """Take over solved curves from another problem with the same channels.
+
+        Parameters
+        ----------
+        x : Array
+            Parameters, shape (parameters,), in the units of the law.
+        answers : list[Answer]
+            Solved curves, one for each channel.
+        """
         self._known.setdefault(np.ascontiguousarray(x, dtype=float).tobytes(), answers)
 
     def answers(self, x: Array) -> list[Answer] | None:

@@ -56,7 +56,19 @@ class _Point:
 
 
 def noise_unit(problem: Problem, x: Array, covariance: Array, index: int) -> float:
-    """Rise of the cost at one standard error of a parameter: with it the profile knows of autocorrelation, too."""
+    """Rise of the cost at one standard error of a parameter: with it the profile knows of autocorrelation, too.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    covariance : Array
+        Covariance of the parameters, shape (parameters, parameters).
+    index : int
+        Index of the parameter.
+    """
     forces = problem.forces(x)
     assert forces is not None
     rows = np.vstack(
@@ -78,6 +90,15 @@ def worth_a_profile(problem: Problem, best: Minimum, covariance: Array) -> list[
     be solved: they are bent together. Of others (effects) those that are poorly determined themselves; the compliance
     has its own words. None where the curves leave several combinations open (three terms of Ogden on one curve): the
     others can follow any change of one, and no interval of a single parameter means anything.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    best : Minimum
+        End of the search.
+    covariance : Array
+        Covariance of the parameters, shape (parameters, parameters).
     """
     x = best.x
     if len(x) < 2 or len(certainty.directions(problem, x)[1]) > OPEN:
@@ -100,6 +121,21 @@ def profiles_of(
 
     States in which the law was found unstable on the way lead the later profiles around what cannot be solved. Those
     that ended there before are done again.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    best : Minimum
+        End of the search.
+    covariance : Array
+        Covariance of the parameters, shape (parameters, parameters).
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
+    found : dict[int, Profile]
+        Profiles by index of their parameter; filled in.
     """
     again = list(worth_a_profile(problem, best, covariance))
     while again:
@@ -123,14 +159,16 @@ def profile(
 
     Parameters
     ----------
-    problem
-    x : shape (parameters,)
+    problem : Problem
+        The least-squares problem.
+    x : Array, shape (parameters,)
         The best point.
-    index
+    index : int
         Of the parameter.
-    covariance : shape (parameters, parameters)
+    covariance : Array, shape (parameters, parameters)
         At the best point: where to look first.
-    lower, upper : shape (parameters,)
+    lower : Array, shape (parameters,)
+    upper : Array, shape (parameters,)
 
     Returns
     -------

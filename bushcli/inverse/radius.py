@@ -86,7 +86,15 @@ class Follower:
             self.misfit = misfit
 
     def derives(self, x: Array, jacobian: Array) -> None:
-        """The optimiser asks for the derivatives at `x`: it has gone there."""
+        """The optimiser asks for the derivatives at `x`: it has gone there.
+
+        Parameters
+        ----------
+        x : Array
+            Parameters, shape (parameters,), in the units of the law.
+        jacobian : Array
+            Derivatives of the weighted misfit, shape (samples, parameters).
+        """
         norms = np.linalg.norm(jacobian, axis=0)
         if self.radius is None:
             self._norms = np.where(norms == 0, 1.0, norms)

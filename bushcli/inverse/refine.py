@@ -71,7 +71,21 @@ def refine(
     progress: Progress | None = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Refined:
-    """Search from one start."""
+    """Search from one start.
+
+    Parameters
+    ----------
+    task : Task
+        What is identified from what, and how.
+    channels : list[Channel]
+        Channels of the problem.
+    given : Assignment
+        The start, and what it is compared with.
+    progress : Progress | None
+        Called after each evaluation; None calls nothing.
+    stopped : Callable[[], bool]
+        Returns True when the search is to be given up.
+    """
     costs: list[float] = []
 
     def follow(found: Evaluation) -> None:
@@ -83,12 +97,7 @@ def refine(
         if is_hopeless(costs, given.reference):
             raise _GivenUp("given up: the misfit stays far above the first start's")
 
-    kept = None
-    if given.journal is not None:
-        file = given.journal.with_name(f"{given.journal.stem}-start-{given.number}{given.journal.suffix}")
-        identity = {**task.identity(), "number": given.number, "point": given.point.tolist()}
-        kept = Journal(file, identity, given.resume)
-    problem = task.pose(channels, kept, follow)
+    problem = task.pose(channels, _journal(task, given), follow)
     problem.states, problem.start = given.states, given.number
     _, lower, upper = task.vectors()
     initial = inside(given.point, lower, upper)
@@ -114,8 +123,25 @@ def refine(
     )
 
 
+def _journal(task: Task, given: Assignment) -> Journal | None:
+    """Return the saved evaluations of a start, in a folder of their own; None where none are saved."""
+    if given.journal is None:
+        return None
+    folder = given.journal.with_name(f"{given.journal.name}-start-{given.number}")
+    identity = {**task.identity(), "number": given.number, "point": given.point.tolist()}
+    return Journal(folder, identity, given.resume)
+
+
 def is_hopeless(costs: Sequence[float], reference: float) -> bool:
-    """Whether a search with these costs so far, NaN where there was no solution, is not worth going on with."""
+    """Whether a search with these costs so far, NaN where there was no solution, is not worth going on with.
+
+    Parameters
+    ----------
+    costs : Sequence[float]
+        Half the squared misfit of each evaluation so far, a number without unit; NaN where there was no solution.
+    reference : float
+        Cost of the first start's minimum, a number without unit.
+    """
     if len(costs) < HOPELESS_AFTER:
         return False
     best, before = (_least(part) for part in (costs, costs[:-LAST_FEW]))
@@ -151,11 +177,15 @@ def refined(
 
     Parameters
     ----------
-    channels
+    task : Task
+        What is identified from what, and how.
+    channels : list[Channel]
         Used where there is one worker; others make their own.
-    done
+    given : Sequence[Assignment]
+        Starts, with what they are compared with.
+    done : Callable[[Refined], None]
         Called with what came of each start, in their order.
-    progress
+    progress : Progress | None
         Called after each evaluation; with several workers, when its start is finished.
 
     Raises

@@ -54,6 +54,13 @@ class Refit:
         Curves are linear enough over such a step, and stability costs nothing: so a step minimises the linearised
         misfit with the law's stability as it is. One or two of them are enough; what a further one would gain is
         known without another evaluation. Where they do not serve, the trust region takes over.
+
+        Parameters
+        ----------
+        known : Array
+            Solved point to begin with, shape (parameters,).
+        start : Array
+            Where the refit begins, shape (parameters,), with the value of the profiled parameter.
         """
         x, moved = known, self._step(known, start)
         if self.rise_by_instability(moved) > FAR * RISE_95:

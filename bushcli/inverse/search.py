@@ -68,7 +68,15 @@ def search(
 
 
 def watch(problem: Problem, x: Array) -> bool:
-    """Whether the law is unstable in states that the rubber reaches at `x`; if so they join those of the problem."""
+    """Whether the law is unstable in states that the rubber reaches at `x`; if so they join those of the problem.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    """
     states = problem.reached(x)
     if not is_unstable(problem, x, states):
         return False
@@ -78,10 +86,28 @@ def watch(problem: Problem, x: Array) -> bool:
 
 
 def is_stable_there(problem: Problem, x: Array) -> bool:
-    """Whether the law is stable in the states that the rubber reaches at `x`."""
+    """Whether the law is stable in the states that the rubber reaches at `x`.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    """
     return not is_unstable(problem, x, problem.reached(x))
 
 
 def is_unstable(problem: Problem, x: Array, states: Array) -> bool:
-    """Whether the law is unstable, or nearly so, in any of the states, shape (n, 3)."""
+    """Whether the law is unstable, or nearly so, in any of the states, shape (n, 3).
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    states : Array
+        Principal stretches, shape (n, 3); None for those that the problem watches.
+    """
     return bool(problem.instability(x, states).max(initial=0.0) > ACTIVE)

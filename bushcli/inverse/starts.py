@@ -30,6 +30,17 @@ def box(start: Array, lower: Array, upper: Array, shear: float) -> tuple[Array, 
     """Where starts are sought: a factor `SPREAD` about the start, and both signs where the bounds allow them.
 
     `shear` (MPa) is the scale of a parameter whose start says little because it is near zero.
+
+    Parameters
+    ----------
+    start : Array
+        Where the search begins, shape (parameters,), in the units of the law.
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
+    shear : float
+        Initial shear modulus, MPa: the scale of a parameter that starts near zero.
     """
     size = np.maximum(np.abs(start), 0.01 * shear)
     low = np.where(lower >= 0, start / SPREAD, -SPREAD * size)
@@ -38,7 +49,19 @@ def box(start: Array, lower: Array, upper: Array, shear: float) -> tuple[Array, 
 
 
 def hypercube(count: int, low: Array, high: Array, seed: int) -> Array:
-    """Latin hypercube in the box, shape (count, parameters); logarithmic where the box is positive."""
+    """Latin hypercube in the box, shape (count, parameters); logarithmic where the box is positive.
+
+    Parameters
+    ----------
+    count : int
+        Number of points.
+    low : Array
+        Lower corner of the box, shape (parameters,).
+    high : Array
+        Upper corner of the box, shape (parameters,).
+    seed : int
+        Seed of the random numbers.
+    """
     from scipy.stats import qmc  # 0.3 s: not for commands that only simulate
 
     unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(count)
@@ -46,14 +69,38 @@ def hypercube(count: int, low: Array, high: Array, seed: int) -> Array:
 
 
 def from_unit(unit: Array, low: Array, high: Array) -> Array:
-    """Points of the unit cube in the box; logarithmic along parameters whose box is positive."""
+    """Points of the unit cube in the box; logarithmic along parameters whose box is positive.
+
+    Parameters
+    ----------
+    unit : Array
+        Points of the unit cube, shape (n, parameters).
+    low : Array
+        Lower corner of the box, shape (parameters,).
+    high : Array
+        Upper corner of the box, shape (parameters,).
+    """
     safe = np.where(low > 0, low, 1.0)
     ratio = np.where(low > 0, np.maximum(high, safe) / safe, 1.0)
     return np.asarray(np.where(low > 0, safe * ratio**unit, low + unit * (high - low)))
 
 
 def screened(costs: Costs, count: int, low: Array, high: Array, seed: int) -> list[Array]:
-    """The best `count` of a larger hypercube, by their cost on the coarse mesh."""
+    """The best `count` of a larger hypercube, by their cost on the coarse mesh.
+
+    Parameters
+    ----------
+    costs : Costs
+        Returns the cost of each of n points, shape (n, parameters).
+    count : int
+        Number of points.
+    low : Array
+        Lower corner of the box, shape (parameters,).
+    high : Array
+        Upper corner of the box, shape (parameters,).
+    seed : int
+        Seed of the random numbers.
+    """
     candidates = list(hypercube(SCREENED * count, low, high, seed))
     found = costs(candidates)
     order = sorted((cost, i) for i, cost in enumerate(found) if np.isfinite(cost))
@@ -64,6 +111,17 @@ def evolved(costs: Costs, low: Array, high: Array, seed: int) -> Array:
     """Best point of differential evolution on the coarse mesh; a set that cannot be solved is never the better one.
 
     A generation is evaluated as a whole: so many processes may share it, and none of them changes it.
+
+    Parameters
+    ----------
+    costs : Costs
+        Returns the cost of each of n points, shape (n, parameters).
+    low : Array
+        Lower corner of the box, shape (parameters,).
+    high : Array
+        Upper corner of the box, shape (parameters,).
+    seed : int
+        Seed of the random numbers.
     """
     from scipy.optimize import differential_evolution
 

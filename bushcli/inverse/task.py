@@ -159,6 +159,15 @@ class Task:
     ) -> tuple[list[Channel], list[Channel]]:
         """Channels to fit, and channels to predict; `prepared` makes their finite-element models.
 
+        Parameters
+        ----------
+        coarse : bool
+            Use a coarse mesh.
+        comm : MPI.Comm
+            Ranks that share each model.
+        prepared : Prepare
+            Makes the finite-element model of a channel.
+
         Raises
         ------
         InputError
@@ -194,14 +203,36 @@ class Task:
         progress: Progress | None = None,
         comm: MPI.Comm = MPI.COMM_WORLD,
     ) -> tuple[Problem, list[Channel]]:
-        """The least-squares problem and the channels held out of it."""
+        """The least-squares problem and the channels held out of it.
+
+        Parameters
+        ----------
+        coarse : bool
+            Use a coarse mesh.
+        journal : Journal | None
+            Saved evaluations; None saves none.
+        progress : Progress | None
+            Called after each evaluation; None calls nothing.
+        comm : MPI.Comm
+            Ranks that share each model.
+        """
         fitted, held_out = self.channels(coarse, comm)
         return self.pose(fitted, journal, progress), held_out
 
     def pose(
         self, fitted: list[Channel], journal: Journal | None = None, progress: Progress | None = None
     ) -> Problem:
-        """The least-squares problem of some channels."""
+        """The least-squares problem of some channels.
+
+        Parameters
+        ----------
+        fitted : list[Channel]
+            Channels that are fitted.
+        journal : Journal | None
+            Saved evaluations; None saves none.
+        progress : Progress | None
+            Called after each evaluation; None calls nothing.
+        """
         material = self.material
         known = {**material.parameters, **self.effect_values}
         fixed = {name: value for name, value in known.items() if self.is_fixed(name)}

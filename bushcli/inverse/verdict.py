@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bushcli.inverse.channel import NOISE_FLOOR
-from bushcli.inverse.door import at_door
+from bushcli.inverse.file_units import in_file_units
 from bushcli.inverse.local import STAYED, Minimum
 from bushcli.inverse.result import EndPoint, Fit, FittedCurve
 from bushcli.inverse.task import Task
@@ -32,7 +32,19 @@ PREDICTED = 10.0
 
 
 def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[Condition, ...]:
-    """All conditions of a fit, the gravest first."""
+    """All conditions of a fit, the gravest first.
+
+    Parameters
+    ----------
+    fit : Fit
+        The identified law.
+    task : Task
+        What is identified from what, and how.
+    best : Minimum
+        End of the search.
+    interrupted : bool
+        Whether Ctrl-C or SIGTERM ended the search.
+    """
     found = []
     if interrupted:
         found.append(
@@ -62,13 +74,13 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
     found += _stuck(fit, best)
     found += _poor(fit)
     found += _above_noise(fit, task)
-    found += _bounds(at_door(fit))
+    found += _bounds(in_file_units(fit))
     found += _tests(fit, task)
     found += _stability(fit)
     found += _edge(best)
     found += _undetermined(fit, task)
     found += _delicate(fit, task)
-    found += _several(at_door(fit).end_points)
+    found += _several(in_file_units(fit).end_points)
     found += _predictions(fit, task)
     if fit.failed_solves > FAILED * fit.sweeps:
         found.append(

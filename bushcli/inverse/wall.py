@@ -42,7 +42,23 @@ def along_the_wall(
     method: Literal["trf", "dogbox"],
     loss: Loss,
 ) -> Minimum:
-    """Go on from where a search ended beside failures; what remains is not called a minimum while the wall holds it."""
+    """Go on from where a search ended beside failures; what remains is not called a minimum while the wall holds it.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    ended : Minimum
+        End of the search so far.
+    lower : Array
+        Lower bounds, shape (parameters,).
+    upper : Array
+        Upper bounds, shape (parameters,).
+    method : Literal['trf', 'dogbox']
+        "trf" or "dogbox", as in `scipy.optimize.least_squares`.
+    loss : Loss
+        Loss function, as in `scipy.optimize.least_squares`.
+    """
     best = ended
     for _ in range(ROUNDS):
         before = best.cost
@@ -97,6 +113,15 @@ def known(problem: Problem, x: Array, norms: Array) -> tuple[Array, Array]:
     """Directions from `x` to the nearest points that failed, and to those solved, shape (n, parameters), unit length.
 
     Of points in nearly the same direction the nearest stands for all.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Parameters, shape (parameters,), in the units of the law.
+    norms : Array
+        Sizes of the parameters, shape (parameters,), by which differences are divided.
     """
     failed: list[Array] = []
     solved: list[Array] = []
@@ -120,6 +145,13 @@ def plane(failed: Array, solved: Array) -> Array | None:
 
     Shorter lists of the solved are tried where all of them cannot be parted from the failed: the nearest come first.
     None where nothing failed.
+
+    Parameters
+    ----------
+    failed : Array
+        Directions to points without a solution, shape (n, parameters), of unit length.
+    solved : Array
+        Directions to points with a solution, shape (m, parameters), of unit length.
     """
     if not len(failed):
         return None

@@ -50,6 +50,17 @@ class Column:
 def column(table: TextTable, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
     """Return the column of a quantity; a time that is not in the file is None.
 
+    Parameters
+    ----------
+    table : TextTable
+        The file's rows and headings.
+    source : Source
+        The file, and what the user says of its columns.
+    mode : Mode
+        Mode of the recording.
+    quantity : Quantity
+        Time, displacement or force.
+
     Raises
     ------
     RecordingError

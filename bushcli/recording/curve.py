@@ -131,7 +131,15 @@ class Curve:
         return Curve(self.mode, *merged)
 
     def part(self, start: int, stop: int) -> Curve:
-        """Return the samples ``start:stop``, such as those of a branch."""
+        """Return the samples ``start:stop``, such as those of a branch.
+
+        Parameters
+        ----------
+        start : int
+            First sample.
+        stop : int
+            The sample after the last.
+        """
         cut = slice(start, stop)
         time = None if self.time is None else self.time[cut]
         return replace(self, displacement=self.displacement[cut], force=self.force[cut], time=time)

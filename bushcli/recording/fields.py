@@ -36,13 +36,29 @@ _FAR, _JUMP, _DENSE = 2.0, 0.5, 20
 
 
 def is_number(field: str, decimal: str) -> bool:
-    """Whether a field is a number, including the ways in which programs write that it is none."""
+    """Whether a field is a number, including the ways in which programs write that it is none.
+
+    Parameters
+    ----------
+    field : str
+        Text of a field.
+    decimal : str
+        Decimal sign of the file, "." or ",".
+    """
     field = field.replace("\u2212", "-")
     return bool(_NUMBER[decimal].fullmatch(field) or _NO_NUMBER.fullmatch(field))
 
 
 def to_float(field: str, decimal: str) -> float:
-    """Return the value of a field, nan where it is none."""
+    """Return the value of a field, nan where it is none.
+
+    Parameters
+    ----------
+    field : str
+        Text of a field.
+    decimal : str
+        Decimal sign of the file, "." or ",".
+    """
     text = field.replace("\u2212", "-").replace(decimal, ".").replace("D", "e").replace("d", "e")
     try:
         return float(text)
@@ -89,7 +105,7 @@ def sentinel(fields: Sequence[str], values: Array, accepted: Collection[float]) 
     values : (n,) array
         Their numbers.
     accepted : collection of float
-        Numbers that the user says were measured.
+        Numbers that the user says were measured, in the unit of the file.
     """
     codes = np.array([_CODE.fullmatch(field) is not None for field in fields], dtype=bool)
     codes &= ~np.isin(values, list(accepted))

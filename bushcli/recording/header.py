@@ -196,6 +196,13 @@ def match_quality(text: str, kind: str) -> int:
 
     0 no; 1 a German compound; 2 the word among others; 3 a word for it; 4 this project's own name. A unit of another
     quantity that is in the table of `units` makes it 0.
+
+    Parameters
+    ----------
+    text : str
+        Name of a column.
+    kind : str
+        Quantity that is looked for, a key of the table of words.
     """
     head = heading(text)
     for written in head.written:
@@ -206,7 +213,15 @@ def match_quality(text: str, kind: str) -> int:
 
 
 def word_quality(head: Heading, kind: str) -> int:
-    """Return `match_quality` of the words alone, whatever the unit."""
+    """Return `match_quality` of the words alone, whatever the unit.
+
+    Parameters
+    ----------
+    head : Heading
+        Heading, cut into words.
+    kind : str
+        Quantity that is looked for, a key of the table of words.
+    """
     if any(word in _FOREIGN for word in head.words):
         return 0
     return _quality(head.name, kind)

@@ -97,7 +97,8 @@ def holds_along(
     found : sequence of Branch, optional
         Of the path, where it has been cut already.
     least_force : float
-        No relaxation is given where less is held: beside a recording, what its noise hides.
+        No relaxation is given where a smaller force is held, in the unit of the force: beside a recording, what its
+        noise hides.
 
     Returns
     -------

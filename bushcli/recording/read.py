@@ -155,7 +155,15 @@ def branches(recording: Curve) -> tuple[Branch, ...]:
 
 
 def departure(found: Sequence[Branch], i: int) -> int:
-    """Return the sample from which a branch sets out: the last before it, unless cycles between are left out."""
+    """Return the sample from which a branch sets out: the last before it, unless cycles between are left out.
+
+    Parameters
+    ----------
+    found : Sequence[Branch]
+        Branches of a recording, in order.
+    i : int
+        Index of the branch.
+    """
     first = found[i].start
     return first - 1 if i > 0 and found[i].cycle - found[i - 1].cycle <= 1 else first
 
@@ -186,6 +194,13 @@ def displacement_noise(recording: Curve) -> float:
 def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
     """Return which samples (n,) belong to the given cycles, counted from 1.
 
+    Parameters
+    ----------
+    recording : Curve
+        The recording.
+    cycles : Iterable[int]
+        Numbers of cycles, counted from 1.
+
     Raises
     ------
     RecordingError
@@ -207,7 +222,15 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
 
 
 def matching(whole: Curve, used: Curve) -> NDArray[np.intp]:
-    """Return the places (n,) in a whole recording of the samples that are used of it, both in recorded order."""
+    """Return the places (n,) in a whole recording of the samples that are used of it, both in recorded order.
+
+    Parameters
+    ----------
+    whole : Curve
+        The recording as it is in the file.
+    used : Curve
+        The samples of it that are used.
+    """
     if len(whole.displacement) == len(used.displacement):
         return np.arange(len(used.displacement))
     series = (whole.displacement, used.displacement)
@@ -223,6 +246,13 @@ def matching(whole: Curve, used: Curve) -> NDArray[np.intp]:
 
 def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
     """Return the samples of the given cycles, counted from 1, with their times.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    cycles : Iterable[int]
+        Numbers of cycles, counted from 1.
 
     Raises
     ------

@@ -66,7 +66,15 @@ class Branch:
 
 
 def displacement_noise(displacement: Array, time: Array | None = None) -> float:
-    """Return the standard deviation of the noise of a displacement, in its unit."""
+    """Return the standard deviation of the noise of a displacement, in its unit.
+
+    Parameters
+    ----------
+    displacement : Array
+        Shape (n,), mm or rad.
+    time : Array | None
+        Shape (n,), s; None where the recording has none.
+    """
     return noise(displacement, _abscissa(displacement, time), order=3)
 
 

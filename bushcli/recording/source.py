@@ -84,7 +84,17 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 
 
 def dimension(quantity: Quantity, specimen: str, rotational: bool) -> str:
-    """Return the key of `UNITS` that applies to a column of a bushing ("bushing") or coupon recording."""
+    """Return the key of `UNITS` that applies to a column of a bushing ("bushing") or coupon recording.
+
+    Parameters
+    ----------
+    quantity : Quantity
+        Time, displacement or force.
+    specimen : str
+        "bushing" or "coupon".
+    rotational : bool
+        Whether the displacement is an angle.
+    """
     if quantity == "time":
         return "time"
     if specimen == "coupon":

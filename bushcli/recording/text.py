@@ -86,7 +86,7 @@ class TextTable:
         ----------
         column : int
         accepted : collection of float
-            Values that look like codes for missing ones and are measured.
+            Numbers that the user says were measured, in the unit of the file.
 
         Raises
         ------

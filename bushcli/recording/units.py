@@ -169,7 +169,15 @@ def find_unit(text: str, measured: str) -> Unit | None:
 
 
 def slip(text: str, measured: str) -> str:
-    """Return the unit that differs from a text by upper and lower case only, or an empty text."""
+    """Return the unit that differs from a text by upper and lower case only, or an empty text.
+
+    Parameters
+    ----------
+    text : str
+        Name of a column.
+    measured : str
+        What the unit measures, such as "force" or "length".
+    """
     found = _FOLDED.get(plain_unit(text).lower())
     return found[1] if found and found[0] == measured else ""
 

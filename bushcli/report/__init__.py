@@ -1,27 +1,33 @@
 """Results -> text, JSON, pictures, HTML: values in, strings and figures out.
 
-Only `output` writes files. Matplotlib and Jinja are loaded when something is written, not before.
+Only `output` writes files. Each part is loaded when it is first used; Matplotlib and Jinja, when something is written.
 """
 
-from bushcli.report.diagnosis import diagnosis_text
-from bushcli.report.diagnosis_json import diagnosis_json
-from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
-from bushcli.report.identification import inverse_json, inverse_text
-from bushcli.report.output import (
-    BEGINNING,
-    check_output,
-    write_beginning,
-    write_check,
-    write_diagnosis,
-    write_direct,
-    write_fit,
-    write_inverse,
-    write_meshes,
-    write_refused,
-)
-from bushcli.report.ranking import rank
-from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
-from bushcli.report.verdict import judge
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bushcli.report.diagnosis import diagnosis_text
+    from bushcli.report.diagnosis_document import diagnosis_json
+    from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
+    from bushcli.report.identification import inverse_json, inverse_text
+    from bushcli.report.output import (
+        BEGINNING,
+        check_output,
+        write_beginning,
+        write_check,
+        write_diagnosis,
+        write_direct,
+        write_fit,
+        write_inverse,
+        write_meshes,
+        write_refused,
+    )
+    from bushcli.report.ranking import rank
+    from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
+    from bushcli.report.verdict import judge
 
 __all__ = [
     "BEGINNING",
@@ -49,3 +55,33 @@ __all__ = [
     "write_meshes",
     "write_refused",
 ]
+
+# Where each name is. Loaded when it is first used: no command needs the reports of all others (0.8 s).
+_MODULES = {
+    "diagnosis": ("diagnosis_text",),
+    "diagnosis_document": ("diagnosis_json",),
+    "document": ("case_json", "direct_json", "fit_json", "mesh_json"),
+    "identification": ("inverse_json", "inverse_text"),
+    "output": (
+        "BEGINNING",
+        "check_output",
+        "write_beginning",
+        "write_check",
+        "write_diagnosis",
+        "write_direct",
+        "write_fit",
+        "write_inverse",
+        "write_meshes",
+        "write_refused",
+    ),
+    "ranking": ("rank",),
+    "text": ("case_text", "direct_text", "fit_text", "mesh_text"),
+    "verdict": ("judge",),
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bushcli.diagnosis.result import DiagnosedChannel
 from bushcli.recording import write_curve_csv
-from bushcli.report.folder import Content
 from bushcli.report.quantity import quantities
-from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Simulated
-from geometry.view import View
 
 if TYPE_CHECKING:
+    from bushcli.diagnosis.result import DiagnosedChannel
     from bushcli.report.figures.picture import Picture
+    from bushcli.report.folder import Content
+    from bushcli.simulate.misfit import Misfit
+    from bushcli.simulate.response import Simulated
+    from geometry.view import View
 
 
 def geometry_pictures(view: View, title: str, measures: Mapping[str, float]) -> dict[str, Content]:

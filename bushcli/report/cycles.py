@@ -5,20 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.inverse import Fit
 from bushcli.recording import Branch, branches
-from bushcli.recording.curve import Curve
 from bushcli.recording.cycles import NO_NOISE, Cycle, Uncertain, cycles_along, noise_of
 from bushcli.recording.holds import Hold, holds_along
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.runtime.condition import Condition
-from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Response, Simulated
+
+if TYPE_CHECKING:
+    from bushcli.inverse import Fit
+    from bushcli.recording.curve import Curve
+    from bushcli.simulate.misfit import Misfit
+    from bushcli.simulate.response import Response, Simulated
 
 Array = NDArray[np.float64]
 

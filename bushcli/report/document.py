@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bushcli.case import Case, resolved
 from bushcli.faults import DataFault, condition
-from bushcli.inverse import Fit
 from bushcli.recording import Recording, branches, force_noise
 from bushcli.report.cycles import (
     by_name,
@@ -24,10 +23,13 @@ from bushcli.report.quantity import quantities
 from bushcli.report.verdict import Verdict, judge
 from bushcli.report.versions import versions
 from bushcli.runtime.condition import Condition
-from bushcli.simulate.meshes import Meshed
-from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Response, Simulated
 from cases.mode import modes
+
+if TYPE_CHECKING:
+    from bushcli.inverse import Fit
+    from bushcli.simulate.meshes import Meshed
+    from bushcli.simulate.misfit import Misfit
+    from bushcli.simulate.response import Response, Simulated
 
 
 def direct_json(

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bushcli.inverse import Fit, FittedCurve
-from bushcli.inverse.door import parameter_unit
+if TYPE_CHECKING:
+    from bushcli.inverse import Fit, FittedCurve
 
 
 def fit_part(fit: Fit) -> dict[str, Any]:
     """Return the entries that every identified law has."""
+    # Only where there is a fit: with it comes the whole of PETSc and DOLFINx.
+    from bushcli.inverse.file_units import parameter_unit
+
     names = list(fit.parameters)
     return {
         "law": fit.material.law,

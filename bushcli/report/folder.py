@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -35,6 +34,8 @@ def check_folder(directory: Path) -> None:
     InputError
         It is a file, lies below one, has a name that the file system does not take, or is not writable.
     """
+    import tempfile  # 8 ms of a start-up
+
     try:
         existing = next(path for path in (directory, *directory.absolute().parents) if _is_there(path))
         if existing.is_dir():

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from bushcli.case import Case
 from bushcli.inverse import Fit
-from bushcli.inverse.door import at_door
+from bushcli.inverse.file_units import in_file_units
 from bushcli.report.cycles import fit_histories, history_json, unexplained_hysteresis
 from bushcli.report.document import cleaned, faults_json, head
 from bushcli.report.fit_part import curves_by_mode, fit_part
@@ -38,7 +38,7 @@ def inverse_json(case: Case, fits: Sequence[Fit], timings: Mapping[str, float]) 
     timings : mapping of str to float
         Seconds by stage.
     """
-    fits = [at_door(fit) for fit in fits]
+    fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
     histories = fit_histories(best)
     problems = (*best.conditions, *unexplained_hysteresis(histories))
@@ -123,7 +123,7 @@ def inverse_text(fits: Sequence[Fit]) -> Group:
     fits
         Best first.
     """
-    fits = [at_door(fit) for fit in fits]
+    fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
     parts: list[object] = []
     if len(fits) > 1:

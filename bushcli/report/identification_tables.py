@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from bushcli.inverse import Estimate, Fit
-from bushcli.inverse.door import parameter_unit
+from bushcli.inverse.file_units import parameter_unit
 from bushcli.report.identification_words import bulk_modulus, is_met, is_uncertain
 from bushcli.report.quantity import number, percent
 from bushcli.report.ranking import information_criterion

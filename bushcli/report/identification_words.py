@@ -10,7 +10,7 @@ import numpy as np
 from bushcli.inverse import Estimate, Fit, FittedCurve
 from bushcli.inverse.certainty import POOR, UNDETERMINED
 from bushcli.inverse.channel import NOISE_FLOOR
-from bushcli.inverse.door import parameter_unit
+from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.quantity import listed, number, percent, with_std
 

@@ -8,11 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bushcli.case import Case
-from bushcli.diagnosis.result import Diagnosis
-from bushcli.inverse import Fit
 from bushcli.report.contents import (
     comparison_table,
     curve_table,
@@ -25,11 +22,16 @@ from bushcli.report.contents import (
 from bushcli.report.folder import RESULT, Content, check_folder, refuse_others, write_files
 from bushcli.report.quantity import quantities
 from bushcli.runtime.names import file_names
-from bushcli.simulate.meshes import Meshed
-from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Response
-from geometry.errors import GeometryError
-from geometry.shape import Shape
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.diagnosis.result import Diagnosis
+    from bushcli.inverse import Fit
+    from bushcli.simulate.meshes import Meshed
+    from bushcli.simulate.misfit import Misfit
+    from bushcli.simulate.response import Response
+    from geometry.errors import GeometryError
+    from geometry.shape import Shape
 
 REPORT = "report.html"
 _FIELDS = (".xdmf", ".h5")
@@ -168,13 +170,13 @@ def write_inverse(
     InputError
         As `write_direct`.
     """
-    from bushcli.inverse.door import at_door
+    from bushcli.inverse.file_units import in_file_units
     from bushcli.report.cycles import fit_histories
     from bushcli.report.figures.cycles import history_figures
     from bushcli.report.figures.identification import inverse_figures
     from bushcli.report.identification_html import inverse_html
 
-    fits = [at_door(fit) for fit in fits]
+    fits = [in_file_units(fit) for fit in fits]
     best = fits[0]
     names = file_names([curve.name for curve in best.curves])
     files: dict[str, Content] = {RESULT: result}

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bushcli.case import Case, Material
-from bushcli.inverse import Fit
-from bushcli.inverse.door import parameter_unit
 from bushcli.recording import Recording, branches
 from bushcli.report.quantity import number, percent, quantities
-from bushcli.simulate.meshes import Meshed
-from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Response
 from cases.mode import modes
-from geometry.shape import Shape
+
+if TYPE_CHECKING:
+    from bushcli.case import Case, Material
+    from bushcli.inverse import Fit
+    from bushcli.simulate.meshes import Meshed
+    from bushcli.simulate.misfit import Misfit
+    from bushcli.simulate.response import Response
+    from geometry.shape import Shape
 
 Row = tuple[str, ...]
 
@@ -227,6 +229,9 @@ def solution_table(response: Response) -> Table:
 
 def parameter_table(fit: Fit) -> Table:
     """Return the parameters of the identified law."""
+    # Only where there is a fit: with it comes the whole of PETSc and DOLFINx.
+    from bushcli.inverse.file_units import parameter_unit
+
     rows = [
         (
             name,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import rich.table
 from rich import box
@@ -16,10 +16,7 @@ from rich.console import Console, ConsoleOptions, Group, RenderResult
 from rich.padding import Padding
 from rich.text import Text
 
-from bushcli.case import Case
 from bushcli.faults import DataFault, condition
-from bushcli.inverse import Fit
-from bushcli.recording import Recording
 from bushcli.report.cycles import History, response_histories
 from bushcli.report.cycles_tables import history_tables
 from bushcli.report.document import problems_of
@@ -35,11 +32,16 @@ from bushcli.report.tables import (
     recording_table,
 )
 from bushcli.report.verdict import judge
-from bushcli.runtime.condition import Condition
-from bushcli.simulate.meshes import Meshed
-from bushcli.simulate.misfit import Misfit
-from bushcli.simulate.response import Response
-from geometry.shape import Shape
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.inverse import Fit
+    from bushcli.recording import Recording
+    from bushcli.runtime.condition import Condition
+    from bushcli.simulate.meshes import Meshed
+    from bushcli.simulate.misfit import Misfit
+    from bushcli.simulate.response import Response
+    from geometry.shape import Shape
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bushcli.report.quantity import Quantities, listed, number, percent, quantities
 from bushcli.simulate.misfit import BAND, Misfit
-from bushcli.simulate.response import Response, Simulated
+
+if TYPE_CHECKING:
+    from bushcli.simulate.response import Response, Simulated
 
 # A single factor counts as an explanation when it takes away this share of the rms misfit...
 EXPLAINS = 0.5

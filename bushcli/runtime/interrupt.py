@@ -11,7 +11,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from multiprocessing import parent_process
 from pathlib import Path
 from types import FrameType
 
@@ -41,6 +40,8 @@ def end_with_parent(end: Callable[[], None]) -> None:
     """Call `end` in a thread when the process that has started this one has ended, however that ended."""
 
     def wait() -> None:
+        from multiprocessing import parent_process
+
         first = parent_process()
         if first is not None:
             first.join()

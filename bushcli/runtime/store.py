@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import io
 import os
+import re
 import struct
 import zipfile
 import zlib
@@ -24,6 +25,9 @@ from bushcli.errors import InputError, Problem
 from bushcli.runtime.canonical import canonical
 
 SUFFIX = ".npz"
+# Names that the store gives; whatever else is in its folder is not its own, and stays.
+_RESULT = re.compile(r"[0-9a-f]{24}\.npz")
+_PART = re.compile(r"([0-9a-f]{24}|probe)\.\d+\.part")
 # Bytes; as much as a result may need.
 _PROBE = 100_000
 PACKAGES = ("bushcli", "cases", "forms", "geometry")
@@ -87,7 +91,7 @@ class Store:
     codec
         How answers become arrays.
     resume
-        Use the results in the folder; without it the folder is emptied.
+        Use the results in the folder; without it they are deleted.
 
     Attributes
     ----------
@@ -102,10 +106,15 @@ class Store:
 
     def __init__(self, folder: Path, codec: Codec, resume: bool = False) -> None:
         self.folder, self.codec = folder, codec
+        if folder.is_symlink():
+            raise InputError(
+                Problem(str(folder), "is a symbolic link, which is not followed", "", "another -o")
+            )
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            results = list(folder.glob(f"*{SUFFIX}"))
-            for file in [*folder.glob("*.part"), *([] if resume else results)]:
+            results = [file for file in folder.iterdir() if _RESULT.fullmatch(file.name)]
+            parts = [file for file in folder.iterdir() if _PART.fullmatch(file.name)]
+            for file in [*parts, *([] if resume else results)]:
                 file.unlink()
         except OSError as error:
             place = str(error.filename or folder)

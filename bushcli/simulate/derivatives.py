@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
@@ -53,6 +52,8 @@ def elastic_curve(
     names : tuple of str
         All parameters, in the order of the derivatives returned.
     """
+    from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
     q = history.displacement
     slope = np.zeros((len(q), len(names)))
     for i, name in enumerate(names):

@@ -8,13 +8,16 @@ accepts a simulated stiffness within 10 %.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording import Recording, force_noise
 from bushcli.recording.curve import Curve
-from bushcli.simulate.response import Response, Simulated
+
+if TYPE_CHECKING:
+    from bushcli.simulate.response import Response, Simulated
 
 Array = NDArray[np.float64]
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bushcli.case import Case, Material
-from bushcli.faults import DataFault
-from bushcli.recording import Recording
-from bushcli.recording.curve import Curve
 from bushcli.runtime.condition import Condition
-from cases.march import Attempt
 from cases.mode import modes
-from cases.stretches import Surface
+
+if TYPE_CHECKING:
+    from bushcli.case import Case, Material
+    from bushcli.faults import DataFault
+    from bushcli.recording import Recording
+    from bushcli.recording.curve import Curve
+    from cases.march import Attempt
+    from cases.stretches import Surface
 
 # Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The bond edges leave
 # convergence of about first order, for which the error is twice the change that halving the elements makes

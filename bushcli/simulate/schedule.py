@@ -19,7 +19,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 
@@ -85,6 +84,8 @@ class Schedule:
 
     def interpolation(self, time: Array) -> Array:
         """Return the matrix (samples, nodes) from values at the nodes to values at other times."""
+        from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
         matrix = np.zeros((len(time), len(self.time)))
         starts = np.array([self.time[leg.first] for leg in self.legs])
         place = np.clip(np.searchsorted(starts, time, side="right") - 1, 0, len(self.legs) - 1)

@@ -29,6 +29,15 @@ def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
     energy itself, keeps the step explicit and its tangent symmetric; it is first order in the step. The rounding is of
     the step, not of the material: steps much shorter than `ROUNDING` of slip find the knee lower by that share.
 
+    Parameters
+    ----------
+    step : Step
+        State at the beginning and strain at the end of the step.
+    g : Scalar
+        Modulus of the spring over the initial shear modulus, a ratio.
+    slip : Scalar
+        Shear strain at which the slider yields, dimensionless.
+
     References
     ----------
     Austrell, Olsson and Jonsson (2001), A method to analyse the non-linear dynamic behaviour of carbon-black-filled
@@ -56,7 +65,17 @@ def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
 
 
 def update(step: Step, *, g: Scalar, slip: Scalar) -> Internal:
-    """Return the slider's tensor at the end of the step."""
+    """Return the slider's tensor at the end of the step.
+
+    Parameters
+    ----------
+    step : Step
+        State at the beginning and strain at the end of the step.
+    g : Scalar
+        Modulus of the spring over the initial shear modulus, a ratio.
+    slip : Scalar
+        Shear strain at which the slider yields, dimensionless.
+    """
     Ci, C = step.internal["Ci"], _isochoric(step)
     M = Ci + _multiplier(_deviator(C, Ci.adjugate()), slip) * C
     return {"Ci": (1 / cube_root(M.det())) * M}

@@ -27,6 +27,15 @@ def contribution(step: Step, *, g: Scalar, tau: Scalar) -> Contribution:
     The stress at the end, g mu / 2 Ci_end^-1, is the derivative of 3 g mu / (2 a) (det M)^(1/3): the step has a
     potential. Second order in the step, exact for a hold at small strain, dissipation is never negative.
 
+    Parameters
+    ----------
+    step : Step
+        State at the beginning and strain at the end of the step.
+    g : Scalar
+        Modulus of the spring over the initial shear modulus, a ratio.
+    tau : Scalar
+        Relaxation time, s.
+
     References
     ----------
     Simo and Hughes (1998), Computational Inelasticity, chapter 10, doi:10.1007/b98904. Lion (1997), A physically based
@@ -50,7 +59,17 @@ def contribution(step: Step, *, g: Scalar, tau: Scalar) -> Contribution:
 
 
 def update(step: Step, *, g: Scalar, tau: Scalar) -> Internal:
-    """Return the dashpot's tensor and the isochoric right Cauchy-Green tensor at the end of the step."""
+    """Return the dashpot's tensor and the isochoric right Cauchy-Green tensor at the end of the step.
+
+    Parameters
+    ----------
+    step : Step
+        State at the beginning and strain at the end of the step.
+    g : Scalar
+        Modulus of the spring over the initial shear modulus, a ratio.
+    tau : Scalar
+        Relaxation time, s.
+    """
     a, N = _increment(step, tau)
     C = _isochoric(step)
     M = N + a * C

@@ -23,6 +23,17 @@ def contribution(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> C
     goes on. With x = (W_max - W) / s and s = m + beta W_max the integral of -(1/r) erf(x) over W is
     (1/r) s (x erf x + (exp(-x^2) - 1) / sqrt(pi)). What that is at W = 0 has been dissipated, as the loop's area.
 
+    Parameters
+    ----------
+    step : Step
+        State at the beginning and strain at the end of the step.
+    inverse_r : Scalar
+        Largest share by which the stress softens, 1/r.
+    m : Scalar
+        Energy, in units of the shear modulus, at which softening sets in.
+    beta : Scalar
+        Share of the largest energy that widens the softening, dimensionless.
+
     References
     ----------
     Ogden and Roxburgh (1999), A pseudo-elastic model for the Mullins effect in filled rubber, Proc. R. Soc. Lond. A
@@ -38,7 +49,19 @@ def contribution(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> C
 
 
 def update(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> Internal:
-    """Return the largest energy so far."""
+    """Return the largest energy so far.
+
+    Parameters
+    ----------
+    step : Step
+        State at the beginning and strain at the end of the step.
+    inverse_r : Scalar
+        Largest share by which the stress softens, 1/r.
+    m : Scalar
+        Energy, in units of the shear modulus, at which softening sets in.
+    beta : Scalar
+        Share of the largest energy that widens the softening, dimensionless.
+    """
     peak = step.internal["peak"]
     return {"peak": ufl.conditional(ufl.gt(step.law_energy, (1 + TIE) * peak), step.law_energy, peak)}
 

@@ -14,6 +14,15 @@ def energy(strain: Strain, *, mu: Scalar, lambda_m: Scalar) -> Scalar:
     ``mu`` is n k T of the network, the coefficient of the Gaussian term; the initial shear modulus is higher
     by the terms in 1 / lambda_m^2, see `shear_modulus`.
 
+    Parameters
+    ----------
+    strain : Strain
+        Isochoric measures of the deformation.
+    mu : Scalar
+        Shear modulus of the Gaussian network, MPa.
+    lambda_m : Scalar
+        Stretch at which the chains lock, a ratio.
+
     References
     ----------
     Arruda and Boyce (1993), A three-dimensional constitutive model for the large stretch behavior of rubber
@@ -34,7 +43,15 @@ def _horner(x: Scalar) -> Scalar:
 
 
 def shear_modulus(*, mu: float, lambda_m: float) -> float:
-    """Return mu (1 + 3/(5 l^2) + 99/(175 l^4) + 513/(875 l^6) + 42039/(67375 l^8)), l = lambda_m."""
+    """Return mu (1 + 3/(5 l^2) + 99/(175 l^4) + 513/(875 l^6) + 42039/(67375 l^8)), l = lambda_m.
+
+    Parameters
+    ----------
+    mu : float
+        Shear modulus of the Gaussian network, MPa.
+    lambda_m : float
+        Stretch at which the chains lock, a ratio.
+    """
     x = 3 / lambda_m**2
     return mu * sum(2 * i * coefficient * x ** (i - 1) for i, coefficient in enumerate(SERIES, start=1))
 

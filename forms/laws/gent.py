@@ -11,6 +11,15 @@ def energy(strain: Strain, *, mu: Scalar, Jm: Scalar) -> Scalar:
     Beyond the locking limit I1 - 3 = Jm there is no energy: the logarithm gives NaN there, which the solver
     takes as a step too far.
 
+    Parameters
+    ----------
+    strain : Strain
+        Isochoric measures of the deformation.
+    mu : Scalar
+        Initial shear modulus, MPa.
+    Jm : Scalar
+        Largest I1 - 3, at which the chains lock; dimensionless.
+
     References
     ----------
     Gent (1996), A new constitutive relation for rubber, Rubber Chem. Technol. 69:59-61,
@@ -22,7 +31,15 @@ def energy(strain: Strain, *, mu: Scalar, Jm: Scalar) -> Scalar:
 
 
 def shear_modulus(*, mu: float, Jm: float) -> float:
-    """Return mu."""
+    """Return mu.
+
+    Parameters
+    ----------
+    mu : float
+        Initial shear modulus, MPa.
+    Jm : float
+        Largest I1 - 3, at which the chains lock; dimensionless.
+    """
     return mu
 
 

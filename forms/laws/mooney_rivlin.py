@@ -8,6 +8,15 @@ from forms.law import Law, Parameter, Scalar, Strain
 def energy(strain: Strain, *, C10: Scalar, C01: Scalar) -> Scalar:
     """Return W = C10 (I1 - 3) + C01 (I2 - 3).
 
+    Parameters
+    ----------
+    strain : Strain
+        Isochoric measures of the deformation.
+    C10 : Scalar
+        Coefficient of I1 - 3, MPa.
+    C01 : Scalar
+        Coefficient of I2 - 3, MPa.
+
     References
     ----------
     Mooney (1940), A theory of large elastic deformation, J. Appl. Phys. 11:582-592, doi:10.1063/1.1712836.
@@ -17,7 +26,15 @@ def energy(strain: Strain, *, C10: Scalar, C01: Scalar) -> Scalar:
 
 
 def shear_modulus(*, C10: float, C01: float) -> float:
-    """Return mu = 2 (C10 + C01)."""
+    """Return mu = 2 (C10 + C01).
+
+    Parameters
+    ----------
+    C10 : float
+        Coefficient of I1 - 3, MPa.
+    C01 : float
+        Coefficient of I2 - 3, MPa.
+    """
     return 2 * (C10 + C01)
 
 

@@ -8,6 +8,13 @@ from forms.law import Law, Parameter, Scalar, Strain
 def energy(strain: Strain, *, C10: Scalar) -> Scalar:
     """Return W = C10 (I1 - 3).
 
+    Parameters
+    ----------
+    strain : Strain
+        Isochoric measures of the deformation.
+    C10 : Scalar
+        Coefficient of I1 - 3, MPa.
+
     References
     ----------
     Treloar (1943), The elasticity of a network of long-chain molecules I, Trans. Faraday Soc. 39:36-41,

@@ -12,6 +12,13 @@ def energy(strain: Strain, **parameters: Scalar) -> Scalar:
 
     ``mu1``, ``alpha1`` are required; the pairs ``mu2``, ``alpha2`` and ``mu3``, ``alpha3`` may be absent.
 
+    Parameters
+    ----------
+    strain : Strain
+        Isochoric measures of the deformation.
+    **parameters : Scalar
+        Moduli mu1, mu2, mu3 in MPa and exponents alpha1, alpha2, alpha3 (numbers without unit).
+
     Raises
     ------
     ValueError

@@ -10,6 +10,17 @@ def energy(strain: Strain, *, C10: Scalar, C20: Scalar, C30: Scalar) -> Scalar:
 
     C20 is usually negative (the shear modulus falls at first), C30 positive (it rises at large strain).
 
+    Parameters
+    ----------
+    strain : Strain
+        Isochoric measures of the deformation.
+    C10 : Scalar
+        Coefficient of I1 - 3, MPa.
+    C20 : Scalar
+        Coefficient of (I1 - 3)^2, MPa.
+    C30 : Scalar
+        Coefficient of (I1 - 3)^3, MPa.
+
     References
     ----------
     Yeoh (1993), Some forms of the strain energy function for rubber, Rubber Chem. Technol. 66:754-771,
@@ -20,7 +31,17 @@ def energy(strain: Strain, *, C10: Scalar, C20: Scalar, C30: Scalar) -> Scalar:
 
 
 def shear_modulus(*, C10: float, C20: float, C30: float) -> float:
-    """Return mu = 2 C10; C20 and C30 do not enter."""
+    """Return mu = 2 C10; C20 and C30 do not enter.
+
+    Parameters
+    ----------
+    C10 : float
+        Coefficient of I1 - 3, MPa.
+    C20 : float
+        Coefficient of (I1 - 3)^2, MPa.
+    C30 : float
+        Coefficient of (I1 - 3)^3, MPa.
+    """
     return 2 * C10
 
 

@@ -36,6 +36,15 @@ def find_axis(faces: Sequence[Sampled], size: float, centre: Array) -> Axis | No
     """The axis that most curved area has; None where no face is a surface of revolution about a single line.
 
     Spheres alone have none: they take that of a plane face through the centre of gravity (mm).
+
+    Parameters
+    ----------
+    faces : Sequence[Sampled]
+        Sampled faces of the part.
+    size : float
+        Largest extent of the part, mm.
+    centre : Array
+        Centre of gravity, shape (3,), mm.
     """
     candidates = [axis for face in faces if (axis := axis_of(face, size)) is not None]
     if not candidates:
@@ -53,7 +62,15 @@ def find_axis(faces: Sequence[Sampled], size: float, centre: Array) -> Axis | No
 
 
 def axis_of(face: Sampled, size: float) -> Axis | None:
-    """The line about which a face is a surface of revolution, if it is one and not a plane or a sphere."""
+    """The line about which a face is a surface of revolution, if it is one and not a plane or a sphere.
+
+    Parameters
+    ----------
+    face : Sampled
+        Sampled face.
+    size : float
+        Largest extent of the part, mm.
+    """
     if len(face.points) < 5 or face.kind in ("Plane", "Sphere"):
         return None
     p, n = face.points / size, face.normals
@@ -76,7 +93,17 @@ def axis_of(face: Sampled, size: float) -> Axis | None:
 
 
 def is_coaxial(face: Sampled, axis: Axis, size: float) -> bool:
-    """Whether a face is a surface of revolution about an axis: its normals lie in meridian planes."""
+    """Whether a face is a surface of revolution about an axis: its normals lie in meridian planes.
+
+    Parameters
+    ----------
+    face : Sampled
+        Sampled face.
+    axis : Axis
+        Axis of the bushing.
+    size : float
+        Largest extent of the part, mm.
+    """
     if len(face.points) < 2:
         return False
     radial = from_axis(face.points, axis)
@@ -88,6 +115,14 @@ def is_coaxial(face: Sampled, axis: Axis, size: float) -> bool:
 
 
 def from_axis(points: Array, axis: Axis) -> Array:
-    """Vectors from the axis to points, normal to it, shape (n, 3), mm."""
+    """Vectors from the axis to points, normal to it, shape (n, 3), mm.
+
+    Parameters
+    ----------
+    points : Array
+        Coordinates, shape (n, 3), mm.
+    axis : Axis
+        Axis of the bushing.
+    """
     away = points - axis.point
     return np.asarray(away - np.outer(away @ axis.direction, axis.direction))

@@ -29,6 +29,15 @@ def frame_of(axis: Array, centre: Array, direction: Array | None) -> Frame:
     """Return the frame with z along the axis and x along the part of `direction` that is normal to it.
 
     Without a direction: the file's x, or its y where the axis is nearly along x.
+
+    Parameters
+    ----------
+    axis : Array
+        Unit vector along the axis, shape (3,).
+    centre : Array
+        Origin of the frame, shape (3,), mm.
+    direction : Array | None
+        Vector that the x axis is to follow, shape (3,); None for the file's own x.
     """
     z = axis / np.linalg.norm(axis)
     if direction is None:

@@ -30,6 +30,19 @@ def generate(
 ) -> Names:
     """Mesh a part into the open session.
 
+    Parameters
+    ----------
+    found : FoundPart
+        What was found in the file.
+    path : Path
+        The file.
+    unit : Unit | None
+        Unit of the file; None for the one that it declares.
+    mirrors : Mirrors
+        Planes of symmetry at which the solid is cut, by their normals.
+    refinement : Refinement
+        Number of elements in each direction.
+
     Raises
     ------
     GeometryError
@@ -42,7 +55,19 @@ def generate(
 
 
 def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refinement) -> RawMesh:
-    """Mesh the part that all planes of symmetry leave."""
+    """Mesh the part that all planes of symmetry leave.
+
+    Parameters
+    ----------
+    found : FoundPart
+        What was found in the file.
+    path : Path
+        The file.
+    unit : Unit | None
+        Unit of the file; None for the one that it declares.
+    refinement : Refinement
+        Number of elements in each direction.
+    """
     open_part(path, unit)
     regions, boundaries = cut(found)
     factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / ACROSS)
@@ -72,7 +97,15 @@ def _flat(raw: RawMesh, points: np.ndarray) -> np.ndarray:  # type: ignore[type-
 def bond_edges(
     regions: Mapping[str, tuple[int, ...]], boundaries: Mapping[str, Mapping[int, int]]
 ) -> list[int]:
-    """Curves where rubber ends on what is bonded to it: the stress is singular there."""
+    """Curves where rubber ends on what is bonded to it: the stress is singular there.
+
+    Parameters
+    ----------
+    regions : Mapping[str, tuple[int, ...]]
+        Solids of each region by name.
+    boundaries : Mapping[str, Mapping[int, int]]
+        Faces of each boundary, with the solid behind each.
+    """
     free = _curves(boundaries.get(FREE, {}))
     held = {c for name, faces in boundaries.items() if name in ("inner", "outer") for c in _curves(faces)}
     metal = {

@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-import gmsh
 import numpy as np
 
 from geometry.cad.step import StepText, read_step
 from geometry.cad.triangles import view_of
 from geometry.errors import GeometryError
-from geometry.session import model, refusing, silent
+from geometry.session import model, options, refusing, silent
 
 STEP, BREP = (".step", ".stp"), (".brep", ".brp")
 Unit = Literal["mm", "cm", "m", "inch"]
@@ -51,6 +50,13 @@ class Part:
 def open_part(path: Path, unit: Unit | None) -> Part:
     """Read a file into the open session.
 
+    Parameters
+    ----------
+    path : Path
+        The file.
+    unit : Unit | None
+        Unit of the file; None for the one that it declares.
+
     Raises
     ------
     GeometryError
@@ -77,9 +83,9 @@ def open_part(path: Path, unit: Unit | None) -> Part:
 
 
 def _read(path: Path) -> None:
-    option = gmsh.option.setNumber
+    option = options().setNumber
     option("Geometry.OCCImportLabels", 1)
-    gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    options().setString("Geometry.OCCTargetUnit", "MM")
     for sew in (0, 1):
         option("Geometry.OCCSewFaces", sew)
         option("Geometry.OCCMakeSolids", sew)

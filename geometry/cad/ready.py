@@ -69,12 +69,17 @@ def read_mesh(
 
     Parameters
     ----------
-    path
-    changed
-        Time of the file's last change.
-    scale
+    path : Path
+        The file.
+    changed : float
+        Time of the file's last change, s since 1970: a file that was changed is read again.
+    scale : float
         mm per unit of the file.
-    axis, origin, direction
+    axis : Vector | None
+        As in the case; the axis is otherwise fitted to the inner bond.
+    origin : Vector | None
+        As in the case; the axis is otherwise fitted to the inner bond.
+    direction : Vector | None
         As in the case; the axis is otherwise fitted to the inner bond.
 
     Raises

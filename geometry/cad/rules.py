@@ -30,7 +30,7 @@ Corners = Annotated[tuple[Vector, Vector], BeforeValidator(_corners)]
 class Rule(BaseModel):
     """Faces that meet every condition given."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
     radius: float | None = Field(default=None, gt=0, description="of cylinders about the axis, mm")
     normal: Vector | None = Field(
@@ -56,7 +56,21 @@ class Rule(BaseModel):
         names: Mapping[int, str],
         colours: Mapping[int, tuple[int, int, int]],
     ) -> bool:
-        """Whether a face meets all conditions."""
+        """Whether a face meets all conditions.
+
+        Parameters
+        ----------
+        face : Sampled
+            Sampled face.
+        axis : Axis
+            Axis of the bushing.
+        size : float
+            Largest extent of the part, mm.
+        names : Mapping[int, str]
+            Names of faces by their tag.
+        colours : Mapping[int, tuple[int, int, int]]
+            Colours of faces (red, green, blue, 0 to 255) by their tag.
+        """
         return all(
             (
                 self.radius is None or _at_radius(face, axis, self.radius, size),
@@ -83,7 +97,23 @@ def selected(
     names: Mapping[int, str],
     colours: Mapping[int, tuple[int, int, int]],
 ) -> list[int]:
-    """Faces that meet one of the rules."""
+    """Faces that meet one of the rules.
+
+    Parameters
+    ----------
+    rules : Sequence[Rule]
+        Conditions of the case file.
+    faces : Sequence[Sampled]
+        Sampled faces of the part.
+    axis : Axis
+        Axis of the bushing.
+    size : float
+        Largest extent of the part, mm.
+    names : Mapping[int, str]
+        Names of faces by their tag.
+    colours : Mapping[int, tuple[int, int, int]]
+        Colours of faces (red, green, blue, 0 to 255) by their tag.
+    """
     return [f.tag for f in faces if any(rule.selects(f, axis, size, names, colours) for rule in rules)]
 
 

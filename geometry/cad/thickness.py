@@ -21,7 +21,15 @@ SHARE = 0.5
 
 
 def local_thickness(faces: Sequence[Sampled], thickness: float) -> dict[int, float]:
-    """Distance to the face opposite (mm) of those faces where it is less than the thickness."""
+    """Distance to the face opposite (mm) of those faces where it is less than the thickness.
+
+    Parameters
+    ----------
+    faces : Sequence[Sampled]
+        Sampled faces of the part.
+    thickness : float
+        Distance beyond which faces are not opposite each other, mm.
+    """
     points = np.concatenate([face.points for face in faces])
     normals = np.concatenate([face.normals for face in faces])
     narrow = {}

@@ -5,10 +5,9 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Mapping
 
-import gmsh
 import numpy as np
 
-from geometry.session import model
+from geometry.session import model, options
 from geometry.view import View
 
 #: Longest side as a share of the part's size.
@@ -19,8 +18,8 @@ def view_of(labels: Mapping[int, str]) -> View | None:
     """Triangles of faces with what they were taken for; None where not even that can be meshed."""
     names = tuple(dict.fromkeys(labels.values()))
     box = np.array(model().getBoundingBox(-1, -1)).reshape(2, 3)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", SIDE * float(np.max(box[1] - box[0])))
-    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 24)
+    options().setNumber("Mesh.MeshSizeMax", SIDE * float(np.max(box[1] - box[0])))
+    options().setNumber("Mesh.MeshSizeFromCurvature", 24)
     # A picture is not worth an error: what can be meshed is shown.
     with contextlib.suppress(Exception):
         model().mesh.generate(2)

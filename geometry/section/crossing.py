@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from geometry.blocks import Array
 from geometry.errors import GeometryError
@@ -17,6 +16,13 @@ PIECES = 24
 
 def refuse_crossings(loops: Sequence[Loop], where: str) -> None:
     """Refuse what is not the outline of a body of revolution.
+
+    Parameters
+    ----------
+    loops : Sequence[Loop]
+        Closed outlines, in mm.
+    where : str
+        File or key of the case, for messages.
 
     Raises
     ------
@@ -43,6 +49,8 @@ def polyline(curve: Curve) -> Array:
     points = np.array(curve.points, dtype=float)
     if curve.kind == "line":
         return points
+    from scipy.interpolate import BSpline, CubicSpline  # 0.1 s: only where it is needed
+
     t: Array = np.linspace(0.0, 1.0, PIECES + 1, dtype=np.float64)
     if curve.kind == "arc":
         return _arc(points, t)
@@ -51,8 +59,6 @@ def polyline(curve: Curve) -> Array:
         weighted = np.column_stack([points * np.array(curve.weights)[:, None], curve.weights])
         values = BSpline(np.array(curve.knots), weighted, curve.degree)(low + (high - low) * t)
         return np.asarray(values[:, :2] / values[:, 2:])
-    from scipy.interpolate import CubicSpline
-
     chord = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     return np.asarray(CubicSpline(chord, points)(np.linspace(0.0, chord[-1], PIECES * (len(points) - 1) + 1)))
 

@@ -25,6 +25,15 @@ class Drawn:
 def draw(loops: Sequence[Loop], where: str, half: bool = False) -> Drawn:
     """Draw a section, or the half of it above z = 0, whose cut is then the boundary "mirror_z".
 
+    Parameters
+    ----------
+    loops : Sequence[Loop]
+        Closed outlines, in mm.
+    where : str
+        File or key of the case, for messages.
+    half : bool
+        Draw the part above z = 0 only.
+
     Raises
     ------
     GeometryError

@@ -26,9 +26,10 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
 
     Parameters
     ----------
-    path
-    changed
-        Time of the file's last change: another one is read again.
+    path : Path
+        The file.
+    changed : float
+        Time of the file's last change, s since 1970: a file that was changed is read again.
 
     Raises
     ------

@@ -16,7 +16,7 @@ from geometry.section.crossing import refuse_crossings
 from geometry.section.draw import Drawn, draw
 from geometry.section.outline import RUBBER, Loop
 from geometry.section.plates import with_plates
-from geometry.session import model, session
+from geometry.session import model, options, session
 from geometry.symmetry import balanced
 from geometry.view import View
 
@@ -62,12 +62,12 @@ def find_section(loops: tuple[Loop, ...], where: str, centre: float | None) -> F
 
     Parameters
     ----------
-    loops
-        In the user's coordinates, mm.
-    where
+    loops : tuple[Loop, ...]
+        Closed outlines in the user's coordinates, mm.
+    where : str
         Words for messages: the file, or the key of the case.
-    centre
-        z of the centre; None = the middle of the inner bond.
+    centre : float | None
+        z of the centre, mm; None for the middle of the inner bond.
 
     Raises
     ------
@@ -155,11 +155,9 @@ def _same_outline(drawn: Drawn, size: float) -> bool:
 
 def _view(drawn: Drawn) -> View:
     """Fine triangles of all faces, by region, and the boundary by names."""
-    import gmsh
-
     boxes = np.array([model().getBoundingBox(2, tag) for _, tag in model().getEntities(2)])
-    gmsh.option.setNumber("Mesh.MeshSizeMax", float(np.ptp(boxes[:, [1, 4]])) / 30)
-    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 36)
+    options().setNumber("Mesh.MeshSizeMax", float(np.ptp(boxes[:, [1, 4]])) / 30)
+    options().setNumber("Mesh.MeshSizeFromCurvature", 36)
     model().mesh.generate(2)
     tags, coordinates, _ = model().mesh.getNodes()
     number = np.zeros(int(tags.max()) + 1, dtype=int)

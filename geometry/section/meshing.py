@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import gmsh
 import numpy as np
 
 from geometry.blocks import Array
@@ -16,7 +15,7 @@ from geometry.section.block import block
 from geometry.section.draw import Drawn, draw
 from geometry.section.found import FoundSection
 from geometry.section.outline import RUBBER
-from geometry.session import model, refusing
+from geometry.session import model, options, refusing
 from geometry.shape import Mirrors, Names, Refinement
 
 # Elements from bond to bond inside, shortest over longest, growth per distance from a bond's edge, elements on a full
@@ -30,6 +29,19 @@ def generate(
     found: FoundSection, where: str, dimension: int, mirrors: Mirrors, refinement: Refinement
 ) -> Names:
     """Mesh a section, or the solid that it sweeps, into the open session.
+
+    Parameters
+    ----------
+    found : FoundSection
+        What was found in the file.
+    where : str
+        File or key of the case, for messages.
+    dimension : int
+        2 for the half-plane, 3 for the solid.
+    mirrors : Mirrors
+        Planes of symmetry at which the solid is cut, by their normals.
+    refinement : Refinement
+        Number of elements in each direction.
 
     Raises
     ------
@@ -60,7 +72,19 @@ def _angles(mirrors: Mirrors, refinement: Refinement) -> Array:
 def section_mesh(
     found: FoundSection, where: str, refinement: Refinement, quadrilaterals: bool = False
 ) -> RawMesh:
-    """Mesh the section, or its upper half where it is symmetric; second order, in the half-plane (r, z)."""
+    """Mesh the section, or its upper half where it is symmetric; second order, in the half-plane (r, z).
+
+    Parameters
+    ----------
+    found : FoundSection
+        What was found in the file.
+    where : str
+        File or key of the case, for messages.
+    refinement : Refinement
+        Number of elements in each direction.
+    quadrilaterals : bool
+        Mesh with quadrilaterals instead of triangles.
+    """
     drawn = draw(found.loops, where, half=found.symmetric)
     across = SOLID_ACROSS if quadrilaterals else ACROSS
     factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)
@@ -73,11 +97,11 @@ def section_mesh(
     grade(2, bond_ends(drawn), sizes)
     if quadrilaterals:
         # Blossom recombination leaves some triangles, which a subdivision makes quadrilaterals of: it halves all sizes.
-        gmsh.option.setNumber("Mesh.RecombineAll", 1)
-        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 1)
-        gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1)
-        gmsh.option.setNumber("Mesh.MeshSizeFactor", 2.0)
-        gmsh.option.setNumber("Mesh.Algorithm", 8)
+        options().setNumber("Mesh.RecombineAll", 1)
+        options().setNumber("Mesh.RecombinationAlgorithm", 1)
+        options().setNumber("Mesh.SubdivisionAlgorithm", 1)
+        options().setNumber("Mesh.MeshSizeFactor", 2.0)
+        options().setNumber("Mesh.Algorithm", 8)
     with refusing(where, "the section cannot be meshed", found.view):
         model().mesh.generate(2)
     model().mesh.setOrder(2)

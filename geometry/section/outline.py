@@ -34,7 +34,9 @@ Points = Annotated[tuple[Point, ...], BeforeValidator(_pairs)]
 class Edge(BaseModel):
     """``[[geometry.outline]]``: a straight edge, an arc through a point or a spline through several."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True)
+    model_config = ConfigDict(
+        frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False, populate_by_name=True
+    )
 
     start: Point | None = Field(
         default=None, alias="from", description="[r, z], mm; absent: where the last edge ended"
@@ -95,6 +97,13 @@ class Loop:
 
 def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
     """Follow the edges of a case file: a loop ends where it comes back to its first point.
+
+    Parameters
+    ----------
+    edges : Sequence[Edge]
+        Edges of the case file, mm.
+    where : str
+        File or key of the case, for messages.
 
     Raises
     ------

@@ -17,6 +17,13 @@ THINNEST = 1e-3
 def with_plates(loops: Sequence[Loop], where: str) -> tuple[Loop, ...]:
     """Add a loop for every plate that is named by edges only: two chains of edges, joined at their ends.
 
+    Parameters
+    ----------
+    loops : Sequence[Loop]
+        Closed outlines, in mm.
+    where : str
+        File or key of the case, for messages.
+
     Raises
     ------
     GeometryError

@@ -23,7 +23,7 @@ SUFFIXES = (".step", ".stp", ".brep", ".brp", *MESHES)
 class BondRules(BaseModel):
     """``[geometry.bonds]``: which faces are bonded, where that is not to be found."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid")
 
     inner: Rules = Field(default=(), description="{radius = 10.0}, or a list of such rules")
     outer: Rules = Field(default=(), description="likewise")
@@ -129,6 +129,17 @@ class Cad(Shape):
 
     @override
     def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
+        """Mesh the part into the open Gmsh session, and return the names of its groups.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         from geometry.cad.meshing import generate
         from geometry.raw import to_gmsh
 

@@ -22,6 +22,17 @@ class Coupon(Shape):
 
     @override
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
+        """Return one block with one element: the deformation is homogeneous.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         return Blocks(((Interval(0.0, 1.0, 1),),) * 3, lambda middle: "rubber", _face, lambda p: p)
 
     @override

@@ -90,7 +90,17 @@ class Mount(Shape):
         return {"rubber": volume, "inner_bond": plate, "outer_bond": plate}
 
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
-        """Return one block, which the chart bends to the flank."""
+        """Return one block, which the chart bends to the flank.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         default = (*SECTION, 1) if dimension == 2 else SOLID
         # "Across" is from bond to bond, as in a bushing: here along the axis.
         t_axis = (Interval(-1.0, 1.0, refinement.elements(refinement.across, default[0])),)

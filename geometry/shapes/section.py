@@ -134,6 +134,17 @@ class Section(Shape):
 
     @override
     def generate(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Names:
+        """Mesh the section, or the solid that it sweeps, into the open session, and return the names of its groups.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         from geometry.section.meshing import generate
 
         return generate(self.found, self.where, dimension, mirrors, refinement)

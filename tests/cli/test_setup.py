@@ -8,9 +8,12 @@ import shutil
 import subprocess
 import sys
 import tomllib
+import venv
 from pathlib import Path
 
+import pip
 import pytest
+from packaging.requirements import Requirement
 
 from geometry.dolfinx_api import TRIED
 
@@ -130,3 +133,86 @@ def test_unwritable_home_is_refused(tmp_path):
     run = set_up(str(tmp_path / "venv"), BUSHCLI_HOME=str(tmp_path / "file"))
     assert run.returncode == 1
     assert f"cannot write in {tmp_path / 'file'}" in run.stderr
+
+
+# -- packages are verified -------------------------------------------------------------------------------------------
+
+LOCK = CHECKOUT / "setup" / "requirements.lock"
+LOCKED = re.findall(r"^([\w.-]+)==(\S+)(.*?)(?=^\S|\Z)", LOCK.read_text(), re.MULTILINE | re.DOTALL)
+
+
+def canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def test_every_package_of_the_lock_file_has_hashes():
+    assert len(LOCKED) > 80
+    assert [name for name, _, rest in LOCKED if not re.search(r"--hash=sha256:[0-9a-f]{64}\b", rest)] == []
+
+
+@pytest.mark.parametrize(
+    "requirement",
+    [
+        *PROJECT["dependencies"],
+        *(one for extra in PROJECT["optional-dependencies"].values() for one in extra),
+        *(
+            line.partition("#")[0].strip()
+            for line in (CHECKOUT / "setup" / "build.in").read_text().splitlines()
+        ),
+    ],
+)
+def test_the_lock_file_has_what_is_asked_for(requirement):
+    if not requirement or requirement.startswith("bushcli["):
+        return
+    asked = Requirement(requirement)
+    versions = [version for name, version, _ in LOCKED if canonical(name) == canonical(asked.name)]
+    assert any(asked.specifier.contains(version) for version in versions), f'{requirement}: run "make lock"'
+
+
+def test_nothing_is_installed_that_is_not_verified():
+    texts = {path: path.read_text() for path in [*(CHECKOUT / "setup").iterdir(), CHECKOUT / "Dockerfile"]}
+    for path, text in texts.items():
+        assert not re.search(r"unauthenticated|trusted=|no-check-gpg|trusted-host|AllowInsecure", text), path
+    # pip installs what a hash was given for, or this checkout without its requirements.
+    installs = re.findall(r"pip_install (?!\(\))(.*)", texts[CHECKOUT / "setup" / "venv.sh"])
+    assert installs
+    assert all("--no-deps" in line for line in installs)
+    assert all("--require-hashes" in line or "${target[@]}" in line for line in installs)
+
+
+def locked(*names: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, str(CHECKOUT / "setup" / "locked.py"), *names],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_what_is_there_is_not_taken_from_the_lock_file():
+    run = locked("bushcli[dev]", "hatchling", "setuptools")
+    assert (run.returncode, run.stdout) == (0, ""), run.stderr
+
+
+def test_what_the_lock_file_lacks_is_said():
+    run = locked("no-such-package>=2")
+    assert run.returncode == 1
+    assert run.stderr.strip() == 'setup/requirements.lock has no no-such-package>=2: run "make lock"'
+
+
+def test_what_is_missing_is_taken_with_all_it_needs(tmp_path):
+    """In an environment that sees nothing: the same versions and hashes, and no more than is needed."""
+    venv.create(tmp_path / "empty", system_site_packages=False, with_pip=False)
+    # The script reads versions with what pip carries.
+    code = "import sys, runpy; sys.path.append(sys.argv.pop(1)); runpy.run_path(sys.argv.pop(1), run_name='__main__')"
+    script = str(CHECKOUT / "setup" / "locked.py")
+    (tmp_path / "pip").symlink_to(Path(pip.__file__).parent)
+    run = subprocess.run(
+        [tmp_path / "empty" / "bin" / "python", "-c", code, str(tmp_path), script, "jinja2>=3.1"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    named = re.findall(r"^([\w.-]+)==", run.stdout, re.MULTILINE)
+    assert named == ["jinja2", "markupsafe"]
+    assert run.stdout.count("--hash=sha256:") > 10

@@ -14,7 +14,7 @@ from bushcli.diagnosis.diagnose import diagnose
 from bushcli.diagnosis.queue import LEFT
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.effects.effect import effect
-from bushcli.report.diagnosis_json import diagnosis_json
+from bushcli.report.diagnosis_document import diagnosis_json
 from bushcli.simulate.simulation import Simulation
 from cases.mode import modes
 from cases.simulate import Rubber

@@ -327,6 +327,20 @@ def test_the_law_and_the_mode_shown_are_what_the_code_asks_for():
     np.testing.assert_allclose(step / 1e-6, shown["rate"](x, 1.0), atol=1e-9)
 
 
+def test_the_walks_through_the_code_find_what_they_name():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    walks = [
+        re.findall(r"^\| `(\S+\.py)` \| `(\w+)` \| .+ \|$", table, re.MULTILINE)
+        for table in section(text, "## Three walks through the code").split("| --- | --- | --- |")[1:]
+    ]
+    assert len(walks) == 3
+    for walk in walks:
+        assert 5 <= len(walk) < 10
+        for file, name in walk:
+            tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+            assert name in {getattr(node, "name", "") for node in tree.body}, f"{file} has no {name}"
+
+
 # -- every page ------------------------------------------------------------------------------------------------------
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import os
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from cases import kernels
+from cases import compiling, jit, kernels, records
 from cases.feature import Feature, Installed
 from cases.march import march
 from cases.mode import modes
@@ -13,9 +17,11 @@ from cases.program import Program
 from cases.rates import Rates
 from cases.simulate import prepare
 from cases.usual import functions, parameter_sets
+from forms import answers
 from forms.branch import branches
 from forms.law import law
 from forms.potential import Attached
+from forms.setting import SETTINGS
 from geometry.shape import Refinement, shapes
 
 COARSE = Refinement(across=2, along=4, around=8)
@@ -83,3 +89,68 @@ def test_springs_of_a_bond_follow_the_law_s_shear_modulus(rubber):
             forces.append(march(model, program, tolerance=1e-10).force[0])
         model.set_parameters({name: value})
         assert slope == pytest.approx((forces[0] - forces[1]) / (2e-4 * value), rel=1e-4)
+
+
+def own_energy(strain, *, C1):
+    return C1 * (strain.I1 - 3)
+
+
+@pytest.fixture
+def compiled(monkeypatch, tmp_path):
+    """A function that was compiled in a folder of its own, and the notes in there; compiling again is an error."""
+    monkeypatch.setenv("BUSHCLI_CACHE", str(tmp_path))
+    jit.options.cache_clear()
+    function = answers.volumetric_slopes(SETTINGS["axisymmetric"])
+    kernels.Kernel(function)
+
+    def again(function):
+        raise RuntimeError("compiled again")
+
+    monkeypatch.setattr(compiling, "compiled_function", again)
+    yield function, list(jit.cache_directory().glob("point-*.json"))
+    jit.options.cache_clear()
+
+
+def test_a_compiled_kernel_is_found_by_its_note(compiled):
+    function, (note,) = compiled
+    inputs = {"strain": np.array([[1.1, 1.0, 1.0, 1.0, 0.1, 0.3]]), "parameters": np.array([1e-3, 1.0])}
+    found = kernels.Kernel(function)(1, inputs)
+    assert found.shape == (1, 2 * 7)
+    assert found[0, 0] == pytest.approx(-0.5 * 0.3**2)  # the mixed energy is p (J - 1) - p^2 / 2 kappa
+    assert json.loads(note.read_text())["size"] == 14
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1]", '{"library": "../x.so", "size": 1, "names": []}', "\0"])
+def test_a_damaged_note_counts_as_none(compiled, text):
+    function, (note,) = compiled
+    note.write_text(text)
+    with pytest.raises(RuntimeError, match="compiled again"):
+        kernels.Kernel(function)
+
+
+def test_a_note_of_a_damaged_library_counts_as_none(compiled):
+    function, (note,) = compiled
+    library = note.parent / json.loads(note.read_text())["library"]
+    os.truncate(library, library.stat().st_size // 2)
+    with pytest.raises(RuntimeError, match="compiled again"):
+        kernels.Kernel(function)
+
+
+def test_a_note_counts_for_one_revision_of_the_mathematics(compiled, monkeypatch):
+    monkeypatch.setattr(records, "_revision", lambda: "another text of forms")
+    with pytest.raises(RuntimeError, match="compiled again"):
+        kernels.Kernel(compiled[0])
+
+
+def test_a_law_from_elsewhere_has_no_note(compiled):
+    """Its text is not covered by the revision: another energy under the same name must not find the old library."""
+    function = answers.law_answer(
+        SETTINGS["axisymmetric"],
+        replace(law("neo_hookean"), energy=own_energy),
+        ("C1",),
+        moduli=False,
+    )
+    assert records.find(function) is None
+    assert records._file(function) is None
+    known = answers.law_answer(SETTINGS["axisymmetric"], law("neo_hookean"), ("C10",), moduli=False)
+    assert records._file(known) is not None

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from scipy.interpolate import PchipInterpolator
 
 from bushcli.inverse import Estimate, Fit, Profile
-from bushcli.inverse.door import parameter_unit
+from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.refit import RISE_95
 from bushcli.report.figures.picture import BLUE, GREY, LIGHT, RED, legend, literal, new_figure, style
 from bushcli.report.quantity import number

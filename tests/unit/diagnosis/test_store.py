@@ -176,7 +176,7 @@ def test_another_revision_of_the_code_is_another_name(store, monkeypatch):
 def test_a_new_run_begins_with_an_empty_folder_and_says_what_was_there(tmp_path):
     first = Store(tmp_path, FitCodec())
     first.write(first.file("fit", QUESTION), fitted())
-    (tmp_path / "half.1.part").touch()
+    (tmp_path / f"{24 * '0'}.1.part").touch()
     (tmp_path / "notes.txt").touch()
     again = Store(tmp_path, FitCodec(), resume=True)
     assert again.there == 1

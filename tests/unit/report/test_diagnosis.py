@@ -125,7 +125,7 @@ def test_a_choice_is_a_word(case, diagnoses):
     assert strips(found) == []
 
 
-def test_angles_are_degrees_at_the_door(case, diagnoses):
+def test_angles_are_reported_in_degrees(case, diagnoses):
     found = diagnoses.torsional(case())
     document = report.diagnosis_json(found, {})
     # 0.02 rad = 1.1459 degrees; the moment stays in N mm.

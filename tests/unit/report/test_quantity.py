@@ -1,4 +1,4 @@
-"""Units at the door and significant digits."""
+"""Units of case files and reports, and significant digits."""
 
 import math
 

@@ -5,17 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bushcli.case.unit import outside, turning, unit
-from bushcli.effects.effect import EffectParameter
-from bushcli.inverse.result import Estimate, Fit
 from forms.law import law
+
+if TYPE_CHECKING:
+    from bushcli.effects.effect import EffectParameter
+    from bushcli.inverse.result import Estimate, Fit
 
 
 def parameter_unit(fit: Fit, name: str) -> str:
-    """Return the unit in which a parameter of the law or of an effect is shown; "1" where there is none."""
+    """Return the unit in which a parameter of the law or of an effect is shown; "1" where there is none.
+
+    Parameters
+    ----------
+    fit : Fit
+        The identified law.
+    name : str
+        Full name of the parameter.
+    """
     if name == "compliance":
         return "1/MPa"
     of_effects = {one.full_name(p): p for one in fit.effects for p in one.parameters}
@@ -24,12 +35,22 @@ def parameter_unit(fit: Fit, name: str) -> str:
     return law(fit.material.law).parameter(name).unit
 
 
-def values_at_door(inside: Mapping[str, float], turned: Mapping[str, EffectParameter]) -> dict[str, float]:
-    """Return values by full name as the case file has them; `turned` are those in degrees (`turning`)."""
+def values_in_file_units(
+    inside: Mapping[str, float], turned: Mapping[str, EffectParameter]
+) -> dict[str, float]:
+    """Return values by full name as the case file has them; `turned` are those in degrees (`turning`).
+
+    Parameters
+    ----------
+    inside : Mapping[str, float]
+        Values by full name, in N, mm, MPa, s, rad.
+    turned : Mapping[str, EffectParameter]
+        Parameters that the case file has in degrees, by full name.
+    """
     return {name: _value(value, turned.get(name)) for name, value in inside.items()}
 
 
-def at_door(fit: Fit) -> Fit:
+def in_file_units(fit: Fit) -> Fit:
     """Return the same with the values of its effects as the case file has them.
 
     What the law, the curves and the material say stays, as do `Fit.effects`, which the model is built of.
@@ -45,10 +66,14 @@ def at_door(fit: Fit) -> Fit:
             for p in fit.profiles
         ),
         evaluations=tuple(
-            replace(e, parameters=values_at_door(e.parameters, turned)) for e in fit.evaluations
+            replace(e, parameters=values_in_file_units(e.parameters, turned)) for e in fit.evaluations
         ),
         end_points=tuple(
-            replace(e, start=values_at_door(e.start, turned), parameters=values_at_door(e.parameters, turned))
+            replace(
+                e,
+                start=values_in_file_units(e.start, turned),
+                parameters=values_in_file_units(e.parameters, turned),
+            )
             for e in fit.end_points
         ),
     )

@@ -1,0 +1,125 @@
+"""Parts of a result: parameters with their uncertainty, the rubber and effects that they make, ends of all searches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import Material
+from bushcli.effects.active import ActiveEffect
+from bushcli.inverse import certainty
+from bushcli.inverse.local import Minimum
+from bushcli.inverse.problem import Problem
+from bushcli.inverse.profile import interval
+from bushcli.inverse.result import EndPoint, Estimate, Profile
+from bushcli.inverse.task import Task
+
+Array = NDArray[np.float64]
+
+# A bound counts as reached within this share of the parameter's size.
+AT_BOUND = 1e-6
+
+
+def estimates(
+    task: Task, problem: Problem, x: Array, bounds: tuple[Array, Array], profiles: Sequence[Profile]
+) -> tuple[dict[str, Estimate], Array]:
+    """Return each parameter with its uncertainty, and their correlation, shape (parameters, parameters).
+
+    Parameters
+    ----------
+    task : Task
+        What was identified.
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Identified parameters, shape (parameters,), in the units of the law.
+    bounds : tuple of Array
+        Lower and upper bounds, each of shape (parameters,).
+    profiles : Sequence[Profile]
+        Of those parameters of which a standard error would mislead.
+    """
+    covariance = certainty.covariance(problem, x)
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    intervals = {found.name: interval(found) for found in profiles}
+    limits = {found.name: found.limits for found in profiles}
+    found = {}
+    for i, name in enumerate(task.names):
+        value, lower, upper = float(x[i]), float(bounds[0][i]), float(bounds[1][i])
+        found[name] = Estimate(
+            value,
+            float(spread[i]),
+            lower,
+            upper,
+            _at_bound(value, lower, upper),
+            intervals.get(name),
+            limits.get(name, ("misfit", "misfit")),
+        )
+    return found, covariance / np.maximum(np.outer(spread, spread), 1e-300)
+
+
+def material(task: Task, problem: Problem, x: Array) -> Material:
+    """Return the identified rubber.
+
+    Parameters
+    ----------
+    task : Task
+        What was identified.
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Identified parameters, shape (parameters,), in the units of the law.
+    """
+    bulk, compliance = task.material.bulk_modulus, problem.parameters(x).get("compliance")
+    if compliance is not None:
+        bulk = 1.0 / compliance if compliance > 0 else float("inf")
+    return Material(task.model, bulk, problem.law_parameters(x), task.material.terms)
+
+
+def effects(task: Task, problem: Problem, x: Array) -> tuple[ActiveEffect, ...]:
+    """Return the effects with their identified values.
+
+    Parameters
+    ----------
+    task : Task
+        What was identified.
+    problem : Problem
+        The least-squares problem.
+    x : Array
+        Identified parameters, shape (parameters,), in the units of the law.
+    """
+    values = problem.parameters(x)
+    return tuple(
+        replace(
+            one, values={p.name: values.get(one.full_name(p), one.values[p.name]) for p in one.parameters}
+        )
+        for one in task.effects
+    )
+
+
+def end_points(task: Task, minima: Sequence[Minimum]) -> tuple[EndPoint, ...]:
+    """Return where each search began and ended, that with the smallest misfit first.
+
+    Parameters
+    ----------
+    task : Task
+        What was identified.
+    minima : Sequence[Minimum]
+        Ends of the searches.
+    """
+    named = [
+        EndPoint(
+            dict(zip(task.names, map(float, m.start), strict=True)),
+            dict(zip(task.names, map(float, m.x), strict=True)),
+            m.cost,
+            m.message,
+        )
+        for m in minima
+    ]
+    return tuple(sorted(named, key=lambda end: end.cost))
+
+
+def _at_bound(value: float, lower: float, upper: float) -> bool:
+    return bool(min(value - lower, upper - value) <= AT_BOUND * max(abs(value), 1e-3))

@@ -1,0 +1,127 @@
+"""Notes beside the compiled kernels: which library belongs to a function of a point.
+
+The form compiler names a library by the signature of its UFL, which takes some 20 ms a kernel to build, ten times as
+long as to load the library. A note is found by what the function is called, and counts for this text of `forms`, this
+UFL and these flags of the compiler only. Where there is none, or where it or its library is damaged, the function is
+built and compiled as if there were no notes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import os
+import sys
+from collections.abc import Hashable
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+from cases import jit
+from forms.point import PointFunction
+
+_SOURCES = ("forms", "cases/compiling.py", "cases/records.py")
+
+
+@dataclass(frozen=True)
+class Record:
+    """What has to be known of a compiled function to call it.
+
+    Attributes
+    ----------
+    library : str
+        Name of the file in the kernels' folder.
+    size : int
+        Numbers that the function returns at a point.
+    names : tuple of str
+        Inputs that it reads, in the order of its arguments.
+    """
+
+    library: str
+    size: int
+    names: tuple[str, ...]
+
+
+def find(function: PointFunction) -> tuple[Record, Any] | None:
+    """Return the note on a function and its library, loaded; None if there is no whole one."""
+    file = _file(function)
+    if file is None:
+        return None
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+        record = Record(str(found["library"]), int(found["size"]), tuple(map(str, found["names"])))
+        library = file.parent / record.library
+        if library.parent != file.parent or not jit.is_whole(library):
+            return None
+        return record, jit.load(library)
+    except (OSError, ValueError, LookupError, TypeError, ImportError):
+        return None
+
+
+def note(function: PointFunction, library: Path, size: int, names: tuple[str, ...]) -> None:
+    """Note which library a function was compiled to; without the right to write, nothing is noted.
+
+    Parameters
+    ----------
+    function : PointFunction
+    library : Path
+        In the kernels' folder.
+    size : int
+        Numbers that the function returns at a point.
+    names : tuple of str
+        Inputs that it reads, in the order of its arguments.
+    """
+    file = _file(function)
+    if file is None or library.parent.resolve() != file.parent.resolve():
+        return
+    fresh = file.with_suffix(f".{os.getpid()}.part")
+    with suppress(OSError):
+        fresh.write_text(json.dumps(asdict(Record(library.name, size, names))), encoding="utf-8")
+        fresh.replace(file)
+
+
+def _file(function: PointFunction) -> Path | None:
+    """The place of a function's note; None for one without a name that lasts."""
+    key = _lasting(function.key)
+    if key is None:
+        return None
+    digest = hashlib.sha256(
+        f"{_revision()} {key} {sorted(function.blocks.items())} {function.batch}".encode()
+    )
+    return jit.cache_directory() / f"point-{digest.hexdigest()[:24]}.json"
+
+
+def _lasting(part: Hashable) -> str | None:
+    """Return a key as text that is the same in every process; None if there is none.
+
+    Functions go by module and name. Only those at the top of a module of `forms` are named by that: `_revision` covers
+    their text, and not that of a law which somebody writes elsewhere.
+    """
+    if isinstance(part, tuple):
+        parts = [_lasting(one) for one in part]
+        return None if None in parts else f"({', '.join(map(str, parts))})"
+    if isinstance(part, FunctionType):
+        home = sys.modules.get(part.__module__)
+        lasting = part.__module__.startswith("forms.") and getattr(home, part.__qualname__, None) is part
+        return f"{part.__module__}:{part.__qualname__}" if lasting else None
+    return repr(part) if isinstance(part, (str, int)) else None
+
+
+@cache
+def _revision() -> str:
+    """Digest of all that decides what a function of a point is compiled to, besides what the folder is named by."""
+    root = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256(" ".join(jit.FLAGS).encode())
+    for package in ("fenics-ufl", "fenics-basix", "cffi"):
+        with suppress(importlib.metadata.PackageNotFoundError):
+            digest.update(f"{package} {importlib.metadata.version(package)}".encode())
+    for source in _SOURCES:
+        place = root / source
+        for file in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
+            digest.update(file.relative_to(root).as_posix().encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()

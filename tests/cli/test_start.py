@@ -1,0 +1,126 @@
+"""What a command loads before it answers: libraries that it does not need take longer than most of its work."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from bushcli import report
+
+ROOT = Path(__file__).parents[2]
+BATCH = ROOT / "examples" / "batch" / "case.toml"
+PLAIN = """
+[geometry]
+shape = "plain"
+inner_radius = 12.0
+outer_radius = 22.0
+length = 40.0
+[material]
+law = "yeoh"
+bulk_modulus = 2000.0
+parameters = { C10 = 0.5, C20 = -0.05, C30 = 0.01 }
+[[load_cases]]
+mode = "axial"
+amplitude = 8.0
+steps = 20
+"""
+# Runs a command, and says which modules are loaded when it has answered.
+PROBE = """
+import json, sys
+from pathlib import Path
+from types import ModuleType
+try:
+    from bushcli.cli import main
+    main(sys.argv[2:])
+except SystemExit as end:
+    code = end.code or 0
+Path(sys.argv[1]).write_text(json.dumps([code, sorted(sys.modules)]))
+"""
+# What every simulation has to load: the process that speeds are measured against (benchmarks/README.md).
+STACK = "from mpi4py import MPI; import dolfinx.fem.petsc, gmsh"
+REPORTS = ("matplotlib", "jinja2", "ezdxf", "meshio", "pandas", "bushcli.diagnosis")
+STATISTICS = ("scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.special", "scipy.sparse")
+FINITE_ELEMENTS = ("dolfinx", "petsc4py.PETSc", "mpi4py.MPI", "gmsh", "basix")
+
+
+@pytest.fixture
+def plain(tmp_path):
+    file = tmp_path / "plain.toml"
+    file.write_text(PLAIN)
+    return file
+
+
+def loaded(tmp_path: Path, *arguments: object) -> set[str]:
+    """Return the modules that are loaded when a command has ended well."""
+    out = tmp_path / "modules.json"
+    command = [sys.executable, "-c", PROBE, str(out), *map(str, arguments)]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    code, modules = json.loads(out.read_text())
+    assert code == 0, run.stderr
+    return set(modules)
+
+
+def present(modules: set[str], unwanted: tuple[str, ...]) -> list[str]:
+    """Return those of the unwanted packages and modules that are loaded, in whole or in part."""
+    return [name for name in unwanted if any(one == name or one.startswith(f"{name}.") for one in modules)]
+
+
+def test_help_loads_nothing_but_the_command_line(tmp_path):
+    assert not present(loaded(tmp_path, "--help"), ("numpy", "pydantic", "rich", *FINITE_ELEMENTS, *REPORTS))
+
+
+@pytest.mark.parametrize("kind", ["laws", "shapes", "modes", "effects"])
+def test_lists_load_no_finite_elements(tmp_path, kind):
+    unwanted = ("rich", "pint", *FINITE_ELEMENTS, *REPORTS, *STATISTICS)
+    assert not present(loaded(tmp_path, "list", kind), unwanted)
+
+
+def test_check_loads_no_finite_elements(tmp_path, plain):
+    unwanted = ("pint", "bushcli.inverse.identify", *FINITE_ELEMENTS, *REPORTS, *STATISTICS)
+    assert not present(loaded(tmp_path, "check", BATCH), unwanted)
+    # The law's stability is judged by a kernel, which is compiled by now; UFL declares it.
+    loaded(tmp_path, "check", plain)
+    assert not present(loaded(tmp_path, "check", plain), unwanted)
+
+
+def test_direct_loads_what_it_solves_with(tmp_path, plain):
+    modules = loaded(tmp_path, "direct", plain, "-q", "--json")
+    assert not present(modules, ("rich", "pint", "bushcli.inverse.identify", *REPORTS, *STATISTICS))
+    probe = f"{STACK}; import json, sys; print(json.dumps(sorted(sys.modules)))"
+    run = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
+    # 231 when this was written, a third of them bushcli's own; 2.4 times as many before any was left out.
+    assert len(modules - set(json.loads(run.stdout))) < 260
+
+
+def test_a_case_with_a_section_loads_its_shape_alone(tmp_path, plain):
+    modules = loaded(tmp_path, "check", plain)
+    assert "geometry.shapes.plain" in modules
+    assert not present(modules, ("geometry.shapes.cad", "geometry.shapes.section", "geometry.cad"))
+
+
+def test_nothing_is_left_to_the_environment(tmp_path, plain):
+    """pydantic's own settings, which a command changes to start faster, leave those that are given."""
+    code = "from bushcli.cli import main\ntry:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
+    code += "import os; print(os.environ['PYDANTIC_DISABLE_PLUGINS'])"
+    run = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYDANTIC_DISABLE_PLUGINS": "one"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.splitlines()[-1] == "one"
+
+
+def test_every_name_of_the_reports_is_where_it_is_looked_for():
+    assert set(report.__all__) == report._HOME.keys()
+    # A module of the same name would take the function's place as soon as it is loaded.
+    modules = {path.stem for path in Path(report.__file__).parent.glob("*.py")}
+    assert not modules & set(report.__all__)
+    assert not [name for name in report.__all__ if isinstance(getattr(report, name), ModuleType)]

@@ -1,0 +1,58 @@
+#!/bin/bash
+# The launcher, from outside: when it has ended after a signal, the command has answered the signal and has ended too.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+# Takes half a second to save what it has, as a search does.
+job='
+import os, signal, sys, time
+def save(number, frame):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    time.sleep(0.5)
+    open(sys.argv[1] + "/saved", "w").close()
+    sys.exit(130)
+signal.signal(signal.SIGINT, save)
+signal.signal(signal.SIGTERM, save)
+open(sys.argv[1] + "/ready", "w").write(str(os.getpid()))
+time.sleep(60)
+'
+
+wait_for() { # file
+    for _ in $(seq 300); do
+        if [ -s "$1" ] || { [ "${2:-}" = empty ] && [ -e "$1" ]; }; then return 0; fi
+        sleep 0.1
+    done
+    return 1
+}
+
+stop() { # signal, launcher or group
+    rm -f "$folder"/*
+    # A shell makes what it does not wait for deaf to Ctrl-C.
+    setsid env --default-signal=INT setup/enter python -c "$job" "$folder" &
+    local launcher=$! status=0
+    wait_for "$folder/ready" || { echo "the command does not start" >&2 && exit 1; }
+    if [ "$2" = group ]; then kill -s "$1" -- "-$launcher"; else kill -s "$1" "$launcher"; fi
+    wait "$launcher" || status=$?
+    if [ "$1" = KILL ]; then wait_for "$folder/saved" empty || true; fi
+    if [ ! -e "$folder/saved" ]; then
+        echo "launcher: after SIG$1 to the $2 the command went on, or was ended before it could save" >&2
+        exit 1
+    fi
+    if [ "$1" != KILL ] && [ $status != 130 ]; then
+        echo "launcher: exit code $status after SIG$1 to the $2, not that of the command" >&2
+        exit 1
+    fi
+}
+
+stop INT launcher
+stop TERM launcher
+stop INT group # what a terminal does
+stop TERM group
+# Only bubblewrap stands in between; elsewhere the launcher is the command.
+if grep -q bwrap .venv/enter 2>/dev/null; then stop KILL launcher; fi
+status=0
+echo words | setup/enter sh -c 'read -r line; [ "$line" = words ] && exit 7' || status=$?
+[ $status = 7 ] || { echo "launcher: standard input or exit code is lost" >&2 && exit 1; }
