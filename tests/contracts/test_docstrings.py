@@ -32,7 +32,6 @@ FUNCTIONS_WAIT = frozenset(
         "bushcli/diagnosis/where/bushing.py::local_map",
         "bushcli/inverse/identify.py::_result",
         "bushcli/inverse/identify.py::identify",
-        "cases/march.py::_march",
         "cases/simulate.py::sweep",
     }
 )
@@ -43,7 +42,6 @@ FILES_WAIT = frozenset(
         "bushcli/diagnosis/queue.py",
         "bushcli/diagnosis/result.py",
         "bushcli/diagnosis/where/bushing.py",
-        "cases/march.py",
     }
 )
 
