@@ -32,7 +32,7 @@ def assemble(model: Model, solver: Equilibrium) -> list[Attempt]:
     attempts: list[Attempt] = []
     model.duration.value = RELAXED
     done, step, taken = 0.0, 1.0 / ASSEMBLY_STEPS, 1.0
-    states = [model.state.x.array.copy()]
+    states = [solver.unknowns()]
     while done < 1.0:
         stage = min(1.0, done + step)
         model.stage.value = stage
@@ -46,7 +46,7 @@ def assemble(model: Model, solver: Equilibrium) -> list[Attempt]:
         attempts.append(Attempt(0.0, 0.0, outcome.iterations, outcome.reason, seconds))
         if attempts[-1].accepted:
             taken, done = stage - done, stage
-            states = [states[-1], model.state.x.array.copy()]
+            states = [states[-1], solver.unknowns()]
             continue
         step *= 0.5
         if step < SMALLEST_CUT:

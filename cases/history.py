@@ -52,6 +52,10 @@ class History:
         Derivative of the force with respect to the parameters asked for.
     path_sensitivity : shape (n, parameters) or None
         Derivative of the displacement with respect to them: of those that move the path.
+    motion, reactions : shape (n, 6) or None
+        Of a path of six motions: where the sleeve is (mm, rad), and what holds it there (N, N mm; `cases.six`).
+    reaction_sensitivity : shape (n, 6, parameters) or None
+        Derivative of the reactions with respect to the parameters asked for.
     """
 
     displacement: Array
@@ -63,6 +67,9 @@ class History:
     states: Array | None = None
     sensitivity: Array | None = None
     path_sensitivity: Array | None = None
+    motion: Array | None = None
+    reactions: Array | None = None
+    reaction_sensitivity: Array | None = None
 
 
 class NotConverged(RuntimeError):

@@ -21,6 +21,7 @@ from cases.program import Program
 from cases.recorder import Recorder
 from cases.sensitivity import Sensitivity
 from cases.series import Series, Shared
+from cases.six_sensitivity import SixSensitivity
 from cases.stepper import Step, Stepper
 
 __all__ = [
@@ -95,7 +96,8 @@ def march(
     """
     solver = Equilibrium(model, tolerance, MAX_NEWTON if patience is None else IMPATIENT)
     try:
-        derivatives = _Derivatives(Sensitivity(model, sensitivity), path_rates or {}, series)
+        kind = Sensitivity if model.motion.six is None else SixSensitivity
+        derivatives = _Derivatives(kind(model, sensitivity), path_rates or {}, series)
         recorder = Recorder(program, keep_states, bool(derivatives.names))
         run = _begun(model, solver, program, derivatives, recorder, series, observer, patience)
         return run.to_end(progress)
@@ -115,6 +117,7 @@ def _begun(
 ) -> _Run:
     """The march at the beginning of its program, the bushing assembled."""
     model.state.x.array[:] = 0.0
+    model.motion.free[:] = 0.0
     if model.internal is not None:
         model.internal.reset()
     began = 0.0 if program.time is None else float(program.time[0])
@@ -160,7 +163,7 @@ class _Run:
         until = 0.0 if self.program.time is None else float(self.program.time[number])
         target = prescribed if self.shared is None else self.shared.first(prescribed)
         newton = 0
-        self.stepper.begin()
+        self.stepper.begin(corner=number > 0 and self.program.turns(number - 1))
         while True:
             step = self.stepper.attempt(target, until)
             self.recorder.attempts.append(step.attempt)
@@ -184,10 +187,12 @@ class _Run:
         """Write down a target that was reached."""
         at = self.stepper
         self.recorder.point(at.q, at.force, at.energy, newton, at.state)
+        if at.six is not None and at.pose is not None:
+            self.recorder.six(at.pose, at.six)
         if self.derivatives.names:
             if self.model.internal is None:
                 self.derivatives.follow(self.solver, number, 1.0, at.time)
-            self.recorder.slopes(self.derivatives.at, self.derivatives.rates)
+            self.recorder.slopes(self.derivatives.at, self.derivatives.rates, self.derivatives.reactions)
 
     def _accepted(self, step: Step, number: int, arrived: bool) -> None:
         """Let everyone know who has to: what observes, derivatives, and the rubber's memory last."""
@@ -225,6 +230,8 @@ class _Derivatives:
         # Of the force, and of the bushing's displacement, with respect to each parameter, after the last step.
         self.at: Array = np.zeros(len(self.names))
         self.rates: Array = np.zeros(len(self.names))
+        # Of six reactions, (6, names); None but on a path of six motions.
+        self.reactions: Array | None = None
 
     def follow(self, solver: Equilibrium, number: int, share: float, time: float) -> None:
         """Take the step just found, which went this share of the way left to a target and ended at this time."""
@@ -233,3 +240,5 @@ class _Derivatives:
         for name, targets in self._targets.items():
             self._now[name] += share * (float(targets[number]) - self._now[name])
         self.at, self.rates = self._sensitivity(solver, self._now, self._series, time)
+        if isinstance(self._sensitivity, SixSensitivity):
+            self.reactions = self._sensitivity.reactions

@@ -36,6 +36,9 @@ class Recorder:
         self._states: list[Array] = []
         self._force_slopes: list[Array] = []
         self._path_slopes: list[Array] = []
+        self._poses: list[Array] = []
+        self._reactions: list[Array] = []
+        self._reaction_slopes: list[Array] = []
 
     @property
     def failed(self) -> int:
@@ -71,14 +74,29 @@ class Recorder:
         if self._rows and q != self._rows[-1][0] and not self._differentiated:
             self.point(q, force, energy, newton, state)
 
-    def slopes(self, force: Array, path: Array) -> None:
+    def six(self, pose: Array, reactions: Array) -> None:
+        """Write down what six motions there are at the point written last.
+
+        Parameters
+        ----------
+        pose, reactions
+            Shape (6,), mm and rad; N and N mm.
+        """
+        self._poses.append(pose)
+        self._reactions.append(reactions)
+
+    def slopes(self, force: Array, path: Array, reactions: Array | None) -> None:
         """Write down the derivatives at the point written last.
 
         Parameters
         ----------
         force, path
             Derivatives of the force and of the displacement by each parameter, shape (parameters,).
+        reactions
+            Those of six reactions, shape (6, parameters), on a path of six motions.
         """
+        if reactions is not None:
+            self._reaction_slopes.append(reactions)
         self._force_slopes.append(force)
         self._path_slopes.append(path)
 
@@ -95,6 +113,9 @@ class Recorder:
             attempts=tuple(self.attempts),
             states=np.array(self._states) if self._keep else None,
             sensitivity=np.array(self._force_slopes) if self._differentiated else None,
+            motion=np.array(self._poses) if self._poses else None,
+            reactions=np.array(self._reactions) if self._reactions else None,
+            reaction_sensitivity=np.array(self._reaction_slopes) if self._reaction_slopes else None,
             path_sensitivity=np.array(self._path_slopes) if self._differentiated else None,
         )
 

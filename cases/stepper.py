@@ -72,14 +72,17 @@ class Stepper:
         Displacement (mm or rad) and time (s) of the last accepted step.
     force, energy : float
         Generalised force (N, N mm; MPa for a coupon) and stored energy (N mm) there.
+    six, pose : shape (6,) or None
+        Reactions (N, N mm) and pose (mm, rad) of the sleeve there; None but for a path of six motions.
     """
 
     def __init__(self, model: Model, solver: Equilibrium, began: float, widest: float) -> None:
         self._model, self._solver, self._widest = model, solver, widest
         self._known = Known()
-        self._known.add(0.0, model.state.x.array.copy())
+        self._known.add(0.0, solver.unknowns())
         self.q, self.time = 0.0, began
         self.force = self.energy = 0.0
+        self.six, self.pose = solver.six, solver.pose
         self._rate: Array | None = None
         self._length = np.inf
         self._leaps = 0
@@ -87,11 +90,20 @@ class Stepper:
     @property
     def state(self) -> Array:
         """Unknowns of this rank at the last accepted step."""
-        return self._known.x[-1]
+        return self._known.x[-1][: len(self._model.state.x.array)]
 
-    def begin(self) -> None:
-        """Begin the way to the next target."""
+    def begin(self, corner: bool = False) -> None:
+        """Begin the way to the next target.
+
+        Parameters
+        ----------
+        corner
+            Whether the path turns here, so that what was before says nothing about what lies ahead.
+        """
         self._leaps = 0
+        if corner:
+            self._known.forget()
+            self._rate = None
 
     def attempt(self, target: float, until: float) -> Step:
         """Try a step towards a target, and leave the model's state where it led.
@@ -121,7 +133,8 @@ class Stepper:
             self._length = 2.0 * self._length
         self.q, self.time = step.goal, self.time + step.duration
         self.force, self.energy = self._solver.force, self._solver.energy
-        self._known.add(self.q, self._model.state.x.array.copy())
+        self.six, self.pose = self._solver.six, self._solver.pose
+        self._known.add(self.q, self._solver.unknowns())
 
     def reject(self, step: Step) -> None:
         """Make the next step half as long."""
@@ -145,6 +158,5 @@ class Stepper:
         if len(known.q) > 1:
             return known.extrapolate(goal)
         if self._rate is None and goal != self.q:
-            self._model.state.x.array[:] = self.state
-            self._rate = self._solver.tangent_rate()
-        return self.state + (0.0 if self._rate is None else (goal - self.q) * self._rate)
+            self._rate = self._solver.ahead(self.q, known.x[-1])
+        return known.x[-1] + (0.0 if self._rate is None else (goal - self.q) * self._rate)
