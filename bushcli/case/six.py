@@ -95,9 +95,9 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
             if values[0] != 0.0:
                 what = f"{dotted(at)} begins at {values[0]:g}"
                 findings.append(Finding(at, what, expected="0, the rest position, at the first time"))
-    if np.any(np.diff(time) <= 0.0):
-        at = (*keys, "time")
-        findings.append(Finding(at, f"{dotted(at)} does not increase", expected="times in s, in their order"))
+    if np.any(np.diff(time) <= 0.0) or time[0] != 0.0:
+        at, what = (*keys, "time"), "does not begin at 0" if time[0] != 0.0 else "does not increase"
+        findings.append(Finding(at, f"{dotted(at)} {what}", expected="times in s, from 0 on"))
     if findings:
         return None, findings
     if np.abs(motion).max() < SMALLEST:

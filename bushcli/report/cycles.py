@@ -88,7 +88,7 @@ class History:
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[History, ...]:
-    """Return the channels of a direct prediction whose path comes back or holds.
+    """Return the channels of a direct prediction whose path comes back or holds, but for paths of six motions.
 
     Parameters
     ----------
@@ -97,7 +97,8 @@ def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tup
     misfits : mapping of str to Misfit
         By channel name, for the channels that were compared with a recording.
     """
-    found = (_of_channel(channel, misfits.get(channel.name)) for channel in response.channels)
+    channels = [channel for channel in response.channels if channel.six is None]
+    found = (_of_channel(channel, misfits.get(channel.name)) for channel in channels)
     return tuple(history for history in found if history.has_history)
 
 

@@ -16,6 +16,7 @@ from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Response
 from cases.mode import modes
+from cases.six import MOTIONS
 from geometry.shape import Shape
 
 Row = tuple[str, ...]
@@ -142,9 +143,10 @@ def _simulated(response: Response) -> Table:
     for channel in response.channels:
         shown = quantities(channel.mode)
         ends = [shown.at(q) for q in (min(channel.curve.displacement), max(channel.curve.displacement))]
+        leads = "" if channel.six is None else f" ({MOTIONS[channel.six.lead]})"
         rows.append(
             (
-                channel.name,
+                f"{channel.name}{leads}",
                 shown.stiffness_unit,
                 number(shown.stiffness(channel.curve.initial_stiffness())),
                 number(shown.stiffness(channel.curve.secant_stiffness())),

@@ -6,15 +6,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
 from bushcli.recording.curve import Curve
 from bushcli.runtime.condition import Condition
+from bushcli.simulate.six import SixCurve
 from cases.march import Attempt
 from cases.mode import modes
 from cases.stretches import Surface
+
+Array = NDArray[np.float64]
 
 # Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The bond edges leave
 # convergence of about first order, for which the error is twice the change that halving the elements makes
@@ -63,6 +67,10 @@ class Simulated:
         The curve is the force at the recording's samples, one by one.
     unwritten : str
         Why its fields could not be written; empty where they were, or were not asked for.
+    six : SixCurve or None
+        Motions and reactions on a path of six motions; ``mode`` and ``curve`` are then of the one that leads.
+    stiffness : mapping of str to (float, (6, 6) array)
+        Displacement (mm, rad; s of a path) and stiffness matrix (N, mm, rad) by state, "start", "end" and "at".
     """
 
     name: str
@@ -82,6 +90,8 @@ class Simulated:
     step_error: float | None = None
     along: bool = False
     unwritten: str = ""
+    six: SixCurve | None = None
+    stiffness: Mapping[str, tuple[float, Array]] = field(default_factory=dict)
 
     @property
     def newton(self) -> int:
@@ -110,6 +120,8 @@ def conditions(channel: Simulated) -> list[Condition]:
     found = []
     if channel.stopped:
         unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
+        if channel.six is not None:
+            unit, factor = "s of the path", 1.0
         found.append(
             Condition(
                 "not_converged",
