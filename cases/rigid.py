@@ -19,7 +19,7 @@ from petsc4py import PETSc
 from cases.model import Model
 from cases.ranks import summed
 from cases.rates import ghosted
-from cases.six import possible, skew
+from cases.six import possible, skew, twist_of
 
 Array = NDArray[np.float64]
 
@@ -116,6 +116,29 @@ def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = rang
     mask = np.zeros(6)
     mask[allowed] = 1.0
     return Tangent(stiffness * np.outer(mask, mask), answers, pull, arms, moment)
+
+
+def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
+    """Direction (n,) of all local unknowns on which the forces' derivative works what a reaction changes.
+
+    Free motions give way meanwhile.
+
+    Parameters
+    ----------
+    model, ksp, q
+        As of `tangent`; q in s.
+    reaction
+        Its number.
+    """
+    six = model.motion.six
+    assert six is not None
+    found = tangent(model, ksp, q)
+    busy = [k for k in six.free if found.stiffness[k].any()]
+    direction: Array = found.answers[reaction].copy()
+    if busy:
+        columns = found.stiffness @ twist_of(model.motion.pose(q))[:, busy]
+        direction -= np.linalg.solve(columns[busy].T, columns[reaction]) @ found.answers[busy]
+    return direction
 
 
 def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:

@@ -84,7 +84,8 @@ def _path_table(name: str, six: SixCurve) -> Table:
     rows: list[Row] = []
     for i in chosen:
         forces = [_force(six.force[i, k], largest[k // 3]) for k in range(6)]
-        rows.append((number(six.time[i]), *(number(motion[i, k]) for k in moving), *forces))
+        moved = [_force(motion[i, k], float(np.abs(motion[:, k]).max())) for k in moving]
+        rows.append((number(six.time[i]), *moved, *forces))
     title = f"{name}: motions of the inner sleeve, and what holds it (moments about its centre)"
     return Table(title, tuple(heads), tuple(rows), left=0)
 

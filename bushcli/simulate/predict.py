@@ -27,7 +27,7 @@ from bushcli.simulate.play import check_play
 from bushcli.simulate.response import ERROR_OVER_CHANGE, FINER, Progress, Response, Simulated, conditions
 from bushcli.simulate.simulation import Answer, Simulation
 from bushcli.simulate.six import mode_of, six_curve
-from bushcli.simulate.stiffness import matrices
+from bushcli.simulate.stiffness import check_state, matrices
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, modes
 from cases.model import Model
@@ -89,22 +89,26 @@ def predict(
     # All input is read before anything is solved: a bad file must not cost a march.
     require_values(case.effects, case.path.name)
     recordings = [read_recording(source) for source in case.recordings]
-    wholes = (
-        [read_recording(source, whole=True) for source in case.recordings] if case.effects else recordings
-    )
-    if not recordings and not case.load_cases:
-        wanted = "[[recordings]] or [[load_cases]]"
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
+    whole = bool(case.effects)
+    wholes = [read_recording(source, whole=True) for source in case.recordings] if whole else recordings
+    _require_channels(case)
     faults = find_faults(case, recordings)
     check_travel(case, recordings, faults)
     channels = [prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
     channels += [recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     for channel in channels:
         check_play(case, channel.name, channel.mode, channel.displacement)
+    check_state(channels, stiffness_at)
     run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm, stiffness, stiffness_at)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in conditions(channel))
     return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
+
+
+def _require_channels(case: Case) -> None:
+    if not case.recordings and not case.load_cases:
+        wanted = "[[recordings]] or [[load_cases]]"
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
 
 
 def rubber_of(material: Material) -> Rubber:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.errors import InputError, Problem
 from bushcli.simulate.channels import Channel
 from bushcli.simulate.six import as_path, followed, mode_of, whole
 from cases.mode import Mode, modes
@@ -44,6 +45,24 @@ def with_state(channel: Channel, at: float | None) -> tuple[Program, float | Non
         time = np.insert(program.time, i, began + share * (program.time[i] - began))
     corners = frozenset(k + (k >= i) for k in program.corners)
     return Program(np.insert(program.displacement, i, at), time, corners), at
+
+
+def check_state(channels: Sequence[Channel], at: float | None) -> None:
+    """Refuse a travel that no channel passes.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+    at : float or None
+        mm or degrees, s of a path.
+
+    Raises
+    ------
+    InputError
+    """
+    if at is not None and all(with_state(channel, at)[1] is None for channel in channels):
+        expected = "mm or degrees on the way of a load case or recording, s of a path of six motions"
+        raise InputError(Problem("--stiffness-at", f"no channel passes {at:g}", "", expected))
 
 
 def matrices(
