@@ -12,6 +12,7 @@ from bushcli.diagnosis.result import DiagnosedChannel
 from bushcli.recording import write_curve_csv
 from bushcli.report.folder import Content
 from bushcli.report.quantity import quantities
+from bushcli.report.six import six_columns
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Simulated
 from geometry.view import View
@@ -60,7 +61,9 @@ def data_file(content: bytes) -> Callable[[Path], None]:
 
 
 def curve_table(channel: Simulated) -> Callable[[Path], None]:
-    """Return the simulated curve of a channel as CSV."""
+    """Return the simulated curve of a channel as CSV, of a path all six motions and reactions."""
+    if channel.six is not None:
+        return number_table(*six_columns(channel.six))
     return lambda path: write_curve_csv(path, channel.curve)
 
 

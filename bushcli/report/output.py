@@ -24,7 +24,6 @@ from bushcli.report.contents import (
 )
 from bushcli.report.folder import RESULT, Content, check_folder, refuse_others, write_files
 from bushcli.report.quantity import quantities
-from bushcli.report.six import six_csv
 from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
@@ -100,7 +99,7 @@ def write_direct(
     files: dict[str, Content] = {RESULT: result}
     for channel in response.channels:
         name = names[channel.name]
-        files[f"{name}.csv"] = curve_table(channel) if channel.six is None else six_csv(channel.six)
+        files[f"{name}.csv"] = curve_table(channel)
         if channel.name in misfits:
             files[f"{name}-comparison.csv"] = comparison_table(channel, misfits[channel.name])
     pictures = direct_figures(response, misfits, fit, names)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.report.contents import number_table
 from bushcli.report.quantity import number, quantities
 from bushcli.report.tables import Row, Table
 from bushcli.simulate.response import Response, Simulated
@@ -66,11 +64,11 @@ def six_tables(response: Response) -> Iterator[Table]:
             yield _matrix_table(channel, state, displacement, matrix)
 
 
-def six_csv(six: SixCurve) -> Callable[[Path], None]:
-    """Return time, motions (mm, degrees) and reactions (N, N mm) as CSV, which `[[recordings]]` read back."""
+def six_columns(six: SixCurve) -> tuple[list[str], list[Array]]:
+    """Return names and columns of time, motions (mm, degrees) and reactions (N, N mm), as `[[recordings]]` read them."""
     names = [f"{name}_{unit}" for name, unit in zip(MOTIONS, _MOTION_UNITS, strict=True)]
     names += [f"{name}_{unit.replace(' ', '')}" for name, unit in zip(REACTIONS, _FORCE_UNITS, strict=True)]
-    return number_table(["time_s", *names], [six.time, *shown_motion(six).T, *six.force.T])
+    return ["time_s", *names], [six.time, *shown_motion(six).T, *six.force.T]
 
 
 def _path_table(name: str, six: SixCurve) -> Table:

@@ -15,8 +15,8 @@ from bushcli.effects.active import acting, require_time, require_values
 from bushcli.effects.assembly import installed
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.errors import InputError, Problem
+from bushcli.faults import DataFault, find_faults
 from bushcli.faults import condition as fault_condition
-from bushcli.faults import find_faults
 from bushcli.recording import displacement_noise, matching, read_recording
 from bushcli.recording.curve import Curve
 from bushcli.runtime.names import file_names
@@ -88,16 +88,7 @@ def predict(
     check_material(case, material)
     # All input is read before anything is solved: a bad file must not cost a march.
     require_values(case.effects, case.path.name)
-    recordings = [read_recording(source) for source in case.recordings]
-    whole = bool(case.effects)
-    wholes = [read_recording(source, whole=True) for source in case.recordings] if whole else recordings
-    _require_channels(case)
-    faults = find_faults(case, recordings)
-    check_travel(case, recordings, faults)
-    channels = [prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
-    channels += [recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
-    for channel in channels:
-        check_play(case, channel.name, channel.mode, channel.displacement)
+    channels, faults = _channels(case)
     check_state(channels, stiffness_at)
     run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm, stiffness, stiffness_at)
     simulated = tuple(run.simulate(channel) for channel in channels)
@@ -105,10 +96,21 @@ def predict(
     return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
 
 
-def _require_channels(case: Case) -> None:
-    if not case.recordings and not case.load_cases:
+def _channels(case: Case) -> tuple[list[Channel], tuple[DataFault, ...]]:
+    """Return what is to be simulated, and faults of the recordings."""
+    recordings = [read_recording(source) for source in case.recordings]
+    whole = bool(case.effects)
+    wholes = [read_recording(source, whole=True) for source in case.recordings] if whole else recordings
+    if not recordings and not case.load_cases:
         wanted = "[[recordings]] or [[load_cases]]"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
+    faults = find_faults(case, recordings)
+    check_travel(case, recordings, faults)
+    channels = [prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
+    channels += [recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
+    for channel in channels:
+        check_play(case, channel.name, channel.mode, channel.displacement)
+    return channels, faults
 
 
 def rubber_of(material: Material) -> Rubber:
