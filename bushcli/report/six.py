@@ -65,7 +65,7 @@ def six_tables(response: Response) -> Iterator[Table]:
 
 
 def six_columns(six: SixCurve) -> tuple[list[str], list[Array]]:
-    """Return names and columns of time, motions (mm, degrees) and reactions (N, N mm), as `[[recordings]]` read them."""
+    """Return names and columns of time, motions (mm, degrees) and reactions (N, N mm), as recordings have them."""
     names = [f"{name}_{unit}" for name, unit in zip(MOTIONS, _MOTION_UNITS, strict=True)]
     names += [f"{name}_{unit.replace(' ', '')}" for name, unit in zip(REACTIONS, _FORCE_UNITS, strict=True)]
     return ["time_s", *names], [six.time, *shown_motion(six).T, *six.force.T]
