@@ -126,6 +126,11 @@ class SixPath:
             held[:, list(self.free)] = 0.0
             object.__setattr__(self, "motion", held)
 
+    @property
+    def identity(self) -> tuple[bytes, bytes, tuple[int, ...], bool]:
+        """What makes two paths the same."""
+        return self.time.tobytes(), self.motion.tobytes(), self.free, self.whole
+
     def _segment(self, q: float, ahead: bool) -> int:
         knots = self.time <= q if ahead else self.time < q
         return int(np.clip(np.count_nonzero(knots) - 1, 0, len(self.time) - 2))

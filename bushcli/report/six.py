@@ -96,7 +96,7 @@ def _matrix_table(channel: Simulated, state: str, displacement: float, matrix: A
         row = [_force(matrix[k, m], float(diagonal[k] * diagonal[m])) for m in range(6)]
         rows.append((f"{name}, {_FORCE_UNITS[k]}", *row))
     where = {"start": "at the start", "end": "at the end"}.get(state, "")
-    unit = "s" if channel.six is not None else quantities(channel.mode).displacement_unit
+    unit = "s" if channel.in_time else quantities(channel.mode).displacement_unit
     place = (
         f"{where} ({number(_displacement(channel, displacement))} {unit})"
         if where
@@ -106,7 +106,7 @@ def _matrix_table(channel: Simulated, state: str, displacement: float, matrix: A
 
 
 def _displacement(channel: Simulated, displacement: float) -> float:
-    return displacement if channel.six is not None else quantities(channel.mode).at(displacement)
+    return displacement if channel.in_time else quantities(channel.mode).at(displacement)
 
 
 def _force(value: float, largest: float) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bushcli.case import Case, LoadCase, load_case_names
 from bushcli.recording import Recording, read_program
 from bushcli.simulate.six import program_of
+from bushcli.simulate.six_schedule import six_schedule
 from cases.march import History, march
 from cases.march import Progress as StepProgress
 from cases.mode import modes
@@ -44,7 +45,9 @@ class Channel:
     recording, whole : Recording or None
         The samples in use, and all of them.
     six : SixPath or None
-        Path of six motions.
+        Path of six motions that is prescribed.
+    path : SixPath or None
+        Path of six motions, prescribed or recorded, that the program is of.
     """
 
     name: str
@@ -56,6 +59,7 @@ class Channel:
     recording: Recording | None = None
     whole: Recording | None = None
     six: SixPath | None = None
+    path: SixPath | None = None
 
 
 def prescribed(case: Case, load: LoadCase, number: int) -> Channel:
@@ -84,6 +88,7 @@ def prescribed(case: Case, load: LoadCase, number: int) -> Channel:
         program.time,
         program.displacement,
         six=load.six,
+        path=load.six,
     )
 
 
@@ -104,13 +109,18 @@ def recorded(case: Case, recording: Recording, whole: Recording) -> Channel:
         low, high = (0.0, max(high, -low)) if high >= -low else (low, 0.0)
     targets = even_targets(low, high, RECORDING_STEPS)
     furthest = high if high >= -low else low
+    program = Program(np.linspace(0.0, furthest, RECORDING_STEPS // 2 + 1, dtype=np.float64))
+    followed = None
+    if whole.six is not None:
+        followed, program, _ = six_schedule(whole.six.time, whole.six.motion, whole.six.free)
     return Channel(
         recording.name,
         recording.mode,
         lambda model, keep, report: sweep(model, targets, keep_states=keep, progress=report),
-        Program(np.linspace(0.0, furthest, RECORDING_STEPS // 2 + 1, dtype=np.float64)),
+        program,
         whole.time,
         whole.displacement,
         recording,
         whole,
+        path=followed,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from bushcli.effects.rig import NoEquilibrium
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault, find_faults
 from bushcli.faults import condition as fault_condition
-from bushcli.recording import displacement_noise, matching, read_recording
+from bushcli.recording import RecordedPath, displacement_noise, matching, read_recording
 from bushcli.recording.curve import Curve
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
@@ -27,6 +27,7 @@ from bushcli.simulate.play import check_play
 from bushcli.simulate.response import ERROR_OVER_CHANGE, FINER, Progress, Response, Simulated, conditions
 from bushcli.simulate.simulation import Answer, Simulation
 from bushcli.simulate.six import mode_of, six_curve
+from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
 from bushcli.simulate.stiffness import check_state, matrices
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, modes
@@ -130,6 +131,7 @@ class _Run:
     comm: MPI.Comm
     stiffness: bool = False
     stiffness_at: float | None = None
+    paths: dict[tuple[str, float], SixSimulation] = field(default_factory=dict)
 
     def model(self, channel: Channel, factor: float = 1.0, mode: Mode | None = None) -> Model:
         refinement = replace(self.case.mesh.refinement, factor=factor)
@@ -204,8 +206,22 @@ class _Run:
             stiffness=self.matrices(channel),
         )
 
-    def simulation(self, channel: Channel, factor: float = 1.0) -> Simulation | None:
+    def _reaction(self, channel: Channel, path: RecordedPath, factor: float) -> Reaction:
+        """Return the channel of a recorded path of six motions, which all of its channels share."""
+        key = (path.name, factor)
+        if key not in self.paths:
+            refinement = replace(self.case.mesh.refinement, factor=factor)
+            active = on_path(self.case.effects, channel.name)
+            self.paths[key] = SixSimulation(
+                self.case.geometry, self.rubber, refinement, active, path, self.comm
+            )
+        active = acting(self.case.effects, channel.name, channel.mode)
+        return Reaction(self.paths[key], path.number, active)
+
+    def simulation(self, channel: Channel, factor: float = 1.0) -> Simulation | Reaction | None:
         """Return the channel with the effects that act on it; None if no effect does."""
+        if channel.recording is not None and channel.recording.six is not None:
+            return self._reaction(channel, channel.recording.six, factor)
         active = acting(self.case.effects, channel.name, channel.mode)
         if not active or channel.six is not None:
             return None

@@ -94,6 +94,11 @@ class Simulated:
     stiffness: Mapping[str, tuple[float, Array]] = field(default_factory=dict)
 
     @property
+    def in_time(self) -> bool:
+        """Whether `reach`, `target` and the surface's displacement are times on a path of six motions, s."""
+        return self.six is not None or (self.recording is not None and self.recording.six is not None)
+
+    @property
     def newton(self) -> int:
         """Number of Newton iterations of the whole march."""
         return sum(attempt.newton for attempt in self.attempts)
@@ -120,7 +125,7 @@ def conditions(channel: Simulated) -> list[Condition]:
     found = []
     if channel.stopped:
         unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
-        if channel.six is not None:
+        if channel.in_time:
             unit, factor = "s of the path", 1.0
         found.append(
             Condition(

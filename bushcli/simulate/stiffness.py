@@ -29,7 +29,7 @@ def with_state(channel: Channel, at: float | None) -> tuple[Program, float | Non
     program = channel.program
     if at is None:
         return program, None
-    if channel.six is None and modes()[channel.mode].rotational:
+    if channel.path is None and modes()[channel.mode].rotational:
         at = float(np.radians(at))
     q = np.concatenate([[0.0], program.displacement])
     passed = np.flatnonzero((q[:-1] - at) * (q[1:] - at) <= 0.0)
@@ -87,8 +87,8 @@ def matrices(
         The march could not go on.
     """
     program, chosen = with_state(channel, at)
-    if channel.six is not None:
-        path, steps, q = whole(channel.six), program, program.displacement
+    if channel.path is not None:
+        path, steps, q = whole(channel.path), program, program.displacement
     else:
         path, steps = as_path(modes()[channel.mode], program)
         q = (

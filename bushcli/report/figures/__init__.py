@@ -91,7 +91,7 @@ def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:
 
 def _deformed_title(channel: Simulated) -> str:
     assert channel.surface is not None
-    if channel.six is not None:
+    if channel.in_time:
         name = channel.name[:1].upper() + channel.name[1:]
         return f"{name}: deformed at {channel.surface.displacement:.3g} s"
     shown = quantities(channel.mode)
