@@ -5,12 +5,6 @@ factorisation still points the right way, and Broyden's method corrects the extr
 residual and one back-substitution per iteration: a thirtieth of a Newton iteration in three dimensions. SNES judges
 the result. Where that fails a fresh tangent at the extrapolated state gets the same chance, and after it SNES starts
 over from there with Newton's method and a line search.
-
-References
-----------
-Broyden (1965), Math. Comput. 19:577-593, doi:10.1090/S0025-5718-1965-0198670-6.
-Kelley (1995), Iterative Methods for Linear and Nonlinear Equations, SIAM, section 7.3,
-doi:10.1137/1.9781611970944.
 """
 
 from __future__ import annotations
@@ -18,16 +12,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from cases.border import Border
+from cases.broyden import broyden_step
 from cases.model import Model
 from cases.ranks import summed
 from cases.rates import Found, Rates, ghosted
 from cases.reaction import reaction
+from cases.rigid import reactions
+from cases.rounding import REASONS, rounding
 
 Array = NDArray[np.float64]
 
@@ -38,8 +35,6 @@ SPAN, SHARE = 4, 0.5
 # A factorisation that took more iterations than this is renewed before the next step: with 4 to 10 the measured
 # times of a mode differ by 15 % (benchmarks/README.md).
 TIRED = 8
-# A correction that would have to be lengthened more than this says that the factorisation points nowhere.
-LONGEST = 10.0
 
 
 @dataclass(frozen=True)
@@ -77,6 +72,8 @@ class Equilibrium:
     ----------
     force, energy : float
         Generalised force (N, N mm; MPa for a coupon) and stored energy (N mm) at the last solution.
+    six : shape (6,) or None
+        Force and moment on the sleeve there (N, N mm); None but for a path of six motions.
     tangents : int
         Tangents assembled and factorised so far.
     """
@@ -88,13 +85,14 @@ class Equilibrium:
         self.matrix = model.create_matrix()
         self.reactions = 0.0
         self.force = self.energy = 0.0
+        self.six: Array | None = None if model.motion.six is None else np.zeros(6)
         self.tangents = 0
         self.q, self.rate = 0.0, model.rate(0.0)
         self._rates = Rates()
         # Iterations that the last solution took with the factorisation at hand; None where there is none.
         self._fatigue: int | None = None
         self._factorised = False
-        self.floor = _rounding(model)
+        self.floor = rounding(model)
         snes = PETSc.SNES().create(model.comm)
         snes.setFunction(self._function, self.b)
         snes.setJacobian(self._jacobian, self.matrix)
@@ -108,8 +106,14 @@ class Equilibrium:
         PETSc.Options()[prefix + "snes_linesearch_type"] = "l2"
         self.snes, self.ksp = snes, snes.getKSP()
         self.ksp.setType("preonly")
-        self.ksp.getPC().setType("cholesky")
-        self.ksp.getPC().setFactorSolverType("mumps")
+        # Free motions of the sleeve are unknowns beside those of the mesh.
+        self.border = Border(model) if len(model.motion.free) else None
+        if self.border is None:
+            self.ksp.getPC().setType("cholesky")
+            self.ksp.getPC().setFactorSolverType("mumps")
+        else:
+            self.ksp.getPC().setType("python")
+            self.ksp.getPC().setPythonContext(self.border)
         snes.setFromOptions()
         PETSc.Options().delValue(prefix + "snes_linesearch_type")
 
@@ -121,7 +125,7 @@ class Equilibrium:
         q
             Generalised displacement, mm or rad.
         guess
-            This rank's unknowns to start from.
+            This rank's unknowns to start from, and the free motions of the sleeve after them.
         """
         self.q, self.rate = q, self.model.rate(q)
         corrections = 0
@@ -140,6 +144,34 @@ class Equilibrium:
         newton, reason = self._newton(factorised=self.tangents > tangents)
         return Outcome(corrections + newton, newton, reason)
 
+    @property
+    def factor(self) -> PETSc.KSP:
+        """Factorisation of the tangent in the mesh's free unknowns."""
+        return self.ksp if self.border is None else self.border.factor
+
+    @property
+    def pose(self) -> Array | None:
+        """Where the sleeve is at the last solution, (6,) in mm and rad; None but for a path of six motions."""
+        return None if self.six is None else self.model.motion.pose(self.q)
+
+    def unknowns(self) -> Array:
+        """Unknowns of this rank, and the free motions of the sleeve after them, at the last solution."""
+        return np.concatenate([self.model.state.x.array, self.model.motion.free])
+
+    def ahead(self, q: float, at: Array) -> Array:
+        """Derivative by q of `unknowns`, at a solution that may not be the last: of what lies ahead of it.
+
+        Parameters
+        ----------
+        q
+            Displacement there, mm or rad.
+        at
+            `unknowns` there.
+        """
+        self._take(at)
+        self.q, self.rate = q, self.model.rate(q, ahead=True)
+        return np.concatenate([self.tangent_rate(), self.free_rate])
+
     def tangent_rate(self, factorised: bool = False) -> Array:
         """dx/dq of this rank's unknowns at the last solution, by a linear solution with the tangent there.
 
@@ -148,6 +180,11 @@ class Equilibrium:
         factorised
             Whether the tangent has to be factorised afterwards, because the caller has more to solve for.
         """
+        self.free_rate: Array = np.zeros_like(self.model.motion.free)
+        if self.border is not None:
+            self.factorise()
+            moved, self.free_rate = self.border.rate(self.ksp, self.rate)
+            return moved
         if not factorised and self._fatigue is not None and self._fatigue <= TIRED:
             self.model.stiffen()
             rate = self._rates.iterated(Found(self.model, self.ksp, self.q, self.rate, self.tolerance))
@@ -162,10 +199,17 @@ class Equilibrium:
         self._rates.add(self.q, rate)
         return rate
 
+    def factorise(self) -> None:
+        """Factorise the tangent at the last solution, whatever is at hand."""
+        self._renew()
+        self.ksp.setUp()
+
     def destroy(self) -> None:
         """Free the PETSc objects: the garbage collector does not do so in step on all ranks."""
         for item in (self.snes, self.matrix, self.b, self.x):
             item.destroy()
+        if self.border is not None:
+            self.border.release()
 
     # -- Broyden's method ----------------------------------------------------------------------------------------
 
@@ -180,7 +224,7 @@ class Equilibrium:
                     return False, len(steps)
                 if renew and not steps:
                     self._renew()
-                step = self._broyden_step(steps)
+                step = broyden_step(self.ksp, self.b, steps)
                 if step is None:
                     return False, len(steps)
                 steps.append((step, step.dot(step)))
@@ -193,25 +237,9 @@ class Equilibrium:
             for step, _ in steps:
                 step.destroy()
 
-    def _broyden_step(self, steps: list[tuple[PETSc.Vec, float]]) -> PETSc.Vec | None:
-        """The next step from the residual in `b`: the factorisation's, corrected by all steps before it."""
-        step = self.b.duplicate()
-        self.ksp.solve(self.b, step)
-        step.scale(-1.0)
-        for (before, square), (after, _) in pairwise(steps):
-            step.axpy(before.dot(step) / square, after)
-        if steps:
-            last, square = steps[-1]
-            share = 1.0 - last.dot(step) / square
-            if not share * LONGEST > 1.0:
-                step.destroy()
-                return None
-            step.scale(1.0 / share)
-        return step
-
     def _renew(self) -> None:
         """Factorise the tangent at the model's state."""
-        self.model.assemble_tangent(self.matrix)
+        self._assemble(self.matrix)
         self.ksp.setOperators(self.matrix)
         self.tangents += 1
         self._fatigue = 0
@@ -236,34 +264,55 @@ class Equilibrium:
         # SNES leaves the last trial of the line search in the state: put the accepted iterate there.
         self._to_state(self.x)
         reason = self.snes.getConvergedReason()
-        return self.snes.getIterationNumber(), _REASONS.get(reason, str(reason))
+        return self.snes.getIterationNumber(), REASONS.get(reason, str(reason))
 
     def _begin(self, guess: Array) -> None:
-        state = self.model.state.x
-        state.array[:] = guess
+        self._take(guess)
         self.model.impose(self.q)
-        self.x.array_w[:] = state.array[: self.x.getLocalSize()]
+        self.x.array_w[:] = self.model.state.x.array[: self.x.getLocalSize()]
+        if self.border is not None:
+            self.border.write(self.x, self.model.motion.free)
+
+    def _take(self, unknowns: Array) -> None:
+        state = self.model.state.x.array
+        state[:] = unknowns[: len(state)]
+        self.model.motion.free = np.array(unknowns[len(state) :])
 
     def _to_state(self, x: PETSc.Vec) -> None:
         state = self.model.state.x
         state.array[: x.getLocalSize()] = x.array_r
+        if self.border is not None:
+            self.model.motion.free = self.border.read(x)
         state.scatter_forward()
+        if self.border is not None:
+            self.model.impose(self.q)
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
         with self._heard():
             self._to_state(x)
             self.model.assemble_residual(b)
+            if self.border is not None:
+                self.rate = self.model.rate(self.q)
             self.force = reaction(self.model, b, self.rate)
+            if self.six is not None:
+                self.six = reactions(self.model, b, self.q)
             self.reactions = self.model.clear_constrained(b)
+            if self.border is not None and self.six is not None:
+                self.border.write_forces(b, self.six)
 
     def _jacobian(self, snes: PETSc.SNES, x: PETSc.Vec, matrix: PETSc.Mat, _: PETSc.Mat) -> None:
         if self._factorised:
             self._factorised = False
             return
         with self._heard():
-            self.model.assemble_tangent(matrix)
+            self._assemble(matrix)
         self.tangents += 1
         self._fatigue = 0
+
+    def _assemble(self, matrix: PETSc.Mat) -> None:
+        self.model.assemble_tangent(matrix)
+        if self.border is not None:
+            self.border.at(self.q)
 
     @contextmanager
     def _heard(self) -> Iterator[None]:
@@ -294,24 +343,3 @@ class Equilibrium:
         if iteration >= self.most:
             return int(PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT)
         return None
-
-
-_REASONS = {
-    value: name
-    for name, value in vars(PETSc.SNES.ConvergedReason).items()
-    if name.startswith(("CONVERGED_", "DIVERGED_"))
-}
-
-
-def _rounding(model: Model) -> float:
-    """What rounding leaves of the residual (N), several times: of mu, springs and sleeves' E, over the face.
-
-    In the half-plane a node stands for a whole circle, and ten times that is left of the sleeve's (measured up to
-    E = 1e9 MPa).
-    """
-    shear = model.shear_modulus
-    metal = model.metal_modulus
-    extent = float(model.comm.allreduce(np.ptp(model.mesh.mesh.geometry.x, axis=0).max(initial=0.0)))
-    share = 5e-16 if model.mesh.dimension == 3 else 5e-15
-    springs = sum(item.feature.springs for item in model.features)
-    return ((1e-12 + 1e-16 * springs) * abs(shear) + share * metal) * extent**2

@@ -20,6 +20,7 @@ from cases.equilibrium import Equilibrium
 from cases.march import History, march
 from cases.model import Model
 from cases.program import Program
+from cases.rigid import adjoint
 from cases.simulate import sweep
 from geometry.dolfinx_api import cell_nodes
 
@@ -74,14 +75,16 @@ class LocalStiffness:
     ----------
     model
         The model.
+    reaction
+        On a path of six motions, the number of the reaction that is meant; None = the power, where no motion is free.
 
     Attributes
     ----------
     cells : Cells
     """
 
-    def __init__(self, model: Model) -> None:
-        self.model = model
+    def __init__(self, model: Model, reaction: int | None = None) -> None:
+        self.model, self._reaction = model, reaction
         inner = model.mesh.mesh
         found = model.cells("rubber")
         # Part of the rubber's points that this rank's own cells have.
@@ -93,11 +96,17 @@ class LocalStiffness:
 
         Where the model has a memory, it is that of the step's beginning.
         """
-        rate, part = solver.tangent_rate(), self.model.body.rubber
+        rate, part = self._direction(solver), self.model.body.rubber
         part.look(self.model.state.x.array)
         change = part.strain_rates(part.points.gradients(rate))
         stress = self.model.body.material.isochoric(moduli=False)[:, 1:]
         return self._by_cell(np.einsum("pa,pa->p", stress, change))
+
+    def _direction(self, solver: Equilibrium) -> Array:
+        if self._reaction is None:
+            return solver.tangent_rate()
+        solver.factorise()
+        return adjoint(self.model, solver.factor, solver.q, self._reaction)
 
     def _by_cell(self, density: Array) -> Array:
         """Integrals of a density at the points over each cell, of all ranks."""

@@ -17,6 +17,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.six import SixPath
+
 Array = NDArray[np.float64]
 Motion = Callable[[Array, float], Array]
 """Coordinates (d, n) in mm and q -> displacement (c, n), one row per unknown displacement component."""
@@ -36,12 +38,15 @@ class Setting:
         Displacement of the driven boundaries at q, and its derivative with respect to q.
     mirrors
         Planes of symmetry of the loaded bushing; the model is cut there and the force multiplied.
+    six
+        The path of all six motions that `motion` follows; it may leave some free. None where q alone moves the sleeve.
     """
 
     kinematics: Literal["axisymmetric", "axisymmetric_twist", "cartesian"]
     motion: Motion
     rate: Motion
     mirrors: frozenset[Literal["x", "y", "z"]] = frozenset()
+    six: SixPath | None = None
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,8 @@ class Mode:
         Boundary name -> displacement components that follow the motion, or stay at zero (None = all).
     reversed_by
         A plane whose mirror image turns the motion q into -q: where the shape is symmetric about it, the curve is odd.
+    follow
+        Makes the mode of a path of six motions; None where q alone moves the sleeve.
     shares
         Number of equal faces that work on q: the force is divided by it (equibiaxial 2, volumetric 3).
     """
@@ -77,6 +84,7 @@ class Mode:
     shares: int = 1
     reversed_by: Literal["x", "y", "z"] | None = None
     needs_compressibility: bool = False
+    follow: Callable[[SixPath], Mode] | None = None
 
     def looks_the_same(self, planes: frozenset[Literal["x", "y", "z"]]) -> bool:
         """Whether the motion is its own mirror image about z = 0, by itself or with another of these planes.

@@ -250,9 +250,9 @@ class Model:
         """Give every constrained unknown of the state the value it has at q (mm or rad) and this stage of assembly."""
         self.state.x.array[self.motion.constrained.dofs] = self.motion.values(q)
 
-    def rate(self, q: float) -> Array:
-        """Derivative of the constrained unknowns with respect to q, over all local unknowns (zero elsewhere)."""
-        return self.motion.rate(q)
+    def rate(self, q: float, ahead: bool = False) -> Array:
+        """Derivative of the constrained unknowns with respect to q, over all local unknowns (`Motion.rate`)."""
+        return self.motion.rate(q, ahead)
 
     # -- assembly ------------------------------------------------------------------------------------------------
 

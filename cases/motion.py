@@ -18,6 +18,7 @@ from cases.feature import Installed
 from cases.jit import options
 from cases.mode import Mode, Setting
 from cases.parameters import Parameters
+from cases.six import displacement, rotation, twist_of, twists
 from forms.kinematics import Moved
 from geometry.dolfinx_api import collapsed, interpolation_points
 from geometry.mesh import NamedMesh
@@ -70,6 +71,9 @@ class Motion:
         )
         self.constrained = self._found()
         self._resizings: dict[str, Callable[[], Array]] = {}
+        # Free motions of a path of six, mm and rad: unknowns like any others.
+        self.six = setting.six
+        self.free: Array = np.zeros(0 if self.six is None else len(self.six.free))
 
     # -- which they are ------------------------------------------------------------------------------------------
 
@@ -136,28 +140,82 @@ class Motion:
 
     def values(self, q: float) -> Array:
         """Constrained unknowns at q (mm or rad) and this stage of assembly, in the order of `constrained`."""
-        values = self._along_sleeve(self._setting.motion, q)
+        values = self._along_sleeve(self._motion, q)
         for name, rate in self._reductions.items():
             values = values + self._stage * float(self._parameters.constants[name].value) * rate
         return values
 
-    def rate(self, q: float) -> Array:
-        """Derivative of the constrained unknowns with respect to q, over all local unknowns (zero elsewhere)."""
-        return self._over_all(self._along_sleeve(self._setting.rate, q))
+    def rate(self, q: float, ahead: bool = False) -> Array:
+        """Derivative of the constrained unknowns with respect to q, over all local unknowns (zero elsewhere).
+
+        Parameters
+        ----------
+        q
+            mm or rad; s of a path of six motions, whose free ones stand still.
+        ahead
+            Where a path of six motions has a corner, of the line after it.
+        """
+        if self.six is not None:
+            moved = twist_of(self.pose(q)) @ self.six.rate(q, ahead)
+            return self.over_all(moved @ self.twists(q))
+        return self.over_all(self._along_sleeve(self._setting.rate, q))
+
+    # -- with six motions ----------------------------------------------------------------------------------------
+
+    def pose(self, q: float) -> Array:
+        """Where the sleeve is on a path of six motions, (6,) in mm and rad: what is prescribed and what is free."""
+        assert self.six is not None
+        pose = self.six.pose(q)
+        pose[list(self.six.free)] = self.free
+        return pose
+
+    def twists(self, q: float, by: str = "") -> Array:
+        """Motion of the constrained unknowns per unit of each further motion of the sleeve, (6, constrained).
+
+        Parameters
+        ----------
+        q
+            Path's parameter, s.
+        by
+            Parameter that resizes the sleeve: the derivative by it.
+        """
+        c, pose = self.constrained, self.pose(q)
+        x = c.x.T if self._resized is None else c.x.T + self._resized()
+        fields = twists(x, pose)
+        if by:
+            # Linear in the coordinates but for a constant.
+            fields = twists(x + self._resizing(by), pose) - fields
+        return np.where(c.driven, fields[:, c.component, np.arange(len(c.dofs))], 0.0)
+
+    def arms(self, q: float) -> Array:
+        """Constrained points as the sleeve turns them, from its centre, (3, constrained), mm."""
+        x = self.constrained.x.T if self._resized is None else self.constrained.x.T + self._resized()
+        return rotation(self.pose(q)[3:]) @ x
+
+    def over_all(self, constrained: Array) -> Array:
+        """Values of the constrained unknowns among all local ones, zero elsewhere; shape (..., constrained)."""
+        values = np.zeros((*constrained.shape[:-1], self._size))
+        values[..., self.constrained.dofs] = constrained
+        return values
+
+    def _motion(self, x: Array, q: float) -> Array:
+        return self._setting.motion(x, q) if self.six is None else displacement(x, self.pose(q))
 
     def boundary_rate(self, name: str, q: float) -> Array | None:
         """Derivative of the constrained unknowns at q by a parameter, over all local unknowns; None for zero."""
         if name in self._reductions:
-            return self._over_all(self._stage * self._reductions[name])
+            return self.over_all(self._stage * self._reductions[name])
         if self.resizes(name):
-            return self._over_all(self._along_sleeve(self._setting.motion, q, by=name))
+            return self.over_all(self._along_sleeve(self._motion, q, by=name))
         return None
 
     def boundary_bend(self, name: str, q: float) -> Array | None:
         """Derivative of `rate` by a parameter, over all local unknowns; None for zero."""
         if not self.resizes(name):
             return None
-        return self._over_all(self._along_sleeve(self._setting.rate, q, by=name))
+        if self.six is not None:
+            return self.over_all(twist_of(self.pose(q)) @ self.six.rate(q) @ self.twists(q, by=name))
+        return self.over_all(self._along_sleeve(self._setting.rate, q, by=name))
 
     def resizes(self, name: str) -> bool:
         """Whether a sleeve's motion depends on a parameter because its size does."""
@@ -186,7 +244,8 @@ class Motion:
     def _resized(self) -> Callable[[], Array] | None:
         """Displacement (3, n) of the constrained points from mesh to resized body; where a rotation needs it."""
         moved = self._moved([item for item in self._features if item.feature.resizes])
-        if moved is None or self._setting.kinematics != "cartesian" or not self._mode.rotational:
+        turns = self._mode.rotational or self.six is not None
+        if moved is None or self._setting.kinematics != "cartesian" or not turns:
             return None
         return self._at_constrained(moved.displacement)
 
@@ -230,12 +289,6 @@ class Motion:
             rate = np.where(there, moved[np.maximum(c.component, 0), np.arange(len(c.dofs))], 0.0)
             found[f"{item.name}.{next(iter(item.values))}"] = rate
         return found
-
-    def _over_all(self, constrained: Array) -> Array:
-        """Values of the constrained unknowns among all local ones, zero elsewhere."""
-        values = np.zeros(self._size)
-        values[self.constrained.dofs] = constrained
-        return values
 
 
 def _mirror_components(mirrors: Mirrors, components: int) -> dict[str, tuple[int, ...] | None]:

@@ -21,16 +21,23 @@ class Program:
         Generalised displacement q, shape (n,), mm or rad; the march starts from q = 0, unloaded.
     time
         Seconds, shape (n,), or None where rate does not matter.
+    corners
+        Numbers of targets at which a path of six motions turns.
     """
 
     displacement: Array
     time: Array | None = None
+    corners: frozenset[int] = frozenset()
 
     def __post_init__(self) -> None:
         if self.displacement.ndim != 1 or len(self.displacement) < 1:
             raise ValueError("a program needs at least one displacement")
         if self.time is not None and self.time.shape != self.displacement.shape:
             raise ValueError("a program needs a time for each displacement")
+
+    def turns(self, number: int) -> bool:
+        """Whether a path of six motions turns at a target, given by its number."""
+        return number in self.corners
 
 
 def ramp(amplitude: float, steps: int) -> Program:

@@ -26,7 +26,7 @@ from cases.equilibrium import Equilibrium
 from cases.model import Model
 from cases.parameters import Numbers
 from cases.ranks import summed
-from cases.rates import ghosted
+from cases.rigid import solved
 from cases.series import Series
 from cases.slopes import Along, Slopes
 
@@ -168,27 +168,14 @@ class Sensitivity:
 
     def _answers(self, solver: Equilibrium, forces: Array) -> Array:
         """What the tangent answers to the derivatives of the forces, less than nothing; all local unknowns, by rows."""
-        model, count = self.model, len(forces)
+        model = self.model
         b = model.create_vector()
-        shape = ((b.getLocalSize(), b.getSize()), (None, count))
-        right, left = (PETSc.Mat().createDense(shape, comm=model.comm) for _ in range(2))
-        for matrix in (right, left):
-            matrix.setUp()
-        columns = right.getDenseArray()
+        complete = np.zeros_like(forces)
         for i, force in enumerate(forces):
             with b.localForm() as local:
                 local.array_w[:] = force
             b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
             b.array_w[model.owned_constrained] = 0.0
-            columns[:, i] = b.array_r
-        for matrix in (right, left):
-            matrix.assemble()
-        # Together they cost a third of one after the other.
-        solver.ksp.matSolve(right, left)
-        found = np.empty_like(forces)
-        for i in range(count):
-            b.array_w[:] = left.getDenseArray(readonly=True)[:, i]
-            found[i] = -ghosted(b)
-        for item in (right, left, b):
-            item.destroy()
-        return found
+            complete[i, : model.owned] = b.array_r
+        b.destroy()
+        return -solved(model, solver.factor, complete)

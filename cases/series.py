@@ -6,6 +6,7 @@ compliance and P the force that it carries: the bushing's force Q, scaled, and t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -71,3 +72,57 @@ class Series:
         own = self.compliance_rates.get(name, 0.0) * at.force
         load = c * (at.by_force * work + at.by_parameter.get(name, 0.0))
         return (prescribed - own - load) / (1.0 + c * (at.by_displacement + at.by_force * stiffness))
+
+
+class Shared:
+    """Displacement that a bushing takes of what is prescribed to it and a spring: the secant method, step by step.
+
+    Parameters
+    ----------
+    series
+        The spring.
+    span
+        Largest prescribed displacement, mm or rad.
+    began
+        Time of the program's beginning, s.
+    """
+
+    def __init__(self, series: Series, span: float, began: float) -> None:
+        self._series, self._close = series, CLOSE * span
+        # The last equilibrium, and dq over the prescribed displacement's change there.
+        self._q = self._prescribed = 0.0
+        self._share = 1.0 / (1.0 + series.compliance * series.carried(0.0, 0.0, began).by_displacement)
+        self._trials: list[tuple[float, float]] = []
+
+    def first(self, prescribed: float) -> float:
+        """Where to look first."""
+        self._trials = []
+        return self._q + self._share * (prescribed - self._prescribed)
+
+    def better(self, q: float, force: float, time: float, prescribed: float) -> float | None:
+        """A better displacement than this one; None where it is good, NaN where the search is given up.
+
+        Parameters
+        ----------
+        q, force
+            Of the bushing: mm or rad, N or N mm.
+        time
+            s, as in the program.
+        prescribed
+            Displacement of both together, mm or rad.
+        """
+        excess = self._series.excess(q, force, time, prescribed)
+        self._trials.append((q, excess))
+        if len(self._trials) > MOST_TRIALS:
+            return math.nan
+        if abs(excess) <= self._close:
+            if prescribed != self._prescribed:
+                share = (q - self._q) / (prescribed - self._prescribed)
+                self._share = float(np.clip(share, 1e-3, 1.0))
+            self._q, self._prescribed = q, prescribed
+            return None
+        if len(self._trials) == 1:
+            return q - self._share * excess
+        (before, over), (now, left) = self._trials[-2:]
+        slope = (left - over) / (now - before) if now != before else 1.0
+        return now - left / max(slope, 1.0)

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from bushcli.case import checks, effects
+from bushcli.case import checks, effects, six
 from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
@@ -201,6 +201,10 @@ class Builder:
         if not self._mode(keys, table.mode, shape, None, material) or len(given) != 1:
             return None
         key = (*keys, given[0])
+        if six.is_meant(table):
+            found, findings = six.load_case(table, keys, shape, self._validated)
+            self.findings += findings
+            return found
         if table.file is not None:
             if table.rate is not None:
                 what = f"{dotted((*keys, 'rate'))} has no meaning: the file gives the times"
@@ -239,21 +243,22 @@ class Builder:
                 for k in ("time", "displacement", "force")
                 if (v := getattr(table.columns, k)) is not None
             }
-            sources.append(
-                Source(
-                    mode=table.mode,
-                    file=file or Path(table.file),
-                    name=table.name or _unused(table.mode, taken),
-                    columns=columns,  # type: ignore[arg-type]  # the keys are the literals just listed
-                    units=units,
-                    delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
-                    decimal=table.decimal,
-                    reverse=tuple(sorted(set(table.reverse or ()))),
-                    cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
-                    accept=tuple(sorted(set(table.accept or ()))),
-                    largest_stretch=table.largest_stretch if isinstance(table, CouponTable) else None,
-                )
+            source = Source(
+                mode=table.mode,
+                file=file or Path(table.file),
+                name=table.name or _unused(table.mode, taken),
+                columns=columns,  # type: ignore[arg-type]  # the keys are the literals just listed
+                units=units,
+                delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
+                decimal=table.decimal,
+                reverse=tuple(sorted(set(table.reverse or ()))),
+                cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
+                accept=tuple(sorted(set(table.accept or ()))),
+                largest_stretch=table.largest_stretch if isinstance(table, CouponTable) else None,
             )
+            found, wrong = six.channels(source, table, keys, taken) if known and file else ([source], [])
+            sources += found
+            self.findings += wrong
         return tuple(sources)
 
     def _units(self, keys: Keys, table: RecordingTable) -> dict[Quantity, str]:

@@ -9,10 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
 from bushcli.recording.source import Source
 from cases.mode import modes
+from cases.six import MOTIONS, SixPath
 from forms.law import laws
 from geometry.shape import Refinement, Shape
 
@@ -79,6 +82,8 @@ class LoadCase:
         Steps on the longest segment of the path; the others get their share.
     source : Source, optional
         File with the program, for `bushcli.recording.read_program`.
+    six : SixPath, optional
+        Path of six motions.
     """
 
     mode: str
@@ -86,6 +91,7 @@ class LoadCase:
     rate: float | None = None
     steps: int = 20
     source: Source | None = None
+    six: SixPath | None = None
 
     @property
     def amplitude(self) -> float:
@@ -208,6 +214,8 @@ def _geometry(shape: Shape, folder: Path) -> dict[str, Any]:
 
 def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
     shown: dict[str, Any] = {"mode": load_case.mode, "steps": load_case.steps}
+    if load_case.six is not None:
+        return shown | {"path": _six(load_case.six)}
     if load_case.source is not None:
         return shown | {"file": _relative(load_case.source.file, folder)}
     turned = modes()[load_case.mode].rotational
@@ -217,6 +225,15 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
     if rate is not None and turned:
         rate = float(f"{math.degrees(rate):.12g}")
     return shown | {"path": path, "rate": rate}
+
+
+def _six(path: SixPath) -> dict[str, Any]:
+    shown: dict[str, Any] = {"time": path.time.tolist()}
+    for k, name in enumerate(MOTIONS):
+        if k not in path.free and path.motion[:, k].any():
+            values = np.degrees(path.motion[:, k]) if k >= 3 else path.motion[:, k]
+            shown[name] = [float(f"{value:.12g}") for value in values]
+    return shown | ({"free": [MOTIONS[k] for k in path.free]} if path.free else {})
 
 
 def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
@@ -232,18 +249,28 @@ def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
 
 
 def _source(source: Source, folder: Path) -> dict[str, Any]:
-    return {
-        "mode": source.mode,
-        "file": _relative(source.file, folder),
-        "name": source.label,
-        "columns": dict(source.columns),
-        "units": dict(source.units),
-        "delimiter": source.delimiter,
-        "decimal": source.decimal,
-        "reverse": list(source.reverse) or None,
-        "cycles": list(source.cycles) if source.cycles else None,
-        "accept": list(source.accept) or None,
-    } | ({} if source.largest_stretch is None else {"largest_stretch": source.largest_stretch})
+    return (
+        {
+            "mode": source.mode,
+            "file": _relative(source.file, folder),
+            "name": source.label,
+            "columns": dict(source.columns),
+            "units": dict(source.units),
+            "delimiter": source.delimiter,
+            "decimal": source.decimal,
+            "reverse": list(source.reverse) or None,
+            "cycles": list(source.cycles) if source.cycles else None,
+            "accept": list(source.accept) or None,
+        }
+        | ({} if source.largest_stretch is None else {"largest_stretch": source.largest_stretch})
+        | (
+            {}
+            if source.six is None
+            else {
+                "path": {"motions": dict(source.six.motions), "free": [MOTIONS[k] for k in source.six.free]}
+            }
+        )
+    )
 
 
 def _relative(file: Path, folder: Path) -> str:

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AliasChoices, BaseModel, ConfigDict, Field, PlainValidator
+from pydantic import (
+    AliasChoices,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+)
 
 Name = Annotated[str, Field(min_length=1)]
 Elements = Annotated[int, Field(le=400)]
@@ -64,13 +72,35 @@ class MeshTable(Table):
     )
 
 
+Times = Annotated[list[float], Field(min_length=2, max_length=100_000)]
+Motion = Literal["ux", "uy", "uz", "rx", "ry", "rz"]
+
+
+class PathTable(Table):
+    """``[load_cases.path]``: six motions in time."""
+
+    time: Times = Field(description="s")
+    ux: Times | None = Field(default=None, description="mm, across the axis")
+    uy: Times | None = Field(default=None, description="mm, across the axis")
+    uz: Times | None = Field(default=None, description="mm, along the axis")
+    rx: Times | None = Field(default=None, description="degrees")
+    ry: Times | None = Field(default=None, description="degrees")
+    rz: Times | None = Field(default=None, description="degrees, about the axis")
+    free: list[Motion] | None = Field(default=None, description="motions that no force holds")
+
+
+def _table_or_list(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+    """Leave a table to `PathTable`."""
+    return value if isinstance(value, dict) else handler(value)
+
+
 class LoadCaseTable(Table):
     """``[[load_cases]]``."""
 
     mode: str = Field(description="a mode, see bushcli list modes")
     amplitude: float | None = Field(default=None, description="mm or degrees; stretch - 1 for a coupon")
-    path: list[float] | None = Field(
-        default=None, min_length=2, description="points to go through, mm or degrees"
+    path: Annotated[list[float] | None, Field(min_length=2), WrapValidator(_table_or_list)] = Field(
+        default=None, description="points to go through, mm or degrees; a table of six motions for mode path"
     )
     rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s")
     file: Name | None = Field(default=None, description="CSV with the path of the displacement")
@@ -114,6 +144,14 @@ class RecordingTable(Table):
     accept: list[float] | None = Field(
         default=None, description="values that look like codes for missing ones and were measured"
     )
+
+    motions: dict[str, ColumnKey] | None = Field(
+        default=None, min_length=1, description="of mode path: column by motion, ux to rz"
+    )
+    forces: dict[str, ColumnKey] | None = Field(
+        default=None, min_length=1, description="of mode path: column by reaction, fx to mz"
+    )
+    free: list[Motion] | None = Field(default=None, description="of mode path: motions that no force held")
 
 
 class CouponTable(RecordingTable):

@@ -88,12 +88,31 @@ def mesh(run: Run) -> int:
     is_flag=True,
     help="Solve again on a finer mesh and estimate the discretisation error of the curves.",
 )
+@click.option(
+    "--stiffness-matrix",
+    is_flag=True,
+    help="Add the 6 x 6 tangent stiffness of the inner sleeve at rest and at the end of every channel.",
+)
+@click.option(
+    "--stiffness-at",
+    type=float,
+    metavar="TRAVEL",
+    help="And at this travel: mm or degrees; s of a path of six motions.",
+)
 @click.option("--no-fields", is_flag=True, help="With -o: no field files (they are the largest).")
 @click.option(
     "--strict", is_flag=True, help="Exit 1 when a simulated curve is not within 10 % of its recording."
 )
 @on_a_case
-def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: bool) -> int:
+def direct(
+    run: Run,
+    weighting: str,
+    mesh_check: bool,
+    stiffness_matrix: bool,
+    stiffness_at: float | None,
+    no_fields: bool,
+    strict: bool,
+) -> int:
     """Predict the curves of CASE and correlate them with its recordings.
 
     A law without parameters is fitted to the coupon tests first.
@@ -114,6 +133,8 @@ def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: 
             mesh_check=mesh_check,
             fields=run.output if run.output and not no_fields else None,
             progress=progress,
+            stiffness=stiffness_matrix or stiffness_at is not None,
+            stiffness_at=stiffness_at,
         )
     compared = misfits(response)
     result = report.direct_json(response, compared, found, run.timings())

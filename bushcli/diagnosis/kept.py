@@ -72,7 +72,7 @@ def channels(
         for number, channel in enumerate(found):
             if channel.simulation is not None and fineness != 1.0:
                 channel.simulation.plan(fineness)
-            if channel.recording.mode in modes and anchor is not None:
+            if channel.model.mode.name in modes and anchor is not None:
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
                 channel.share, channel.offset = brought(plain, anchor)[number]
         return found
@@ -128,7 +128,8 @@ def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) 
             refinement = COARSE.refinement
             if modes is not None:
                 modes.add(mode.name)
-        what = (shape, mode.name, _law(task), rubber.bulk_modulus, refinement, _structure(acting))
+        path = None if mode.solid.six is None else mode.solid.six.identity
+        what = (shape, mode.name, path, _law(task), rubber.bulk_modulus, refinement, _structure(acting))
         return _kept(
             _bodies,
             BODIES,

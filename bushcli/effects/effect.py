@@ -250,6 +250,9 @@ class Effect:
     def acts_on(self, mode: str) -> bool:
         """Whether the effect acts on a mode."""
         known = modes()[mode]
+        if known.follow is not None and self.rig is not None:
+            # A rig's effects are of one displacement and one force.
+            return False
         return known.specimen in self.specimens and (self.modes is None or mode in self.modes)
 
 

@@ -29,6 +29,7 @@ from bushcli.recording import (
 )
 from bushcli.recording.curve import Curve
 from bushcli.simulate.simulation import Simulation
+from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
 from cases.mode import modes
@@ -91,12 +92,23 @@ class Channel:
         comm: MPI.Comm,
         whole: Recording | None = None,
         prepared: Prepare = prepare,
+        paths: dict[str, SixSimulation] | None = None,
     ) -> None:
         self.recording = recording
         mode = modes()[recording.mode]
         active = acting(case.effects, recording.name, recording.mode)
-        self.simulation: Simulation | None = None
-        if active:
+        self.simulation: Simulation | Reaction | None = None
+        if recording.six is not None:
+            known = {} if paths is None else paths
+            if recording.six.name not in known:
+                on_it = on_path(case.effects, recording.name)
+                known[recording.six.name] = SixSimulation(
+                    shape, rubber, case.mesh.refinement, on_it, recording.six, comm, prepared
+                )
+            self.simulation = Reaction(known[recording.six.name], recording.six.number, active)
+            self._used = matching(recording, recording)
+            self.model = self.simulation.model
+        elif active:
             path = whole or recording
             if path.time is None:
                 require_time(active, recording.name, recording.mode, str(recording.source))
@@ -219,6 +231,8 @@ class Channel:
             The march could not cover the range.
         """
         self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        if isinstance(self.simulation, Reaction):
+            return self._sample(self.simulation.reached())
         found: list[Array] = []
         for side in (self.targets[self.targets < 0], self.targets[self.targets > 0]):
             if not len(side):
@@ -300,6 +314,7 @@ def bushing_channels(
     prepared : Prepare
         Makes the finite-element model of a channel.
     """
+    paths: dict[str, SixSimulation] = {}
     return [
         Channel(
             read_recording(source),
@@ -310,6 +325,7 @@ def bushing_channels(
             comm,
             read_recording(source, whole=True) if case.effects else None,
             prepared,
+            paths,
         )
         for source in case.recordings
     ]

@@ -5,6 +5,7 @@ Column names, units, delimiter, decimal sign and encoding are found out from the
 """
 
 from bushcli.recording.read import (
+    RecordedPath,
     Recording,
     branches,
     cycle_mask,
@@ -22,6 +23,7 @@ from bushcli.recording.write import write_curve_csv
 
 __all__ = [
     "Branch",
+    "RecordedPath",
     "Recording",
     "branches",
     "cycle_mask",

@@ -15,9 +15,11 @@ from bushcli.recording.curve import Curve
 from bushcli.recording.noise import noise
 from bushcli.recording.segment import Branch, segment
 from bushcli.recording.segment import displacement_noise as _displacement_noise
+from bushcli.recording.six import read_motions
 from bushcli.recording.source import Source
 from bushcli.recording.text import TextTable, read_table
 from cases.mode import Mode, modes
+from cases.six import REACTIONS
 
 Array = NDArray[np.float64]
 
@@ -26,6 +28,31 @@ _FEWEST_COUPON = 3
 _FEWEST_PROGRAM = 2
 #: mm, rad, N, N mm, MPa: below this nothing was measured, and quotients leave the range of floating-point numbers.
 _SMALLEST = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedPath:
+    """Six motions of the inner sleeve as recorded.
+
+    Attributes
+    ----------
+    time : shape (n,) or None
+        s.
+    motion : shape (n, 6)
+        mm and rad.
+    free : tuple of int
+        Motions that no force held.
+    number : int
+        Of the motion and reaction that the recording is of.
+    name : str
+        Of the whole recording, whose channels have one path.
+    """
+
+    time: Array | None
+    motion: Array
+    free: tuple[int, ...]
+    number: int
+    name: str
 
 
 @dataclass(frozen=True)
@@ -48,6 +75,8 @@ class Recording(Curve):
         Of displacement and force in the file, see `bushcli.recording.units`; empty where they are not known.
     repeated : tuple of int
         Lines of the file that repeat the row before them, time and all; they were left out.
+    six : RecordedPath, optional
+        The path of six motions of which displacement and force are one motion and its reaction.
     """
 
     name: str = ""
@@ -55,6 +84,7 @@ class Recording(Curve):
     cycles: tuple[int, ...] = ()
     units: tuple[str, str] = ("", "")
     repeated: tuple[int, ...] = ()
+    six: RecordedPath | None = None
 
 
 def read_recording(source: Source, whole: bool = False) -> Recording:
@@ -110,8 +140,20 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
         source=source.file,
         units=(moved.unit, forced.unit),
         repeated=tuple(table.lines[i] for i in np.flatnonzero(repeated)),
+        six=None if source.six is None else _path(source, time, len(force)),
     )
     return recording if whole or source.cycles is None else select_cycles(recording, source.cycles)
+
+
+def _path(source: Source, time: Array | None, count: int) -> RecordedPath:
+    """Return the path of a recording of six motions, at its samples."""
+    assert source.six is not None
+    stamps, motion = read_motions(source)
+    if time is not None and stamps is not None:
+        motion = np.column_stack([np.interp(time, stamps, column) for column in motion.T])
+    assert len(motion) == count
+    number = REACTIONS.index(source.label.rpartition(".")[2])
+    return RecordedPath(time, motion, source.six.free, number, source.six.name)
 
 
 def read_coupon(source: Source) -> Recording:

@@ -16,6 +16,25 @@ Quantity = Literal["time", "displacement", "force"]
 
 
 @dataclass(frozen=True)
+class SixColumns:
+    """A recorded path of six motions, of which a source is one reaction.
+
+    Attributes
+    ----------
+    motions : mapping of str to str or int
+        Column of each motion that is recorded, "ux" to "rz"; the others stand still.
+    free : tuple of int
+        Motions that no force held.
+    name : str
+        Of the whole recording.
+    """
+
+    motions: Mapping[str, str | int]
+    free: tuple[int, ...] = ()
+    name: str = ""
+
+
+@dataclass(frozen=True)
 class Source:
     r"""A recorded curve in a text file.
 
@@ -42,6 +61,8 @@ class Source:
         Points of a coupon beyond it are left out.
     accept : tuple of float
         Values that look like codes for missing ones, such as -9999, and were measured all the same.
+    six : SixColumns, optional
+        The path of six motions that it is a part of.
     """
 
     mode: str
@@ -55,6 +76,7 @@ class Source:
     largest_stretch: float | None = None
     reverse: tuple[Quantity, ...] = ()
     accept: tuple[float, ...] = ()
+    six: SixColumns | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", Path(self.file))

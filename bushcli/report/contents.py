@@ -10,6 +10,7 @@ import numpy as np
 
 from bushcli.recording import write_curve_csv
 from bushcli.report.quantity import quantities
+from bushcli.report.six import six_columns
 
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import DiagnosedChannel
@@ -60,7 +61,9 @@ def data_file(content: bytes) -> Callable[[Path], None]:
 
 
 def curve_table(channel: Simulated) -> Callable[[Path], None]:
-    """Return the simulated curve of a channel as CSV."""
+    """Return the simulated curve of a channel as CSV, of a path all six motions and reactions."""
+    if channel.six is not None:
+        return number_table(*six_columns(channel.six))
     return lambda path: write_curve_csv(path, channel.curve)
 
 

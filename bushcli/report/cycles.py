@@ -90,7 +90,7 @@ class History:
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[History, ...]:
-    """Return the channels of a direct prediction whose path comes back or holds.
+    """Return the channels of a direct prediction whose path comes back or holds, but for paths of six motions.
 
     Parameters
     ----------
@@ -99,12 +99,13 @@ def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tup
     misfits : mapping of str to Misfit
         By channel name, for the channels that were compared with a recording.
     """
-    found = (_of_channel(channel, misfits.get(channel.name)) for channel in response.channels)
+    channels = [channel for channel in response.channels if not channel.in_time]
+    found = (_of_channel(channel, misfits.get(channel.name)) for channel in channels)
     return tuple(history for history in found if history.has_history)
 
 
 def fit_histories(fit: Fit) -> tuple[History, ...]:
-    """Return the channels of an identification whose path comes back or holds."""
+    """Return the channels of an identification whose path comes back or holds, but for paths of six motions."""
     found = (
         _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in fit.curves
     )

@@ -20,6 +20,7 @@ from bushcli.report.cycles import (
 )
 from bushcli.report.fit_part import fit_part
 from bushcli.report.quantity import quantities
+from bushcli.report.six import six_json
 from bushcli.report.verdict import Verdict, judge
 from bushcli.report.versions import versions
 from bushcli.runtime.condition import Condition
@@ -262,7 +263,10 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
     }
     if found is not None:
         document["recording"] = _recording(channel, found)
-    return document
+    if channel.six is not None:
+        # Of the motion that leads: six motions have no one displacement.
+        document.pop("displacement")
+    return document | six_json(channel)
 
 
 def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:

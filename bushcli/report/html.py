@@ -23,6 +23,7 @@ from bushcli.inverse import Fit
 from bushcli.report.cycles import History, response_histories
 from bushcli.report.cycles_tables import history_tables
 from bushcli.report.figures.picture import Picture
+from bushcli.report.six import six_tables
 from bushcli.report.tables import (
     Table,
     channel_table,
@@ -94,6 +95,8 @@ def direct_html(
     sections = [Section("Channels", tables=[channel_table(response, misfits)])]
     heading = "Simulated and recorded curves" if misfits else "Simulated curves"
     sections.append(Section(heading, kinds.get("curve", [])))
+    if tables := tuple(six_tables(response)):
+        sections.append(Section("Six motions", kinds.get("six", []), tables))
     sections += history_sections(response_histories(response, misfits), kinds)
     if fit is not None:
         sections.append(_fitted(fit, kinds))

@@ -11,6 +11,7 @@ import numpy as np
 from bushcli.recording import Recording, branches
 from bushcli.report.quantity import number, percent, quantities
 from cases.mode import modes
+from cases.six import MOTIONS
 
 if TYPE_CHECKING:
     from bushcli.case import Case, Material
@@ -144,9 +145,10 @@ def _simulated(response: Response) -> Table:
     for channel in response.channels:
         shown = quantities(channel.mode)
         ends = [shown.at(q) for q in (min(channel.curve.displacement), max(channel.curve.displacement))]
+        leads = "" if channel.six is None else f" ({MOTIONS[channel.six.lead]})"
         rows.append(
             (
-                channel.name,
+                f"{channel.name}{leads}",
                 shown.stiffness_unit,
                 number(shown.stiffness(channel.curve.initial_stiffness())),
                 number(shown.stiffness(channel.curve.secant_stiffness())),

@@ -21,6 +21,7 @@ from bushcli.report.cycles import History, response_histories
 from bushcli.report.cycles_tables import history_tables
 from bushcli.report.document import problems_of
 from bushcli.report.quantity import percent
+from bushcli.report.six import six_tables
 from bushcli.report.tables import (
     Table,
     case_table,
@@ -86,6 +87,7 @@ def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
     if fit is not None:
         parts += [*_fit_parts(fit), Text()]
     parts.append(Shown(channel_table(response, misfits)))
+    parts += [part for table in six_tables(response) for part in (Text(), Shown(table))]
     checked = [channel for channel in response.channels if channel.mesh_error is not None]
     if checked:
         errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)

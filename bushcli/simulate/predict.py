@@ -3,43 +3,42 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from bushcli.case import Case, LoadCase, Material, load_case_names
+from bushcli.case import Case, Material
 from bushcli.effects.active import acting, require_time, require_values
+from bushcli.effects.assembly import installed
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.errors import InputError, Problem
+from bushcli.faults import DataFault, find_faults
 from bushcli.faults import condition as fault_condition
-from bushcli.faults import find_faults
-from bushcli.recording import Recording, displacement_noise, matching, read_program, read_recording
+from bushcli.recording import RecordedPath, displacement_noise, matching, read_recording
 from bushcli.recording.curve import Curve
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material, check_travel
+from bushcli.simulate.channels import Channel, prescribed, recorded
 from bushcli.simulate.play import check_play
 from bushcli.simulate.response import ERROR_OVER_CHANGE, FINER, Progress, Response, Simulated, conditions
 from bushcli.simulate.simulation import Answer, Simulation
-from cases.march import History, NotConverged, march, unsolved
-from cases.march import Progress as StepProgress
-from cases.mode import modes
+from bushcli.simulate.six import mode_of, six_curve
+from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
+from bushcli.simulate.stiffness import check_state, matrices
+from cases.march import History, NotConverged, unsolved
+from cases.mode import Mode, modes
 from cases.model import Model
-from cases.program import Program, path
-from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
+from cases.simulate import Rubber, is_odd, prepare
 from cases.stability import stable
 from cases.stretches import Surface, principal_stretches, surface
 from forms.law import law
 
 Array = NDArray[np.float64]
 
-# Steps on the longer side of a recording's range: a cubic spline through them is exact to 0.01 % of the
-# force.
-RECORDING_STEPS = 16
 # States of the march in which the law's stability is checked, evenly chosen.
 STABILITY_STATES = 6
 
@@ -52,6 +51,8 @@ def predict(
     fields: Path | None = None,
     progress: Progress | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
+    stiffness: bool = False,
+    stiffness_at: float | None = None,
 ) -> Response:
     """Simulate every load case and every recording of a case.
 
@@ -69,6 +70,10 @@ def predict(
         Called after each step of the march.
     comm : MPI.Comm
         Ranks that share each model.
+    stiffness : bool
+        Take the 6 x 6 stiffness matrix at rest and at the end of every channel.
+    stiffness_at : float or None
+        And at this displacement: mm or degrees, s of a path.
 
     Returns
     -------
@@ -84,74 +89,34 @@ def predict(
     check_material(case, material)
     # All input is read before anything is solved: a bad file must not cost a march.
     require_values(case.effects, case.path.name)
-    recordings = [read_recording(source) for source in case.recordings]
-    wholes = (
-        [read_recording(source, whole=True) for source in case.recordings] if case.effects else recordings
-    )
-    if not recordings and not case.load_cases:
-        wanted = "[[recordings]] or [[load_cases]]"
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
-    faults = find_faults(case, recordings)
-    check_travel(case, recordings, faults)
-    channels = [_prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
-    channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
-    for channel in channels:
-        check_play(case, channel.name, channel.mode, channel.displacement)
-    run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
+    channels, faults = _channels(case)
+    check_state(channels, stiffness_at)
+    run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm, stiffness, stiffness_at)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in conditions(channel))
     return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
 
 
+def _channels(case: Case) -> tuple[list[Channel], tuple[DataFault, ...]]:
+    """Return what is to be simulated, and faults of the recordings."""
+    recordings = [read_recording(source) for source in case.recordings]
+    whole = bool(case.effects)
+    wholes = [read_recording(source, whole=True) for source in case.recordings] if whole else recordings
+    if not recordings and not case.load_cases:
+        wanted = "[[recordings]] or [[load_cases]]"
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
+    faults = find_faults(case, recordings)
+    check_travel(case, recordings, faults)
+    channels = [prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
+    channels += [recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
+    for channel in channels:
+        check_play(case, channel.name, channel.mode, channel.displacement)
+    return channels, faults
+
+
 def rubber_of(material: Material) -> Rubber:
     """Return law, parameters and bulk modulus of a case as the march needs them."""
     return Rubber(law(material.law), dict(material.parameters), material.bulk_modulus)
-
-
-@dataclass(frozen=True)
-class _Channel:
-    """What is to be simulated: a program to follow, or the range of a recording to cover."""
-
-    name: str
-    mode: str
-    march: Callable[[Model, bool, StepProgress], History]
-    time: Array | None
-    displacement: Array
-    recording: Recording | None = None
-    whole: Recording | None = None
-
-
-def _prescribed(case: Case, load: LoadCase, number: int) -> _Channel:
-    if load.source is not None:
-        times, displacement = read_program(load.source)
-        program = Program(displacement, times)
-    else:
-        program = path(load.path, load.steps, load.rate)
-    name = load_case_names(case.load_cases, case.recordings)[number]
-    return _Channel(
-        name,
-        load.mode,
-        lambda model, keep, report: march(model, program, keep_states=keep, progress=report),
-        program.time,
-        program.displacement,
-    )
-
-
-def _recorded(case: Case, recording: Recording, whole: Recording) -> _Channel:
-    # Without memory in the rubber, one solve over the range serves every cycle; if the curve is odd, one side of it.
-    low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
-    if is_odd(case.geometry, modes()[recording.mode]):
-        low, high = (0.0, max(high, -low)) if high >= -low else (low, 0.0)
-    targets = even_targets(low, high, RECORDING_STEPS)
-    return _Channel(
-        recording.name,
-        recording.mode,
-        lambda model, keep, report: sweep(model, targets, keep_states=keep, progress=report),
-        whole.time,
-        whole.displacement,
-        recording,
-        whole,
-    )
 
 
 @dataclass(frozen=True)
@@ -164,12 +129,26 @@ class _Run:
     fields: Path | None
     progress: Progress | None
     comm: MPI.Comm
+    stiffness: bool = False
+    stiffness_at: float | None = None
+    paths: dict[tuple[str, float], SixSimulation] = field(default_factory=dict)
 
-    def model(self, mode: str, factor: float = 1.0) -> Model:
+    def model(self, channel: Channel, factor: float = 1.0, mode: Mode | None = None) -> Model:
         refinement = replace(self.case.mesh.refinement, factor=factor)
-        return prepare(self.case.geometry, modes()[mode], self.rubber, refinement, self.comm)
+        features = installed(acting(self.case.effects, channel.name, channel.mode))
+        mode = mode or mode_of(channel.mode, channel.six)
+        return prepare(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
 
-    def simulate(self, channel: _Channel) -> Simulated:
+    def matrices(self, channel: Channel) -> dict[str, tuple[float, Array]]:
+        """Return the stiffness matrices that are asked for."""
+        if not self.stiffness or modes()[channel.mode].specimen != "bushing":
+            return {}
+        try:
+            return matrices(channel, self.stiffness_at, lambda mode: self.model(channel, mode=mode))
+        except NotConverged:
+            return {}
+
+    def simulate(self, channel: Channel) -> Simulated:
         """March one channel, and examine the stretches and the stability of its states."""
 
         def report(step: int, steps: int, newton: int, q: float) -> None:
@@ -178,7 +157,7 @@ class _Run:
 
         begin = time.perf_counter()
         simulation = self.simulation(channel)
-        model = self.model(channel.mode) if simulation is None else simulation.model
+        model = self.model(channel) if simulation is None else simulation.model
         ready = time.perf_counter()
         stopped, answer, step_error = "", None, None
         try:
@@ -196,6 +175,7 @@ class _Run:
             history, stopped = unsolved("").history, str(failure)
             reach = target = 0.0
         done = time.perf_counter()
+        six = None if channel.six is None else six_curve(history, channel.six)
         stretches, unstable = _stability(model, history, self.rubber)
         unwritten = ""
         if self.fields is not None and history.states is not None:
@@ -203,11 +183,11 @@ class _Run:
             unwritten = field_files.written(model, history, self.fields / f"{name}.xdmf")
         error = None
         if self.mesh_check and not stopped:
-            error = self._mesh_error(channel, history.force if answer is None else answer.force)
+            error = self._mesh_error(channel, history, answer)
         return Simulated(
             name=channel.name,
-            mode=channel.mode,
-            curve=_curve(self.case, channel, history) if answer is None else _along(channel, answer),
+            mode=channel.mode if six is None else six.mode,
+            curve=six.curve if six is not None else _simulated(self.case, channel, history, answer),
             recording=channel.recording,
             attempts=history.attempts,
             stopped=stopped,
@@ -222,12 +202,28 @@ class _Run:
             step_error=step_error,
             along=answer is not None and channel.recording is not None,
             unwritten=unwritten,
+            six=six,
+            stiffness=self.matrices(channel),
         )
 
-    def simulation(self, channel: _Channel, factor: float = 1.0) -> Simulation | None:
-        """Return the channel with the effects that act on it; None if no effect does."""
+    def _reaction(self, channel: Channel, path: RecordedPath, factor: float) -> Reaction:
+        """Return the channel of a recorded path of six motions, which all of its channels share."""
+        key = (path.name, factor)
+        if key not in self.paths:
+            refinement = replace(self.case.mesh.refinement, factor=factor)
+            active = on_path(self.case.effects, channel.name)
+            self.paths[key] = SixSimulation(
+                self.case.geometry, self.rubber, refinement, active, path, self.comm
+            )
         active = acting(self.case.effects, channel.name, channel.mode)
-        if not active:
+        return Reaction(self.paths[key], path.number, active)
+
+    def simulation(self, channel: Channel, factor: float = 1.0) -> Simulation | Reaction | None:
+        """Return the channel with the effects that act on it; None if no effect does."""
+        if channel.recording is not None and channel.recording.six is not None:
+            return self._reaction(channel, channel.recording.six, factor)
+        active = acting(self.case.effects, channel.name, channel.mode)
+        if not active or channel.six is not None:
             return None
         where = self.case.path.name if channel.recording is None else str(channel.recording.source)
         if channel.time is None:
@@ -244,21 +240,40 @@ class _Run:
             self.comm,
         )
 
-    def _mesh_error(self, channel: _Channel, force: Array) -> float:
+    def _mesh_error(self, channel: Channel, history: History, answer: Answer | None) -> float:
         """Return the error of the mesh, estimated with a finer one, percent of the force range; inf if that fails."""
         try:
             simulation = self.simulation(channel, FINER)
-            if simulation is None:
-                fine = channel.march(self.model(channel.mode, FINER), False, lambda *_: None).force
+            if simulation is not None and answer is not None:
+                change = _change(answer.force, simulation.solve({}).force)
             else:
-                fine = simulation.solve({}).force
+                fine = channel.march(self.model(channel, FINER), False, lambda *_: None)
+                change = _changed(history, fine)
         except (NotConverged, NoEquilibrium):
             return float("inf")
-        change = float(np.max(np.abs(force - fine)) / np.ptp(fine))
         return 100.0 * ERROR_OVER_CHANGE * change
 
 
-def _along(channel: _Channel, answer: Answer) -> Curve:
+def _change(force: Array, fine: Array) -> float:
+    return float(np.max(np.abs(force - fine)) / np.ptp(fine))
+
+
+def _changed(history: History, fine: History) -> float:
+    """Return the largest change of the force over its range; of six reactions, of forces and of moments."""
+    if history.reactions is None or fine.reactions is None:
+        return _change(history.force, fine.force)
+    groups = [(history.reactions[:, part], fine.reactions[:, part]) for part in (slice(0, 3), slice(3, 6))]
+    # A group that vanishes is the rounding of the other.
+    ranges = [float(np.ptp(ours, axis=0).max()) for _, ours in groups]
+    real = [i for i in (0, 1) if ranges[i] > 1e-6 * max(ranges)]
+    return max(float(np.abs(groups[i][0] - groups[i][1]).max()) / ranges[i] for i in real)
+
+
+def _simulated(case: Case, channel: Channel, history: History, answer: Answer | None) -> Curve:
+    return _curve(case, channel, history) if answer is None else _along(channel, answer)
+
+
+def _along(channel: Channel, answer: Answer) -> Curve:
     """Return the force at the samples of the channel."""
     if channel.recording is None or channel.whole is None:
         return Curve(channel.mode, channel.displacement, answer.force, channel.time)
@@ -267,7 +282,7 @@ def _along(channel: _Channel, answer: Answer) -> Curve:
     return Curve(channel.mode, recording.displacement, answer.force[used], recording.time)
 
 
-def _curve(case: Case, channel: _Channel, history: History) -> Curve:
+def _curve(case: Case, channel: Channel, history: History) -> Curve:
     """Return the part of the curve that was reached, with at least two points even if the first step failed."""
     q, force = history.displacement, history.force
     if len(q) < 2:

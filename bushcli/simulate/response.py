@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bushcli.runtime.condition import Condition
 from cases.mode import modes
@@ -16,8 +17,11 @@ if TYPE_CHECKING:
     from bushcli.faults import DataFault
     from bushcli.recording import Recording
     from bushcli.recording.curve import Curve
+    from bushcli.simulate.six import SixCurve
     from cases.march import Attempt
     from cases.stretches import Surface
+
+Array = NDArray[np.float64]
 
 # Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The bond edges leave
 # convergence of about first order, for which the error is twice the change that halving the elements makes
@@ -66,6 +70,10 @@ class Simulated:
         The curve is the force at the recording's samples, one by one.
     unwritten : str
         Why its fields could not be written; empty where they were, or were not asked for.
+    six : SixCurve or None
+        Motions and reactions on a path of six motions; ``mode`` and ``curve`` are then of the one that leads.
+    stiffness : mapping of str to (float, (6, 6) array)
+        Displacement (mm, rad; s of a path) and stiffness matrix (N, mm, rad) by state, "start", "end" and "at".
     """
 
     name: str
@@ -85,6 +93,13 @@ class Simulated:
     step_error: float | None = None
     along: bool = False
     unwritten: str = ""
+    six: SixCurve | None = None
+    stiffness: Mapping[str, tuple[float, Array]] = field(default_factory=dict)
+
+    @property
+    def in_time(self) -> bool:
+        """Whether `reach`, `target` and the surface's displacement are times on a path of six motions, s."""
+        return self.six is not None or (self.recording is not None and self.recording.six is not None)
 
     @property
     def newton(self) -> int:
@@ -113,6 +128,8 @@ def conditions(channel: Simulated) -> list[Condition]:
     found = []
     if channel.stopped:
         unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
+        if channel.in_time:
+            unit, factor = "s of the path", 1.0
         found.append(
             Condition(
                 "not_converged",

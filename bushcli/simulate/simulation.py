@@ -64,6 +64,31 @@ class Answer:
     history: History
 
 
+def with_values(
+    model: Model, active: Sequence[ActiveEffect], parameters: Mapping[str, float]
+) -> tuple[ActiveEffect, ...]:
+    """Set the values of a model's parameters, and return the effects with theirs.
+
+    Parameters
+    ----------
+    model : Model
+        Of a channel.
+    active : sequence of ActiveEffect
+        Its effects.
+    parameters : mapping of str to float
+        Values by name, N, mm, MPa, s, rad; what is not given keeps its value.
+    """
+    model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
+    found = []
+    for one in active:
+        values = {p.name: parameters.get(one.full_name(p), one.values[p.name]) for p in one.parameters}
+        for p in one.parameters:
+            if p.choices and values[p.name] != one.values[p.name]:
+                raise ValueError(f"{one.full_name(p)} is a choice: another one needs another model")
+        found.append(replace(one, values=values))
+    return tuple(found)
+
+
 class Simulation:
     """A channel that can be solved for any values of its parameters.
 
@@ -128,20 +153,6 @@ class Simulation:
         """Whether the recorded path has to be marched."""
         return self.model.path_dependent
 
-    # -- parameters ----------------------------------------------------------------------------------------------
-
-    def _set(self, parameters: Mapping[str, float]) -> tuple[ActiveEffect, ...]:
-        """Set the values of the model's parameters, and return the effects with theirs."""
-        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
-        found = []
-        for one in self.active:
-            values = {p.name: parameters.get(one.full_name(p), one.values[p.name]) for p in one.parameters}
-            for p in one.parameters:
-                if p.choices and values[p.name] != one.values[p.name]:
-                    raise ValueError(f"{one.full_name(p)} is a choice: another one needs another model")
-            found.append(replace(one, values=values))
-        return tuple(found)
-
     # -- solving -------------------------------------------------------------------------------------------------
 
     def solve(
@@ -173,7 +184,7 @@ class Simulation:
         NoEquilibrium
             The displacement could not be shared with a spring in series.
         """
-        active = self._set(parameters)
+        active = with_values(self.model, self.active, parameters)
         if self.path_dependent:
             return self._marched(active, tuple(names), keep_states, progress)
         return self._swept(active, tuple(names), keep_states, progress)

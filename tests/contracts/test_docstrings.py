@@ -26,7 +26,6 @@ FUNCTIONS_WAIT = frozenset(
         "bushcli/diagnosis/diagnose.py::diagnose",
         "bushcli/diagnosis/menu.py::menu",
         "bushcli/diagnosis/where/bushing.py::local_map",
-        "cases/march.py::_march",
         "cases/simulate.py::sweep",
     }
 )
@@ -37,7 +36,6 @@ FILES_WAIT = frozenset(
         "bushcli/diagnosis/queue.py",
         "bushcli/diagnosis/result.py",
         "bushcli/diagnosis/where/bushing.py",
-        "cases/march.py",
     }
 )
 

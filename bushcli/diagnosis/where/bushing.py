@@ -27,6 +27,7 @@ from bushcli.diagnosis.where.maps import LocalMap
 from bushcli.inverse.channel import Channel
 from bushcli.recording import matching
 from bushcli.recording.curve import Curve
+from bushcli.simulate.six_simulation import Reaction
 from cases import local
 from cases.local import Cells, Local
 from cases.program import Program
@@ -152,6 +153,8 @@ def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, C
     """Derivatives (n, m) of a channel's force at its samples by its cells' factors, and the cells."""
     model, simulation = channel.model, channel.simulation
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
+    if isinstance(simulation, Reaction):
+        return simulation.local()
     if simulation is None or not simulation.path_dependent:
         found = local.swept(model, channel.targets)
         return _interpolated(found, channel), found.cells

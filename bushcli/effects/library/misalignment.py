@@ -79,7 +79,7 @@ EFFECT = Effect(
     needs="a radial channel that goes to both sides",
     rivals=("bump_stop", "offset"),
     source="Kadlowec, Wineman and Hulbert (2003), Elastomer bushing response, doi:10.1007/s00707-003-1018-1",
-    modes=frozenset({"radial", "conical"}),
+    modes=frozenset({"radial", "conical", "path"}),
     needs_sleeves=True,
     feature=feature,
 )

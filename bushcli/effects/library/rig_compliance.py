@@ -43,7 +43,9 @@ EFFECT = Effect(
     rivals=("compressibility", "sleeve_compliance"),
     source="Oliver and Pharr (1992), Improved technique for hardness and modulus, doi:10.1557/JMR.1992.1564",
     modes=frozenset(
-        mode.name for mode in modes().values() if mode.specimen == "bushing" and not mode.rotational
+        mode.name
+        for mode in modes().values()
+        if mode.specimen == "bushing" and not mode.rotational and mode.follow is None
     ),
     rig=RigChange(spring="compliance"),
 )

@@ -14,6 +14,7 @@ from bushcli.report.figures.curves import curve_figure, curve_title
 from bushcli.report.figures.cycles import history_figures
 from bushcli.report.figures.picture import Picture, picture
 from bushcli.report.figures.projection import is_twisted
+from bushcli.report.figures.six import six_figure, six_title
 from bushcli.report.quantity import listed, quantities
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
@@ -41,6 +42,10 @@ def direct_figures(
     """
     found: list[Picture] = []
     for channel in response.channels:
+        if channel.six is not None and len(channel.six.time) > 1:
+            figure = six_figure(channel.name, channel.six)
+            title = six_title(channel.name)
+            found.append(picture(f"{names[channel.name]}-six", "six", title, figure, channel.name))
         compared = misfits.get(channel.name)
         title = curve_title(channel, compared)
         figure = curve_figure(channel, compared)
@@ -86,6 +91,9 @@ def mesh_figures(meshes: Sequence[Meshed]) -> tuple[Picture, ...]:
 
 def _deformed_title(channel: Simulated) -> str:
     assert channel.surface is not None
+    if channel.in_time:
+        name = channel.name[:1].upper() + channel.name[1:]
+        return f"{name}: deformed at {channel.surface.displacement:.3g} s"
     shown = quantities(channel.mode)
     reached = f"{float(f'{shown.at(channel.surface.displacement):.3g}'):g}"
     unit = f" {shown.displacement_unit}" if shown.displacement_unit else ""

@@ -32,6 +32,7 @@ Kind = Literal[
     "starts",
     "cycles",
     "holds",
+    "six",
     "probabilities",
     "priors",
     "diagnosed",

@@ -1,0 +1,197 @@
+"""Paths of six motions in a case file: prescribed ones of load cases, and the columns of recordings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case.case import LoadCase
+from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.schema import LoadCaseTable, PathTable, RecordingTable
+from bushcli.errors import RecordingError
+from bushcli.recording.six import PAIR_MODES, columns_of, read_motions
+from bushcli.recording.source import SixColumns, Source
+from cases.mode import modes
+from cases.six import MOTIONS, REACTIONS, SixPath
+from geometry.shape import Shape
+
+PATH = "path"
+# mm or rad: below it nothing moves.
+SMALLEST = 1e-9
+
+
+def is_meant(table: LoadCaseTable) -> bool:
+    """Whether a load case is a path of six motions, or says so."""
+    raw: object = table.path
+    return isinstance(raw, dict) or modes()[table.mode].follow is not None
+
+
+def load_case(
+    table: LoadCaseTable, keys: Keys, shape: Shape | None, validated: Callable[..., PathTable | None]
+) -> tuple[LoadCase | None, list[Finding]]:
+    """Return a load case of six motions, and what is wrong with it.
+
+    Parameters
+    ----------
+    table : LoadCaseTable
+        As written.
+    keys : Keys
+        Its place in the case file.
+    shape : Shape or None
+        The specimen; None where the case has no valid one.
+    validated : callable
+        Validates a table, and keeps what is wrong with it.
+    """
+    at, raw = (*keys, "path"), cast(object, table.path)
+    if not isinstance(raw, dict) or modes()[table.mode].follow is None:
+        what = f"{dotted(at)} and mode {shown(table.mode)} do not go together"
+        expected = f'mode = "{PATH}" with a table [load_cases.path], or points with another mode'
+        return None, [Finding(at if raw is not None else keys, what, expected=expected)]
+    wrong = []
+    if table.rate is not None:
+        what = f"{dotted((*keys, 'rate'))} has no meaning: {dotted((*at, 'time'))} gives the times"
+        wrong.append(Finding((*keys, "rate"), what))
+    path = validated(raw, at, PathTable, "[load_cases.path]")
+    if path is None:
+        return None, wrong
+    found, findings = prescribed(path, at, shape)
+    return None if found is None else LoadCase(table.mode, steps=table.steps, six=found), wrong + findings
+
+
+def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPath | None, list[Finding]]:
+    """Return the path of a load case in mm and rad, and what is wrong with it.
+
+    Parameters
+    ----------
+    table : PathTable
+        As written: mm, degrees, s.
+    keys : Keys
+        Its place in the case file.
+    shape : Shape or None
+        The specimen; None where the case has no valid one.
+    """
+    findings = []
+    time = np.array(table.time)
+    motion = np.zeros((len(time), 6))
+    free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
+    for k, name in enumerate(MOTIONS):
+        values = getattr(table, name)
+        if values is None:
+            continue
+        at = (*keys, name)
+        if k in free:
+            what = f"{dotted(at)} is given, and {name} is in {dotted((*keys, 'free'))}"
+            findings.append(Finding(at, what, expected="one of both: a free motion follows from equilibrium"))
+        elif len(values) != len(time):
+            what = f"{dotted(at)} has {len(values)} values, {dotted((*keys, 'time'))} has {len(time)}"
+            findings.append(Finding(at, what, expected="a value for each time"))
+        else:
+            motion[:, k] = np.array(values) * (math.pi / 180.0 if k >= 3 else 1.0)
+            if values[0] != 0.0:
+                what = f"{dotted(at)} begins at {values[0]:g}"
+                findings.append(Finding(at, what, expected="0, the rest position, at the first time"))
+    if np.any(np.diff(time) <= 0.0) or time[0] != 0.0:
+        at, what = (*keys, "time"), "does not begin at 0" if time[0] != 0.0 else "does not increase"
+        findings.append(Finding(at, f"{dotted(at)} {what}", expected="times in s, from 0 on"))
+    if findings:
+        return None, findings
+    if np.abs(motion).max() < SMALLEST:
+        what = f"{dotted(keys)} moves nothing"
+        return None, [Finding(keys, what, expected=f"values of at least one of {', '.join(MOTIONS)}")]
+    findings = _too_far(keys, motion, shape)
+    return (None if findings else SixPath(time, motion, free)), findings
+
+
+def _too_far(keys: Keys, motion: NDArray[np.float64], shape: Shape | None) -> list[Finding]:
+    radial, turned = np.hypot(motion[:, 0], motion[:, 1]).max(), np.linalg.norm(motion[:, 3:], axis=1).max()
+    if shape is not None and shape.gap is not None and radial >= shape.gap:
+        what = f"{dotted(keys)}: {radial:g} mm across the axis closes the gap between the sleeves"
+        return [Finding(keys, what, expected=f"less than the rubber's thickness, {shape.gap:g} mm")]
+    if turned > math.pi:
+        what = f"{dotted(keys)}: {math.degrees(turned):g} turns the sleeve by more than 180 degrees"
+        return [Finding(keys, what, expected="degrees")]
+    return []
+
+
+def channels(
+    source: Source, table: RecordingTable, keys: Keys, taken: Sequence[str]
+) -> tuple[list[Source], list[Finding]]:
+    """Return the source of a recording, or one for each reaction of a recorded path whose own motion moves.
+
+    Findings say what is wrong with it.
+
+    Parameters
+    ----------
+    source : Source
+        Of the whole recording.
+    table : RecordingTable
+        As written.
+    keys : Keys
+        Its place in the case file.
+    taken : sequence of str
+        Names of other channels.
+    """
+    only = [key for key in ("motions", "forces", "free") if getattr(table, key) is not None]
+    if modes()[source.mode].follow is None:
+        at = (*keys, only[0] if only else "mode")
+        what = f"{dotted(at)} has no meaning for mode {source.mode}"
+        return [source], [Finding(at, what, expected='mode = "path"')] if only else []
+    refused = _refused(table, keys)
+    if refused:
+        return [], refused
+    free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
+    try:
+        motions, forces = columns_of(source, table.motions, table.forces)
+        whole = SixColumns(motions, free, source.label)
+        _, motion = read_motions(replace(source, six=whole))
+    except RecordingError as error:
+        return [], [Finding((*keys, "file"), str(error))]
+    moves = [k for k in range(6) if np.ptp(motion[:, k]) > SMALLEST]
+    chosen = [k for k in range(6) if REACTIONS[k] in forces and k in moves]
+    if not chosen:
+        what = f"{dotted(keys)} has no reaction whose own motion moves"
+        pairs = ", ".join(f"{force} with {motion}" for motion, force in zip(MOTIONS, REACTIONS, strict=True))
+        return [], [Finding((*keys, "file"), what, expected=f"columns such as ux_mm and fx_N: {pairs}")]
+    found = []
+    for k in chosen:
+        name = f"{source.label}.{REACTIONS[k]}"
+        if name in taken:
+            at = (*keys, "name")
+            return [], [Finding(at, f"{dotted(at)}: {name} is the name of another channel")]
+        columns = {"displacement": motions[MOTIONS[k]], "force": forces[REACTIONS[k]]}
+        if "time" in source.columns:
+            columns["time"] = source.columns["time"]
+        found.append(replace(source, mode=PAIR_MODES[k], name=name, columns=columns, six=whole))  # type: ignore[arg-type]
+    return found, []
+
+
+def _refused(table: RecordingTable, keys: Keys) -> list[Finding]:
+    """Return findings for keys that a recorded path does not take, and for names that are no motion or reaction."""
+    found = []
+    for key in ("displacement", "force"):
+        for section in ("columns", "units"):
+            if getattr(getattr(table, section), key) is not None:
+                at = (*keys, section, key)
+                expected = (
+                    "motions = {ux = ...} and forces = {fx = ...}, with units in the header: ux_mm, mz_Nmm"
+                )
+                found.append(Finding(at, f"{dotted(at)} has no meaning for mode path", expected=expected))
+    for key in ("reverse", "cycles"):
+        if getattr(table, key) is not None:
+            found.append(Finding((*keys, key), f"{dotted((*keys, key))} has no meaning for mode path"))
+    named: tuple[tuple[str, Mapping[str, object] | None, tuple[str, ...]], ...] = (
+        ("motions", table.motions, MOTIONS),
+        ("forces", table.forces, REACTIONS),
+    )
+    for key, names, known in named:
+        found += [
+            unknown_name((*keys, key, name), name, known, key[:-1])
+            for name in names or ()
+            if name not in known
+        ]
+    return found

@@ -1,0 +1,99 @@
+"""Six motions and reactions in one file: which columns they are, and the path that they record."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.columns import column
+from bushcli.recording.source import Source
+from bushcli.recording.text import read_table
+from cases.mode import modes
+from cases.six import MOTIONS, REACTIONS
+
+Array = NDArray[np.float64]
+Columns = Mapping[str, str | int]
+
+# The mode whose displacement and force a motion and its reaction are, with their units.
+PAIR_MODES = ("radial", "radial", "axial", "conical", "conical", "torsional")
+# Names in a header that say so: "ux_mm", "Fx [N]", "rotz_deg", "rz".
+_ALIASES = {
+    **{name: (name,) for name in (*MOTIONS, *REACTIONS)},
+    **{f"r{axis}": (f"r{axis}", f"rot{axis}", f"rotation{axis}") for axis in "xyz"},
+}
+
+
+def columns_of(
+    source: Source, motions: Columns | None, forces: Columns | None
+) -> tuple[dict[str, str | int], dict[str, str | int]]:
+    """Return the columns of the motions and of the reactions: those given, else those that the header names.
+
+    Parameters
+    ----------
+    source : Source
+        The recording.
+    motions, forces : mapping of str to str or int, or None
+        Columns by "ux" to "rz" and "fx" to "mz".
+
+    Raises
+    ------
+    RecordingError
+        The file cannot be read, or names no motion.
+    """
+    table = read_table(source.file, source.delimiter, source.decimal)
+    found: dict[str, str | int] = {}
+    for number, name in enumerate(table.names, start=1):
+        first = re.split(r"[\s_\[\(/]", name.strip().casefold(), maxsplit=1)[0]
+        for known, aliases in _ALIASES.items():
+            if first in aliases and known not in found:
+                found[known] = number
+    own = {k: v for k, v in found.items() if k in MOTIONS} if motions is None else dict(motions)
+    theirs = {k: v for k, v in found.items() if k in REACTIONS} if forces is None else dict(forces)
+    if not own:
+        listed = ", ".join(name for name in table.names if name)[:300]
+        what = f"has no column of a motion, among {listed}" if listed else "has no header"
+        raise RecordingError(
+            Problem(str(source.file), what, "", "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
+        )
+    return own, theirs
+
+
+def read_motions(source: Source) -> tuple[Array | None, Array]:
+    """Read the path of a recording or program: time (n,) in s or None, poses (n, 6) in mm and rad.
+
+    Motions without a column are zero.
+
+    Raises
+    ------
+    RecordingError
+        A column is not there or cannot be read, or the time does not increase.
+    """
+    assert source.six is not None
+    table = read_table(source.file, source.delimiter, source.decimal)
+    poses: Array = np.zeros((0, 6))
+    for k, name in enumerate(MOTIONS):
+        if name not in source.six.motions:
+            continue
+        one = replace(source, columns={"displacement": source.six.motions[name]}, units={})
+        found = column(table, one, modes()[PAIR_MODES[k]], "displacement")
+        assert found is not None
+        if not len(poses):
+            poses = np.zeros((len(found.values), 6))
+        poses[:, k] = found.values
+    stamps = column(table, source, modes()["axial"], "time")
+    time = None if stamps is None else stamps.values
+    if time is not None:
+        kept = np.concatenate([[True], (np.diff(time) != 0.0) | (np.diff(poses, axis=0) != 0.0).any(axis=1)])
+        time, poses = time[kept], poses[kept]
+        if np.any(np.diff(time) <= 0.0):
+            row = int(np.argmax(np.diff(time) <= 0.0)) + 1
+            what = f"the time does not increase, {time[row]:g} s follows {time[row - 1]:g} s"
+            raise RecordingError(Problem(str(source.file), what, "", "rows in the order of time"))
+    if len(poses) < 2:
+        raise RecordingError(Problem(str(source.file), f"has only {len(poses)} points", "", "at least 2"))
+    return time, poses

@@ -1,0 +1,260 @@
+"""A recorded path of six motions with the effects that act on it: one march, and a channel for each reaction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from bushcli.effects import rig
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.assembly import installed
+from bushcli.effects.change import Signal
+from bushcli.recording.read import RecordedPath
+from bushcli.simulate.derivatives import columns
+from bushcli.simulate.simulation import ACCURATE, FINEST, Answer, Steps, with_values
+from bushcli.simulate.six import mode_of
+from bushcli.simulate.six_schedule import six_schedule
+from cases.equilibrium import Equilibrium
+from cases.local import Cells, LocalStiffness
+from cases.march import History, march
+from cases.model import Model
+from cases.simulate import Prepare, Rubber, prepare
+from cases.stretches import principal_stretches
+from geometry.shape import Refinement, Shape
+
+Array = NDArray[np.float64]
+
+
+def on_path(active: Sequence[ActiveEffect], channel: str) -> tuple[ActiveEffect, ...]:
+    """Return the effects on the rubber and on the assembly that a path has.
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of the case.
+    channel : str
+        Name of one of the path's channels.
+    """
+    return tuple(
+        one
+        for one in active
+        if one.effect.feature is not None
+        and one.effect.acts_on("path")
+        and (one.channels is None or channel in one.channels)
+    )
+
+
+class SixSimulation:
+    """A recorded path that can be solved for any values of its parameters.
+
+    Parameters
+    ----------
+    shape, rubber, refinement, comm
+        Of the finite-element model.
+    active
+        Effects on the rubber and on the assembly, with values.
+    recorded
+        What was recorded, mm, rad and s.
+    prepared
+        Makes the finite-element model.
+    """
+
+    def __init__(
+        self,
+        shape: Shape,
+        rubber: Rubber,
+        refinement: Refinement,
+        active: Sequence[ActiveEffect],
+        recorded: RecordedPath,
+        comm: MPI.Comm = MPI.COMM_WORLD,
+        prepared: Prepare = prepare,
+    ) -> None:
+        self.recorded = recorded
+        self.active = tuple(one.started() for one in active)
+        self.plan(1.0)
+        self.model: Model = prepared(
+            shape, mode_of("path", self.six), rubber, refinement, comm, installed(self.active)
+        )
+        self._last: tuple[object, History] | None = None
+
+    def plan(self, fineness: float) -> None:
+        """Choose the steps along the path, `fineness` times as many as by default."""
+        self.fineness = fineness
+        six, self.program, self.steps = six_schedule(
+            self.recorded.time, self.recorded.motion, self.recorded.free, fineness
+        )
+        # The path itself does not depend on the steps.
+        if fineness == 1.0 or not hasattr(self, "six"):
+            self.six = six
+
+    def march(
+        self,
+        names: Sequence[str],
+        keep_states: bool = False,
+        progress: Steps | None = None,
+        patience: int | None = None,
+        observer: Callable[[Equilibrium], None] | None = None,
+    ) -> History:
+        """Follow the path with the model's present parameters; the last march is kept for the other reactions.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Parameters by which derivatives are wanted.
+        keep_states : bool
+            Whether the history holds the displacement field of each step.
+        progress : callable or None
+            Called after each step.
+        patience : int or None
+            Failed steps after which the march is given up.
+        observer : callable or None
+            Called at each step.
+
+        Raises
+        ------
+        NotConverged
+        """
+        values = tuple(float(constant.value) for constant in self.model.constants.values())
+        asked = (values, self.fineness, tuple(names))
+        known = self._last
+        again = known is not None and known[0] == asked and observer is None
+        if again and known is not None and (known[1].states is not None or not keep_states):
+            return known[1]
+        found = march(
+            self.model,
+            self.program,
+            keep_states=keep_states,
+            sensitivity=tuple(names),
+            progress=progress,
+            patience=patience,
+            observer=observer,
+        )
+        self._last = (asked, found)
+        return found
+
+
+class Reaction:
+    """One reaction of a recorded path, with what `bushcli.simulate.simulation.Simulation` offers.
+
+    The rig's effects act on its force; those that change the displacement, such as free play, do nothing here.
+
+    Parameters
+    ----------
+    simulation
+        Of the whole path.
+    number
+        Of the reaction and of its motion.
+    active
+        All effects on the channel, with values.
+    """
+
+    def __init__(self, simulation: SixSimulation, number: int, active: Sequence[ActiveEffect]) -> None:
+        self._whole, self._number = simulation, number
+        own = [one.started() for one in active if one.effect.rig is not None]
+        self.active = (*simulation.active, *own)
+        self.model, self.time = simulation.model, simulation.recorded.time
+        self.displacement = simulation.recorded.motion[:, number]
+        self.step_error: float | None = None
+        self.patience: int | None = None
+        self._clock = np.arange(len(self.displacement), dtype=float) if self.time is None else self.time
+
+    @property
+    def path(self) -> Array:
+        """Motion at the samples without the sensor's noise, (n,), mm or rad."""
+        own = self._whole.six.time - self._whole.six.time[-1] + self._clock[-1]
+        return np.interp(self._clock, own, self._whole.six.motion[:, self._number])
+
+    @property
+    def path_dependent(self) -> bool:
+        """Whether the rubber remembers."""
+        return self.model.path_dependent
+
+    def plan(self, fineness: float) -> None:
+        """Choose the steps along the path, `fineness` times as many as by default."""
+        self._whole.plan(fineness)
+
+    def solve(
+        self,
+        parameters: Mapping[str, float],
+        names: Sequence[str] = (),
+        *,
+        keep_states: bool = False,
+        progress: Steps | None = None,
+    ) -> Answer:
+        """Return the force at the samples and its derivatives.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+            As of `Simulation.solve`: N, mm, MPa, s, rad.
+        names : sequence of str
+            Parameters by which derivatives are wanted.
+        keep_states : bool
+            Whether the history holds the displacement field of each step.
+        progress : callable or None
+            Called after each step of the march.
+
+        Raises
+        ------
+        NotConverged
+        """
+        active = with_values(self.model, self.active, parameters)
+        inner = tuple(name for name in names if name in self.model.constants)
+        history = self._whole.march(inner, keep_states, progress, self.patience)
+        assert history.motion is not None
+        assert history.reactions is not None
+        names, k = tuple(names), self._number
+        slopes = None if history.reaction_sensitivity is None else history.reaction_sensitivity[:, k]
+        count = len(history.reactions)
+        force = Signal(history.reactions[:, k], columns(slopes, inner, names, count))
+        q = Signal(history.motion[:, k], np.zeros((count, len(names))))
+        steps = self._whole.steps
+        total = rig.parallel(active, q, force, names, steps.time - self._clock[0])
+        logged = rig.sampled(active, steps.interpolation, self._clock, total, names)
+        return Answer(logged.value, logged.slope, history)
+
+    def refine(self, parameters: Mapping[str, float]) -> float:
+        """Choose steps fine enough for the recorded path, and return the error that is left (`Simulation.refine`)."""
+        if not self.path_dependent:
+            self.step_error = 0.0
+            return 0.0
+        coarse = self.solve(parameters).force
+        while True:
+            fineness = self._whole.fineness
+            self.plan(2.0 * fineness)
+            fine = self.solve(parameters).force
+            error = float(np.sqrt(np.mean((fine - coarse) ** 2)) / np.ptp(fine))
+            if error <= ACCURATE or fineness >= FINEST:
+                self.plan(fineness)
+                self.step_error = error
+                return error
+            coarse = fine
+
+    def reached(self) -> list[Array]:
+        """Principal stretches of the rubber at the corners of the path, each of shape (n, 3); collective."""
+        found: list[Array] = []
+        corners = {float(self._whole.program.displacement[i]) for i in self._whole.program.corners}
+        ends = corners | {float(self._whole.program.displacement[-1])}
+
+        def observe(solver: Equilibrium) -> None:
+            if solver.q in ends:
+                found.append(principal_stretches(self.model).reshape(-1, 3))
+
+        self._whole.march((), patience=self.patience, observer=observe)
+        return found
+
+    def local(self) -> tuple[Array, Cells]:
+        """Derivatives (samples, cells) of the force by the stiffness of each cell, and the cells; collective.
+
+        With the model's present parameters; the rig's part is left out.
+
+        Raises
+        ------
+        NotConverged
+        """
+        stiffness, rows = LocalStiffness(self.model, self._number), list[Array]()
+        self._whole.march((), observer=lambda solver: rows.append(stiffness(solver)))
+        return self._whole.steps.interpolation(self._clock) @ np.array(rows), stiffness.cells

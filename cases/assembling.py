@@ -1,0 +1,55 @@
+"""Before the test: swaging, shrinkage and other parameters of the assembly come to their values in steps, at rest."""
+
+from __future__ import annotations
+
+import time
+
+from cases.equilibrium import Equilibrium
+from cases.history import Attempt, unsolved
+from cases.model import Model
+from cases.stepper import SMALLEST_CUT
+
+# Steps in which a bushing is assembled, and the time that its rubber has to relax afterwards (s).
+ASSEMBLY_STEPS = 4
+RELAXED = 1e12
+
+
+def assemble(model: Model, solver: Equilibrium) -> list[Attempt]:
+    """Bring the parameters of the assembly to their values, the sleeve at rest; the rubber relaxes.
+
+    Parameters
+    ----------
+    model
+        Its state is the unloaded one; it is then that of the assembled bushing, which `Model.commit` has not seen yet.
+    solver
+        Of the model.
+
+    Raises
+    ------
+    NotConverged
+        A step was cut back to the smallest and still failed.
+    """
+    attempts: list[Attempt] = []
+    model.duration.value = RELAXED
+    done, step, taken = 0.0, 1.0 / ASSEMBLY_STEPS, 1.0
+    states = [solver.unknowns()]
+    while done < 1.0:
+        stage = min(1.0, done + step)
+        model.stage.value = stage
+        # On the line through the last two.
+        guess = (
+            states[-1] if len(states) < 2 else states[-1] + (states[-1] - states[-2]) * (stage - done) / taken
+        )
+        begin = time.perf_counter()
+        outcome = solver.solve(0.0, guess)
+        seconds = time.perf_counter() - begin
+        attempts.append(Attempt(0.0, 0.0, outcome.iterations, outcome.reason, seconds))
+        if attempts[-1].accepted:
+            taken, done = stage - done, stage
+            states = [states[-1], solver.unknowns()]
+            continue
+        step *= 0.5
+        if step < SMALLEST_CUT:
+            model.stage.value = 1.0
+            raise unsolved(outcome.reason, attempts)
+    return attempts

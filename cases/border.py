@@ -1,0 +1,157 @@
+"""Free motions of the inner sleeve as unknowns beside those of the mesh: a bordered tangent.
+
+A motion that no force holds is one more unknown, its reaction one more equation, and both have a place in PETSc's
+vectors: that of a constrained unknown, which no one else uses. A turn is counted as the length of an arc, a moment as a
+force on it, so that all entries are mm and N. The bordered tangent is solved by its Schur complement on the sleeve's
+rigid motions (`cases.rigid`), with the factorisation of the rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from cases.model import Model
+from cases.ranks import summed
+from cases.rates import ghosted
+from cases.rigid import Tangent, tangent
+from cases.six import twist_of
+
+Array = NDArray[np.float64]
+
+
+class Border:
+    """Free motions of a model, and the bordered tangent as PETSc's preconditioner.
+
+    Parameters
+    ----------
+    model
+        Of a path of six motions, some of them free.
+
+    Attributes
+    ----------
+    factor : PETSc.KSP
+        Factorisation of the tangent in the mesh's own free unknowns.
+    """
+
+    def __init__(self, model: Model) -> None:
+        six = model.motion.six
+        assert six is not None
+        self._model, self._free = model, list(six.free)
+        count = len(self._free)
+        own = model.owned_constrained
+        homes = [rank for rank, many in enumerate(model.comm.allgather(len(own))) if many >= count]
+        self._home = homes[0]
+        self._slots = own[:count] if model.comm.rank == self._home else own[:0]
+        extent = float(
+            model.comm.allreduce(np.abs(model.mesh.mesh.geometry.x[:, :2]).max(initial=0.0), MPI.MAX)
+        )
+        # mm of a free unknown per mm or rad of its motion.
+        self._length = np.array([1.0 if k < 3 else extent for k in self._free])
+        self._q = 0.0
+        self._tangent: Tangent | None = None
+        self._columns: Array = np.zeros((6, count))
+        self.factor = PETSc.KSP().create(model.comm)
+        self.factor.setType("preonly")
+        self.factor.getPC().setType("cholesky")
+        self.factor.getPC().setFactorSolverType("mumps")
+
+    # -- in vectors ----------------------------------------------------------------------------------------------
+
+    def read(self, x: PETSc.Vec) -> Array:
+        """Free motions (mm, rad) that a vector holds; collective."""
+        return self._shared(x.array_r[self._slots]) / self._length
+
+    def write(self, x: PETSc.Vec, motions: Array) -> None:
+        """Put free motions (mm, rad) into a vector."""
+        x.array_w[self._slots] = (motions * self._length)[: len(self._slots)]
+
+    def write_forces(self, b: PETSc.Vec, reactions: Array) -> None:
+        """Put the reactions (6,) of the free motions, of the whole bushing, into a residual of the part modelled."""
+        share = reactions[self._free] / (self._length * self._model.multiplicity)
+        b.array_w[self._slots] = share[: len(self._slots)]
+
+    def _shared(self, at_home: Array) -> Array:
+        comm = self._model.comm
+        return (
+            np.array(at_home) if comm.size == 1 else np.asarray(comm.bcast(at_home.copy(), root=self._home))
+        )
+
+    # -- the bordered tangent ------------------------------------------------------------------------------------
+
+    def at(self, q: float) -> None:
+        """Take note of the path's parameter at which a tangent has just been assembled."""
+        self._q, self._tangent = q, None
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Factorise, and solve for rigid motions (called by PETSc)."""
+        matrix = pc.getOperators()[0]
+        self.factor.setOperators(matrix)
+        turning = any(k >= 3 for k in self._free)
+        wanted = sorted({*self._free, *((3, 4, 5) if turning else ())})
+        found = tangent(self._model, self.factor, self._q, wanted)
+        self._columns = twist_of(self._model.motion.pose(self._q))[:, self._free]
+        self._tangent = found
+        self._schur = (found.stiffness @ self._columns)[self._free] / self._model.multiplicity
+
+    def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve the bordered system (called by PETSc)."""
+        found = self._tangent
+        assert found is not None
+        reactions = self._shared(b.array_r[self._slots]) * self._length
+        right = b.copy()
+        right.array_w[self._model.owned_constrained] = 0.0
+        self.factor.solve(right, x)
+        owned = self._model.owned
+        reactions -= summed(self._model.comm, found.pull[self._free, :owned] @ x.array_r)
+        motions = np.linalg.solve(self._schur, reactions)
+        answers = (self._columns @ motions) @ found.answers[:, :owned]
+        answers[self._model.owned_constrained] = 0.0
+        x.array_w[:] = x.array_r + answers
+        self.write(x, motions)
+        right.destroy()
+
+    def release(self) -> None:
+        """Free the PETSc objects; `destroy` would be a call-back of PETSc's."""
+        self.factor.destroy()
+
+    # -- along the path ------------------------------------------------------------------------------------------
+
+    def rate(self, ksp: PETSc.KSP, rate: Array) -> tuple[Array, Array]:
+        """Rate of all local unknowns, and of the free motions, while the sleeve moves; at the tangent assembled last.
+
+        Parameters
+        ----------
+        ksp
+            With this as its preconditioner.
+        rate
+            Of the constrained unknowns with the free motions at rest, shape (n,), mm per unit of q.
+        """
+        model, found = self._model, self._tangent
+        assert found is not None
+        constrained = model.motion.constrained.dofs
+        twists = model.motion.twists(self._q)
+        twist = _coordinates(model, twists, rate[constrained])
+        b, x = model.create_vector(), model.create_vector()
+        model.apply_tangent(b, rate)
+        at = constrained < model.owned
+        work = twists[:, at] @ b.array_r[constrained[at]]
+        change = np.asarray(summed(model.comm, work)) * model.multiplicity
+        change[3:] += found.arms @ twist[3:]
+        b.array_w[model.owned_constrained] = 0.0
+        self.write_forces(b, change)
+        b.scale(-1.0)
+        ksp.solve(b, x)
+        free, answer = self.read(x), ghosted(x)
+        answer[constrained] = 0.0
+        for item in (b, x):
+            item.destroy()
+        return answer + rate + model.motion.over_all((self._columns @ free) @ twists), free
+
+
+def _coordinates(model: Model, twists: Array, rate: Array) -> Array:
+    """The twist (6,) that gives the constrained unknowns their rate; collective."""
+    normal = np.asarray(summed(model.comm, twists @ twists.T))
+    return np.asarray(np.linalg.lstsq(normal, np.asarray(summed(model.comm, twists @ rate)), rcond=None)[0])

@@ -1,0 +1,104 @@
+"""What a march went through: its attempts, the curve, and why it stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.equilibrium import Equilibrium
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One try at a step: from and to (mm or rad), corrections of the state, SNES reason by name, seconds."""
+
+    start: float
+    stop: float
+    newton: int
+    reason: str
+    seconds: float
+
+    @property
+    def accepted(self) -> bool:
+        """Whether SNES converged."""
+        return not self.reason.startswith("DIVERGED")
+
+
+@dataclass(frozen=True)
+class History:
+    """What the march went through.
+
+    Attributes
+    ----------
+    displacement, force : shape (n,)
+        q (mm or rad) and Q (N, N mm; MPa for a coupon) at the program's targets reached, and at the last equilibrium
+        beyond them where the march had to stop.
+    time : shape (n,) or None
+        Seconds, from the program.
+    energy : shape (n,)
+        Stored energy, N mm.
+    newton : shape (n,)
+        Corrections of the state (Broyden's and Newton's) since the target before, failed attempts included.
+    attempts
+        Every try, accepted or not.
+    states : shape (n, m) or None
+        This rank's unknowns at the targets, if they were kept.
+    sensitivity : shape (n, parameters) or None
+        Derivative of the force with respect to the parameters asked for.
+    path_sensitivity : shape (n, parameters) or None
+        Derivative of the displacement with respect to them: of those that move the path.
+    motion, reactions : shape (n, 6) or None
+        Of a path of six motions: where the sleeve is (mm, rad), and what holds it there (N, N mm; `cases.six`).
+    reaction_sensitivity : shape (n, 6, parameters) or None
+        Derivative of the reactions with respect to the parameters asked for.
+    """
+
+    displacement: Array
+    force: Array
+    time: Array | None
+    energy: Array
+    newton: NDArray[np.int64]
+    attempts: tuple[Attempt, ...]
+    states: Array | None = None
+    sensitivity: Array | None = None
+    path_sensitivity: Array | None = None
+    motion: Array | None = None
+    reactions: Array | None = None
+    reaction_sensitivity: Array | None = None
+
+
+class NotConverged(RuntimeError):
+    """The march could not go on.
+
+    Attributes
+    ----------
+    history
+        What it has, at the targets reached.
+    target, last
+        Where it was going and the last displacement in equilibrium, mm or rad.
+    reason
+        SNES's, by name.
+    """
+
+    def __init__(self, history: History, target: float, reason: str, last: float) -> None:
+        self.history, self.target, self.reason, self.last = history, target, reason, last
+        super().__init__(
+            f"no equilibrium found beyond displacement {last:.6g} on the way to {target:.6g} ({reason})"
+        )
+
+
+def unsolved(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:
+    """The exception for a path of which not even the first step was found."""
+    none = np.zeros(0)
+    return NotConverged(History(none, none, None, none, none.astype(int), tuple(attempts)), 0.0, reason, 0.0)
+
+
+Progress = Callable[[int, int, int, float], None]
+"""Called after each target with step, number of steps, Newton iterations, displacement."""
+Observer = Callable[[Equilibrium], None]
+"""Called at each target with the solver, before the rubber's memory is brought up to date."""

@@ -1,0 +1,47 @@
+"""Path: any of the six motions of the inner sleeve together, prescribed or free of force; q is the path's time.
+
+The mode that is found by name moves along a line in all six motions at once; `follow` makes that of a path of one's
+own. Q is the power, N mm/s: the reactions are the history's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+
+from cases.mode import Array, Mode, Setting
+from cases.six import SixPath, displacement, twist_of, twists
+from geometry.shape import Mirrors
+
+# mm/s and rad/s: one of each kind, none like another.
+LINE = SixPath(np.array([0.0, 1.0]), np.array([np.zeros(6), [0.4, -0.2, 0.5, 0.01, -0.015, 0.03]]))
+
+
+def setting(six: SixPath) -> Setting:
+    """The setting of a path; where motions are free, `motion` is that of what is prescribed."""
+
+    def motion(x: Array, q: float) -> Array:
+        return displacement(x, six.pose(q))
+
+    def rate(x: Array, q: float) -> Array:
+        pose = six.pose(q)
+        return np.asarray(np.einsum("k,kcn->cn", twist_of(pose) @ six.rate(q), twists(x, pose)))
+
+    return Setting("cartesian", motion, rate, mirrors=cast(Mirrors, six.mirrors), six=six)
+
+
+def follow(six: SixPath) -> Mode:
+    """The mode of a path."""
+    return replace(MODE, solid=setting(six))
+
+
+MODE = Mode(
+    name="path",
+    summary="six motions of the inner sleeve, each prescribed in time or free of force",
+    specimen="bushing",
+    rotational=False,
+    solid=setting(LINE),
+    follow=follow,
+)

@@ -1,0 +1,133 @@
+"""What a march writes down at each target, and the history made of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.history import Attempt, History
+from cases.program import Program
+
+Array = NDArray[np.float64]
+
+
+class Recorder:
+    """Record of a march.
+
+    Parameters
+    ----------
+    program
+        What is followed.
+    keep_states
+        Whether the unknowns at the targets are kept.
+    derivatives
+        Whether derivatives are.
+
+    Attributes
+    ----------
+    attempts : list of Attempt
+        Every try so far.
+    """
+
+    def __init__(self, program: Program, keep_states: bool, derivatives: bool) -> None:
+        self._program, self._keep, self._differentiated = program, keep_states, derivatives
+        self.attempts: list[Attempt] = []
+        self._rows: list[tuple[float, float, float, int]] = []
+        self._states: list[Array] = []
+        self._force_slopes: list[Array] = []
+        self._path_slopes: list[Array] = []
+        self._poses: list[Array] = []
+        self._reactions: list[Array] = []
+        self._reaction_slopes: list[Array] = []
+
+    @property
+    def failed(self) -> int:
+        """Attempts that did not converge."""
+        return sum(not one.accepted for one in self.attempts)
+
+    def point(self, q: float, force: float, energy: float, newton: int, state: Array) -> None:
+        """Write an equilibrium down.
+
+        Parameters
+        ----------
+        q
+            Displacement, mm or rad.
+        force, energy
+            N, N mm or MPa of a coupon; stored energy in N mm.
+        newton
+            Corrections of the state since the last point.
+        state
+            This rank's unknowns, shape (n,).
+        """
+        self._rows.append((q, force, energy, newton))
+        if self._keep:
+            self._states.append(state)
+
+    def last_reached(self, q: float, force: float, energy: float, newton: int, state: Array) -> None:
+        """Write down what was reached beyond the last target: it belongs to the curve; derivatives are of targets only.
+
+        Parameters
+        ----------
+        q, force, energy, newton, state
+            As of `point`: mm or rad, N or N mm, N mm, number, shape (n,).
+        """
+        if self._rows and q != self._rows[-1][0] and not self._differentiated:
+            self.point(q, force, energy, newton, state)
+
+    def six(self, pose: Array, reactions: Array) -> None:
+        """Write down what six motions there are at the point written last.
+
+        Parameters
+        ----------
+        pose, reactions
+            Shape (6,), mm and rad; N and N mm.
+        """
+        self._poses.append(pose)
+        self._reactions.append(reactions)
+
+    def slopes(self, force: Array, path: Array, reactions: Array | None) -> None:
+        """Write down the derivatives at the point written last.
+
+        Parameters
+        ----------
+        force, path
+            Derivatives of the force and of the displacement by each parameter, shape (parameters,).
+        reactions
+            Those of six reactions, shape (6, parameters), on a path of six motions.
+        """
+        if reactions is not None:
+            self._reaction_slopes.append(reactions)
+        self._force_slopes.append(force)
+        self._path_slopes.append(path)
+
+    def history(self) -> History:
+        """What there is so far."""
+        columns = np.array(self._rows, dtype=float).reshape(-1, 4)
+        timed = self._program.time is not None
+        return History(
+            displacement=columns[:, 0],
+            force=columns[:, 1],
+            time=_times(self._program, columns[:, 0]) if timed else None,
+            energy=columns[:, 2],
+            newton=columns[:, 3].astype(int),
+            attempts=tuple(self.attempts),
+            states=np.array(self._states) if self._keep else None,
+            sensitivity=np.array(self._force_slopes) if self._differentiated else None,
+            motion=np.array(self._poses) if self._poses else None,
+            reactions=np.array(self._reactions) if self._reactions else None,
+            reaction_sensitivity=np.array(self._reaction_slopes) if self._reaction_slopes else None,
+            path_sensitivity=np.array(self._path_slopes) if self._differentiated else None,
+        )
+
+
+def _times(program: Program, displacement: Array) -> Array:
+    """Time of each recorded point: the program's, and on the way to a target that was not reached a share of it."""
+    assert program.time is not None
+    count = min(len(displacement), len(program.time))
+    reached = program.time[:count].copy()
+    last = count - 1
+    if last > 0 and displacement[last] != program.displacement[last]:
+        way = program.displacement[last] - program.displacement[last - 1]
+        share = (displacement[last] - program.displacement[last - 1]) / way
+        reached[last] = reached[last - 1] + share * (program.time[last] - reached[last - 1])
+    return np.asarray(reached)

@@ -1,0 +1,192 @@
+"""The tangent's answers to rigid motions of the inner sleeve: 6 x 6 stiffness, from one factorisation.
+
+Let G_k be the constrained unknowns per unit of the twist k, K the tangent and R the residual. V_k = (-K_ff^-1 K_fc G_k,
+G_k) is the body's answer, and V_k . K V_l + R . dG_k/dl the derivative of the reaction k by the motion l: the second
+part is what the forces at hand do on arms that turn. The moments that are reported are about axes that do not turn, and
+of them that part is not symmetric: turning first about x and then about y is not the same as the other way round. Half
+the moment's cross product is the difference between it and the second derivative of the energy (`Tangent.symmetric`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from cases.model import Model
+from cases.ranks import summed
+from cases.rates import ghosted
+from cases.six import possible, skew, twist_of
+
+Array = NDArray[np.float64]
+
+
+def reactions(model: Model, residual: PETSc.Vec, q: float) -> Array:
+    """Force and moment that hold the sleeve, (6,) in N and N mm, about its centre.
+
+    Parameters
+    ----------
+    model
+        Of a path of six motions, at an equilibrium or an iterate on the way to one.
+    residual
+        Assembled by `Model.assemble_residual` there, nothing cleared.
+    q
+        Path's parameter, s.
+    """
+    constrained = model.motion.constrained.dofs
+    owned = constrained < model.owned
+    work = model.motion.twists(q)[:, owned] @ residual.array_r[constrained[owned]]
+    return _unmirrored(model, np.asarray(summed(model.comm, work)) * model.multiplicity)
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Stiffness against rigid motions of the inner sleeve, at one state.
+
+    Attributes
+    ----------
+    stiffness : shape (6, 6)
+        Derivative of the reactions (N, N mm; moments about axes that do not turn) by twists (mm, rad); zero in motions
+        that a plane of symmetry rules out.
+    answers : shape (6, n)
+        Of all local unknowns to each twist.
+    pull : shape (6, n)
+        K_fc G_k on the free unknowns of this rank, zero elsewhere.
+    arms : shape (3, 3)
+        Part of the stiffness that the forces at hand make by arms that turn, N mm/rad.
+    moment : shape (3,)
+        On the sleeve there, N mm.
+    """
+
+    stiffness: Array
+    answers: Array
+    pull: Array
+    arms: Array
+    moment: Array
+
+    @property
+    def symmetric(self) -> Array:
+        """Second derivative of the stored energy, (6, 6): by the centre's displacement and a rotation vector from here.
+
+        Symmetric of itself where the rubber has no memory: nothing is averaged.
+        """
+        found = self.stiffness.copy()
+        # dM = K_sym w + w x M / 2, for a twist w.
+        found[3:, 3:] += 0.5 * skew(self.moment)
+        return found
+
+
+def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = range(6)) -> Tangent:
+    """Solve for the body's answers to rigid motions, all together.
+
+    Parameters
+    ----------
+    model
+        At an equilibrium or near one, its moduli up to date (`Model.stiffen`, `Model.assemble_tangent`).
+    ksp
+        With the factorised tangent of the state.
+    q
+        Path's parameter, s.
+    wanted
+        Motions by number; the others' rows and columns are zero.
+    """
+    twist = model.motion.over_all(model.motion.twists(q))
+    allowed = [k for k in wanted if k in possible(model.mesh.mirrors)]
+    pull = np.zeros_like(twist)
+    forces = np.zeros_like(twist)
+    b = model.create_vector()
+    for k in allowed:
+        model.apply_tangent(b, twist[k])
+        forces[k] = ghosted(b)
+        pull[k] = forces[k]
+        pull[k, model.motion.constrained.dofs] = 0.0
+    answers = np.zeros_like(twist)
+    answers[allowed] = twist[allowed] - solved(model, ksp, pull[allowed])
+    owned = slice(0, model.owned)
+    work = twist[:, owned] @ forces[:, owned].T + pull[:, owned] @ answers[:, owned].T
+    model.assemble_residual(b)
+    stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity
+    arms = _turned(model, b, q)
+    stiffness[3:, 3:] += arms
+    moment = reactions(model, b, q)[3:]
+    b.destroy()
+    mask = np.zeros(6)
+    mask[allowed] = 1.0
+    return Tangent(stiffness * np.outer(mask, mask), answers, pull, arms, moment)
+
+
+def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
+    """Direction (n,) of all local unknowns on which the forces' derivative works what a reaction changes.
+
+    Free motions give way meanwhile.
+
+    Parameters
+    ----------
+    model, ksp, q
+        As of `tangent`; q in s.
+    reaction
+        Its number.
+    """
+    six = model.motion.six
+    assert six is not None
+    found = tangent(model, ksp, q)
+    busy = [k for k in six.free if found.stiffness[k].any()]
+    direction: Array = found.answers[reaction].copy()
+    if busy:
+        columns = found.stiffness @ twist_of(model.motion.pose(q))[:, busy]
+        direction -= np.linalg.solve(columns[busy].T, columns[reaction]) @ found.answers[busy]
+    return direction
+
+
+def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
+    """Answers of the free unknowns to forces on them.
+
+    Parameters
+    ----------
+    model, ksp
+        Of the tangent.
+    forces
+        Shape (k, n) over all local unknowns, with this rank's own entries complete and no constrained ones.
+
+    Returns
+    -------
+    ndarray, shape (k, n)
+    """
+    b, count = model.create_vector(), len(forces)
+    shape = ((b.getLocalSize(), b.getSize()), (None, count))
+    right, left = (PETSc.Mat().createDense(shape, comm=model.comm) for _ in range(2))
+    for matrix in (right, left):
+        matrix.setUp()
+    right.getDenseArray()[:] = forces[:, : model.owned].T
+    for matrix in (right, left):
+        matrix.assemble()
+    # Together they cost a third of one after the other.
+    ksp.matSolve(right, left)
+    found = np.empty_like(forces)
+    for i in range(count):
+        b.array_w[:] = left.getDenseArray(readonly=True)[:, i]
+        found[i] = ghosted(b)
+    for item in (right, left, b):
+        item.destroy()
+    return found
+
+
+def _turned(model: Model, residual: PETSc.Vec, q: float) -> Array:
+    """Work of the forces at hand on arms r that turn, R . (e_k x (e_l x r)) = D_lk - tr D at k = l, (3, 3)."""
+    c = model.motion.constrained
+    owned = np.flatnonzero((c.dofs < model.owned) & c.driven)
+    force, arms = residual.array_r[c.dofs[owned]], model.motion.arms(q)[:, owned]
+    components = np.eye(3)[:, c.component[owned]]
+    # D_ab: the sum of the force's component a times the arm's b.
+    dyad = np.asarray(summed(model.comm, (components * force) @ arms.T)) * model.multiplicity
+    return np.asarray(dyad.T - np.trace(dyad) * np.eye(3))
+
+
+def _unmirrored(model: Model, values: Array) -> Array:
+    """Of values by motion those that planes of symmetry leave; the forces of the other half cancel the rest."""
+    left = np.zeros(6)
+    left[list(possible(model.mesh.mirrors))] = 1.0
+    return np.asarray(left * values)

@@ -1,0 +1,28 @@
+"""Where a solution ends: PETSc's reasons by name, and how far a residual can be brought down at all."""
+
+from __future__ import annotations
+
+import numpy as np
+from petsc4py import PETSc
+
+from cases.model import Model
+
+REASONS = {
+    value: name
+    for name, value in vars(PETSc.SNES.ConvergedReason).items()
+    if name.startswith(("CONVERGED_", "DIVERGED_"))
+}
+
+
+def rounding(model: Model) -> float:
+    """What rounding leaves of the residual (N), several times: of mu, springs and sleeves' E, over the face.
+
+    In the half-plane a node stands for a whole circle, and ten times that is left of the sleeve's (measured up to
+    E = 1e9 MPa).
+    """
+    shear = model.shear_modulus
+    metal = model.metal_modulus
+    extent = float(model.comm.allreduce(np.ptp(model.mesh.mesh.geometry.x, axis=0).max(initial=0.0)))
+    share = 5e-16 if model.mesh.dimension == 3 else 5e-15
+    springs = sum(item.feature.springs for item in model.features)
+    return ((1e-12 + 1e-16 * springs) * abs(shear) + share * metal) * extent**2

@@ -1,0 +1,107 @@
+"""d(reactions)/d(parameter) along a path of six motions, exactly.
+
+Where the sleeve stays, the reaction k changes by V_k . dR/dc, with V_k the body's answer to the motion k
+(`cases.rigid`): six solutions with one factorisation serve all parameters, as one does where q alone moves the sleeve
+(`cases.sensitivity`). Free motions then give way until their reactions vanish again: a system of at most six.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.equilibrium import Equilibrium
+from cases.ranks import summed
+from cases.rigid import tangent
+from cases.sensitivity import BEND, Sensitivity
+from cases.series import Series
+from cases.six import twist_of
+from cases.slopes import Slopes
+
+Array = NDArray[np.float64]
+
+
+class SixSensitivity(Sensitivity):
+    """Derivatives of all six reactions, step by step.
+
+    Attributes
+    ----------
+    reactions : shape (6, names)
+        Of the reactions, by each parameter, at the last step.
+    motions : shape (6, names)
+        Of the pose: other than zero in free motions only.
+    """
+
+    def __call__(
+        self,
+        solver: Equilibrium,
+        path_rates: Mapping[str, float] | None = None,
+        series: Series | None = None,
+        time: float = 0.0,
+    ) -> tuple[Array, Array]:
+        """Derivatives of the power Q and of q, shape (names,) each; those of the reactions are attributes then.
+
+        Parameters
+        ----------
+        solver
+            That has just found the equilibrium.
+        path_rates, series, time
+            As of `Sensitivity`; a path of six motions has none of them.
+        """
+        assert not path_rates
+        assert series is None
+        model, q = self.model, solver.q
+        solver.factorise()
+        found = tangent(model, solver.factor, q)
+        slopes = Slopes(model.body, model.state.x.array)
+        changes = [self._change(name) for name in self.names]
+        boundaries = [model.motion.boundary_rate(name, q) for name in self.names]
+        stresses = slopes.stresses(changes, self.memory)
+        forces = np.zeros((len(self.names), found.answers.shape[1]))
+        for i, (name, change) in enumerate(zip(self.names, changes, strict=True)):
+            slopes.add_forces(name, change, stresses[i], forces[i])
+            self._add_outside(name, change, boundaries[i], forces[i])
+        held = np.asarray(summed(model.comm, found.answers @ forces.T)) * model.multiplicity
+        for i, name in enumerate(self.names):
+            if model.motion.resizes(name):
+                bends = model.motion.over_all(model.motion.twists(q, by=name))
+                held[:, i] += [self._on_reactions(bend) for bend in bends]
+        columns = twist_of(model.motion.pose(q))
+        given_way = self._given_way(found.stiffness @ columns, held)
+        self.motions = given_way
+        self.reactions = held + found.stiffness @ columns @ given_way
+        if model.path_dependent:
+            moved = self._answers(solver, forces)
+            moved += (columns @ given_way).T @ found.answers
+            for i, boundary in enumerate(boundaries):
+                moved[i] += 0.0 if boundary is None else boundary
+            self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
+        return self._power(solver), np.zeros(len(self.names))
+
+    def _given_way(self, stiffness: Array, held: Array) -> Array:
+        """How the pose changes so that the reactions of free motions stay zero, (6, names)."""
+        six = self.model.motion.six
+        assert six is not None
+        free = list(six.free)
+        moved = np.zeros_like(held)
+        # Motions that symmetry rules out have no stiffness, and no need to move.
+        busy = [k for k in free if stiffness[k].any()]
+        if busy:
+            moved[busy] = -np.linalg.solve(stiffness[np.ix_(busy, busy)], held[busy])
+        return moved
+
+    def _power(self, solver: Equilibrium) -> Array:
+        """Derivative of the power: of the reactions, and of what their twists are while the path goes on."""
+        motion, q = self.model.motion, solver.q
+        assert motion.six is not None
+        assert solver.six is not None
+        pose, rate = motion.pose(q), motion.six.rate(q)
+        total = (twist_of(pose) @ rate) @ self.reactions
+        for i in range(len(self.names)):
+            step = BEND * self.motions[:, i]
+            if step.any():
+                bend = (twist_of(pose + step) - twist_of(pose - step)) / (2.0 * BEND)
+                total[i] += solver.six @ bend @ rate
+        return np.asarray(total)

@@ -1,0 +1,162 @@
+"""One step of the march: how far, from what guess, and what follows from its success or failure.
+
+Each step starts from an extrapolation of the last states, the first one from the tangent; `cases.equilibrium` does the
+rest. A step that does not converge is cut back and grows again.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.equilibrium import Equilibrium
+from cases.history import Attempt
+from cases.model import Model
+from cases.predictor import Known
+
+Array = NDArray[np.float64]
+
+# A step cut back to this share of the program's largest step is given up.
+SMALLEST_CUT = 1.0 / 256
+# Before that, so many times per target, a whole step is tried from the last state without looking back.
+LEAPS = 1
+# Few iterations of Newton, by SNES, mean that a step was easy, and the next may grow.
+EASY_NEWTON = 4
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step that was tried.
+
+    Attributes
+    ----------
+    goal : float
+        Displacement that it went to, mm or rad.
+    share : float
+        Of the way that was left to the target, and of the time.
+    duration : float
+        s.
+    newton : int
+        Iterations of Newton's method, by SNES.
+    attempt : Attempt
+        Its record.
+    """
+
+    goal: float
+    share: float
+    duration: float
+    newton: int
+    attempt: Attempt
+
+
+class Stepper:
+    """Goes from one equilibrium to the next.
+
+    Parameters
+    ----------
+    model
+        Its state is the unloaded one, assembled if it has to be.
+    solver
+        Of the model.
+    began
+        Time of the program's beginning, s.
+    widest
+        Largest step of the program, mm or rad.
+
+    Attributes
+    ----------
+    q, time : float
+        Displacement (mm or rad) and time (s) of the last accepted step.
+    force, energy : float
+        Generalised force (N, N mm; MPa for a coupon) and stored energy (N mm) there.
+    six, pose : shape (6,) or None
+        Reactions (N, N mm) and pose (mm, rad) of the sleeve there; None but for a path of six motions.
+    """
+
+    def __init__(self, model: Model, solver: Equilibrium, began: float, widest: float) -> None:
+        self._model, self._solver, self._widest = model, solver, widest
+        self._known = Known()
+        self._known.add(0.0, solver.unknowns())
+        self.q, self.time = 0.0, began
+        self.force = self.energy = 0.0
+        self.six, self.pose = solver.six, solver.pose
+        self._rate: Array | None = None
+        self._length = np.inf
+        self._leaps = 0
+
+    @property
+    def state(self) -> Array:
+        """Unknowns of this rank at the last accepted step."""
+        return self._known.x[-1][: len(self._model.state.x.array)]
+
+    def begin(self, corner: bool = False) -> None:
+        """Begin the way to the next target.
+
+        Parameters
+        ----------
+        corner
+            Whether the path turns here, so that what was before says nothing about what lies ahead.
+        """
+        self._leaps = 0
+        if corner:
+            self._known.forget()
+            self._rate = None
+
+    def attempt(self, target: float, until: float) -> Step:
+        """Try a step towards a target, and leave the model's state where it led.
+
+        Parameters
+        ----------
+        target
+            mm or rad.
+        until
+            Time at the target, s.
+        """
+        q, model = self.q, self._model
+        near = abs(target - q) <= self._length * (1 + 1e-9)
+        goal = target if near else q + float(np.copysign(self._length, target - q))
+        guess = self._guess(goal)
+        share = 1.0 if target == q else (goal - q) / (target - q)
+        model.duration.value = duration = share * (until - self.time)
+        begin = time.perf_counter()
+        outcome = self._solver.solve(goal, guess)
+        seconds = time.perf_counter() - begin
+        tried = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
+        return Step(goal, share, duration, outcome.newton, tried)
+
+    def accept(self, step: Step) -> None:
+        """Go on from where a step led: the model's state is an equilibrium there."""
+        if abs(step.goal - self.q) > 0 and step.newton <= EASY_NEWTON:
+            self._length = 2.0 * self._length
+        self.q, self.time = step.goal, self.time + step.duration
+        self.force, self.energy = self._solver.force, self._solver.energy
+        self.six, self.pose = self._solver.six, self._solver.pose
+        self._known.add(self.q, self._solver.unknowns())
+
+    def reject(self, step: Step) -> None:
+        """Make the next step half as long."""
+        self._length = 0.5 * abs(step.goal - self.q)
+
+    def can_go_on(self) -> bool:
+        """Whether there is another step to try: a shorter one, or a leap."""
+        if self._length >= SMALLEST_CUT * self._widest:
+            return True
+        if self._leaps == LEAPS:
+            return False
+        # A fold of the free surface has no equilibrium near this one: look beyond it, from this state.
+        self._leaps += 1
+        self._length = self._widest
+        self._known.forget()
+        self._rate = None
+        return True
+
+    def _guess(self, goal: float) -> Array:
+        known = self._known
+        if len(known.q) > 1:
+            return known.extrapolate(goal)
+        if self._rate is None and goal != self.q:
+            self._rate = self._solver.ahead(self.q, known.x[-1])
+        return known.x[-1] + (0.0 if self._rate is None else (goal - self.q) * self._rate)

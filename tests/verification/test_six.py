@@ -1,0 +1,294 @@
+"""Paths of six motions and the 6 x 6 stiffness: closed forms, another code, differences, symmetry, free motions."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cases.feature import Feature, Installed
+from cases.local import LocalStiffness
+from cases.march import march
+from cases.mode import modes
+from cases.program import Program
+from cases.rigid import tangent
+from cases.simulate import prepare
+from cases.six import SixPath, rotation, skew, twist_of
+from cases.six import tangent as tangent_of
+from forms.branch import branches
+from forms.potential import Attached
+from geometry.shape import Refinement, shapes
+
+DATA = Path(__file__).parent / "data"
+REFERENCE = json.loads((DATA / "six.json").read_text())
+COARSE = Refinement(across=2, along=4, around=8)
+DEGREE = np.pi / 180.0
+# All six motions at once; another at the end of it.
+MIXED = np.array([0.8, 0.3, 2.0, 2 * DEGREE, 1 * DEGREE, 6 * DEGREE])
+SHARP = 1e-11
+
+
+def path_of(*poses, free=(), whole=False):
+    motion = np.array([np.zeros(6), *poses])
+    return SixPath(np.arange(float(len(motion))), motion, tuple(free), whole)
+
+
+def model_of(six, rubber, refinement=COARSE, shape=None, features=()):
+    plain = shape or shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+    return prepare(plain, modes()["path"].follow(six), rubber, refinement, features=features)
+
+
+def matrices(six, rubber, targets, **options):
+    """Return the tangent at every target, and the history."""
+    model, found = model_of(six, rubber, **options), []
+
+    def observe(solver):
+        solver.factorise()
+        found.append(tangent(model, solver.factor, solver.q))
+
+    return found, march(model, Program(np.array(targets)), tolerance=SHARP, observer=observe)
+
+
+@pytest.mark.parametrize("theta", [np.zeros(3), [1e-5, -2e-5, 1e-5], [0.3, -0.2, 0.5], [2.0, 1.0, -1.5]])
+def test_rotation_and_its_tangent(theta):
+    theta, step = np.array(theta), 1e-6
+    R = rotation(theta)
+    np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(R @ theta, theta, atol=1e-14)
+    for k, axis in enumerate(np.eye(3)):
+        spin = (rotation(theta + step * axis) - rotation(theta - step * axis)) / (2 * step) @ R.T
+        np.testing.assert_allclose(spin, skew(tangent_of(theta)[:, k]), atol=1e-9)
+
+
+def test_planes_of_symmetry_are_those_that_the_motions_leave():
+    assert path_of([1.0, 0, 0, 0, 0, 0]).mirrors == {"y", "z"}
+    assert path_of([1.0, 0, 1.0, 0, 0, 0]).mirrors == {"y"}
+    assert path_of([0, 0, 0, 0, 0, 0.1]).mirrors == {"z"}
+    assert path_of([1.0, 0, 0, 0, 0, 0], free=(1,)).mirrors == {"z"}
+    assert path_of([1.0, 0, 0, 0, 0, 0], whole=True).mirrors == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("mode", "k", "end"),
+    [("axial", 2, 3.0), ("radial", 0, 1.5), ("torsional", 5, 10 * DEGREE), ("conical", 4, 2 * DEGREE)],
+)
+def test_one_motion_alone_is_its_mode(mode, k, end, rubber):
+    pose = np.zeros(6)
+    pose[k] = end
+    history = march(model_of(path_of(pose), rubber()), Program(np.array([0.5, 1.0])), tolerance=SHARP)
+    # In three dimensions and on the same mesh.
+    shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+    alone = prepare(shape, replace(modes()[mode], section=None), rubber(), COARSE)
+    expected = march(alone, Program(end * np.array([0.5, 1.0])), tolerance=SHARP).force
+    np.testing.assert_allclose(history.reactions[:, k], expected, rtol=1e-6)
+    assert np.abs(np.delete(history.reactions, k, axis=1)).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_long_bonded_bushing_has_the_stiffness_of_the_closed_forms(rubber):
+    """Axial shear 2 pi mu L / ln(b/a) and torsion 4 pi mu L / (a^-2 - b^-2), of the length far from the ends.
+
+    Twice the length: the difference has no ends. Eight elements of second order around are 0.1 % off.
+    """
+    a, b, mu = 10.0, 20.0, 1.0
+    found = []
+    for length in (60.0, 120.0):
+        shape = shapes()["plain"](inner_radius=a, outer_radius=b, length=length)
+        refinement = Refinement(across=3, along=int(length / 10), around=8)
+        six = path_of([0, 0, 1.0, 0, 0, 0], whole=True)
+        model = prepare(shape, modes()["path"].follow(six), rubber("neo_hookean", C10=mu / 2), refinement)
+        at_rest = []
+
+        def observe(solver, model=model, at_rest=at_rest):
+            solver.factorise()
+            at_rest.append(tangent(model, solver.factor, solver.q).symmetric)
+
+        march(model, Program(np.array([0.0])), observer=observe)
+        found.append(at_rest[0])
+    grown = found[1] - found[0]
+    assert grown[2, 2] == pytest.approx(2 * np.pi * mu * 60.0 / np.log(b / a), rel=2e-3)
+    assert grown[5, 5] == pytest.approx(4 * np.pi * mu * 60.0 / (a**-2 - b**-2), rel=2e-3)
+    # The twist is exact at every length.
+    assert found[0][5, 5] == pytest.approx(4 * np.pi * mu * 60.0 / (a**-2 - b**-2), rel=2e-3)
+
+
+def test_stiffness_matrix_is_that_of_another_code(rubber):
+    found, history = matrices(
+        path_of([1.0, 0, 0, 0, 0, 0], whole=True), rubber(), [0.0, 1.0], refinement=Refinement()
+    )
+    for state, name in zip(found, ("K0", "K1"), strict=True):
+        theirs, ours = np.array(REFERENCE["plain"][name]), state.symmetric
+        np.testing.assert_allclose(np.diag(ours), np.diag(theirs), rtol=0.01)
+        scale = np.sqrt(np.outer(np.diag(theirs), np.diag(theirs)))
+        coupled = (np.abs(theirs) > 1e-4 * scale) & ~np.eye(6, dtype=bool)
+        np.testing.assert_allclose(ours[coupled], theirs[coupled], rtol=0.05)
+        assert np.abs(ours[~coupled & ~np.eye(6, dtype=bool)]).max() < 1e-6 * scale.max()
+    # A radial force turns with the direction of the load: yy is the secant.
+    assert found[1].symmetric[1, 1] == pytest.approx(history.reactions[-1, 0] / 1.0, rel=1e-6)
+
+
+def test_combined_path_is_that_of_another_code(rubber):
+    rows = REFERENCE["plain"]["path"]
+    six = path_of(rows[1]["q"], rows[-1]["q"])
+    times = np.array([0.5, 1.0, 1.25, 1.5, 1.75, 2.0])
+    model = model_of(six, rubber(), Refinement())
+    history = march(model, Program(times, None, frozenset({1})))
+    np.testing.assert_allclose(history.motion, [row["q"] for row in rows], atol=1e-12)
+    theirs = np.array([row["f"] for row in rows])
+    for k, tolerance in ((0, 0.01), (2, 0.01), (5, 0.01), (4, 0.05)):
+        np.testing.assert_allclose(history.reactions[:, k], theirs[:, k], rtol=tolerance, atol=1e-3)
+
+
+def test_stiffness_matrix_is_the_derivative_of_the_reactions_and_symmetric(rubber):
+    """At a state with moments: as reported they are about axes that stay, and their derivative is not symmetric."""
+    (state,), history = matrices(path_of(MIXED, whole=True), rubber(), [1.0])
+    step, columns = 1e-4, []
+    for k in range(6):
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = MIXED.copy()
+            moved[k] += sign * step
+            model = model_of(path_of(MIXED, moved, whole=True), rubber())
+            ends.append(march(model, Program(np.array([1.0, 2.0])), tolerance=SHARP).reactions[-1])
+        columns.append((ends[0] - ends[1]) / (2 * step))
+    differences = np.array(columns).T
+    exact = state.stiffness @ twist_of(MIXED)
+    assert np.all(np.abs(exact - differences) < 1e-5 * np.abs(differences).max(axis=0))
+    K = state.symmetric
+    np.testing.assert_allclose(K, K.T, atol=1e-9 * np.abs(K).max())
+    # dM = K w + w x M / 2
+    M = history.reactions[-1, 3:]
+    np.testing.assert_allclose(state.stiffness[3:, 3:], K[3:, 3:] - 0.5 * skew(M), rtol=1e-9)
+    assert np.abs(state.stiffness - state.stiffness.T).max() > 1e-3 * np.abs(M).max()
+
+
+def test_couplings_of_an_offset_sleeve_follow_from_statics(rubber):
+    """A bushing that is not symmetric about z = 0: turned upside down, its couplings change their sign."""
+    kinds = [
+        shapes()["tapered"](inner_radius=12.0, outer_radius=22.0, inner_length=50.0, outer_length=30.0),
+        shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0),
+    ]
+    for shape in kinds:
+        (state,), _ = matrices(path_of([1.0, 0, 0, 0, 0, 0], whole=True), rubber(), [0.0], shape=shape)
+        K = state.symmetric
+        # Symmetric about z = 0 and round: no coupling, and the same in x and y.
+        np.testing.assert_allclose(K[0, 0], K[1, 1], rtol=1e-6)
+        np.testing.assert_allclose(K[3, 3], K[4, 4], rtol=1e-6)
+        assert np.abs(K - np.diag(np.diag(K))).max() < 1e-6 * K.max()
+
+
+@cache
+def mixed_history(free):
+    from cases.simulate import Rubber
+    from forms.law import law
+
+    rubber = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 200.0)
+    model = model_of(path_of([1.0, 0, 0, 0, 0, 0], MIXED, free=free), rubber)
+    return march(model, Program(np.array([0.5, 1.0, 1.5, 2.0]), None, frozenset({1})), tolerance=SHARP)
+
+
+@pytest.mark.parametrize("free", [(4,), (1, 3, 4), (0, 1, 3)])
+def test_free_motions_have_no_reaction_and_prescribing_them_changes_nothing(free):
+    history = mixed_history(free)
+    scale = np.abs(history.reactions).max(axis=0)
+    scale = np.maximum(scale, [scale[:3].max()] * 3 + [scale[3:].max()] * 3)
+    assert np.all(np.abs(history.reactions[:, free]) < 1e-8 * scale[list(free)])
+    assert np.abs(history.motion[-1, list(free)]).max() > 1e-4
+    # The same path with all motions prescribed: the same reactions.
+    from cases.simulate import Rubber
+    from forms.law import law
+
+    rubber = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 200.0)
+    model = model_of(path_of(*history.motion), rubber)
+    again = march(model, Program(np.arange(1.0, 5.0), None, frozenset({0, 1, 2})), tolerance=SHARP)
+    np.testing.assert_allclose(again.reactions, history.reactions, atol=1e-6 * scale.max())
+    np.testing.assert_allclose(again.energy, history.energy, rtol=1e-9)
+
+
+def test_work_of_the_reactions_is_the_stored_energy(rubber):
+    """Gauss-Legendre integration of the power, with a free motion whose force does no work."""
+    nodes, weights = np.polynomial.legendre.leggauss(7)
+    model = model_of(path_of(MIXED, free=(1,)), rubber("yeoh", 200.0))
+    history = march(model, Program(np.append(0.5 * (nodes + 1), 1.0)), tolerance=SHARP)
+    work = 0.5 * weights @ history.force[:-1]
+    assert work == pytest.approx(history.energy[-1], rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["maxwell", "ogden_roxburgh"])
+def test_sensitivities_with_memory_and_a_free_motion(name, rubber):
+    branch = branches()[name]
+    feature = Installed("memory", Feature(branches=lambda values: [Attached(branch, values)]), branch.typical)
+    chosen = rubber("yeoh", 200.0)
+    names = ("C10", *(f"memory.{p}" for p in branch.typical))
+    back = 0.3 * MIXED
+    model = model_of(path_of(MIXED, back, free=(1, 4)), chosen, features=[feature])
+    times = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+    steps = Program(times, times, frozenset({2}))
+    exact = march(model, steps, tolerance=1e-12, sensitivity=names)
+    given = {"C10": chosen.parameters["C10"]} | {f"memory.{p}": v for p, v in branch.typical.items()}
+    for column, parameter in enumerate(names):
+        step, ends = 1e-4 * given[parameter], []
+        for sign in (1.0, -1.0):
+            model.set_parameters({parameter: given[parameter] + sign * step})
+            ends.append(march(model, steps, tolerance=1e-12).reactions[-1])
+        model.set_parameters({parameter: given[parameter]})
+        difference = (ends[0] - ends[1]) / (2 * step)
+        np.testing.assert_allclose(
+            exact.reaction_sensitivity[-1, :, column], difference, atol=1e-5 * np.abs(difference).max()
+        )
+
+
+@pytest.mark.parametrize("free", [(), (1, 4)])
+def test_sensitivities_of_all_reactions(free, rubber):
+    chosen = rubber("yeoh", 200.0)
+    names = ("C10", "C20", "C30", "compliance")
+    model = model_of(path_of([1.0, 0, 0, 0, 0, 0], MIXED, free=free), chosen)
+    steps = Program(np.array([0.5, 1.0, 1.5, 2.0]), None, frozenset({1}))
+    exact = march(model, steps, tolerance=1e-12, sensitivity=names)
+    assert exact.reaction_sensitivity.shape == (4, 6, 4)
+    given = dict(chosen.parameters) | {"compliance": 1 / 200.0}
+    for column, name in enumerate(names):
+        step = 1e-4 * abs(given[name])
+        ends = []
+        for sign in (1.0, -1.0):
+            values = given | {name: given[name] + sign * step}
+            model.set_parameters({n: values[n] for n in chosen.parameters}, 1 / values["compliance"])
+            ends.append(march(model, steps, tolerance=1e-12))
+        model.set_parameters(chosen.parameters, 200.0)
+        difference = (ends[0].reactions - ends[1].reactions) / (2 * step)
+        scale = np.abs(difference).max(axis=0) + 1e-3 * np.abs(difference).max()
+        np.testing.assert_array_less(
+            np.abs(exact.reaction_sensitivity[..., column] - difference).max(axis=0), 2e-5 * scale + 1e-6
+        )
+        power = (ends[0].force - ends[1].force) / (2 * step)
+        np.testing.assert_allclose(exact.sensitivity[:, column], power, atol=2e-5 * np.abs(power).max())
+
+
+def test_local_map_adds_up_to_the_derivative_by_a_factor_on_all_rubber(rubber):
+    """A factor on the law alone, by Yeoh's parameters: the reaction's derivative is the sum over the cells."""
+    chosen = rubber("yeoh", 200.0)
+    model, sums = model_of(path_of(MIXED, free=(4,)), chosen), []
+    local = LocalStiffness(model, reaction=2)
+    history = march(
+        model,
+        Program(np.array([1.0])),
+        tolerance=1e-12,
+        sensitivity=tuple(chosen.parameters),
+        observer=lambda solver: sums.append(local(solver).sum()),
+    )
+    expected = history.reaction_sensitivity[0, 2] @ np.array(list(chosen.parameters.values()))
+    assert sums[0] == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_kidney_from_cad_has_the_stiffness_matrix_of_another_code(rubber):
+    shape = shapes()["cad"](file=str(DATA / "real" / "kidney_A.step"))
+    found, _ = matrices(
+        path_of([1.0, 0, 0, 0, 0, 0], whole=True), rubber(), [0.0, 1.0], shape=shape, refinement=Refinement()
+    )
+    for state, name in zip(found, ("K0", "K1"), strict=True):
+        theirs, ours = np.array(REFERENCE["kidney_A"][name]), state.symmetric
+        np.testing.assert_allclose(np.diag(ours), np.diag(theirs), rtol=0.01)
