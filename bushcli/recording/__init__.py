@@ -17,12 +17,14 @@ from bushcli.recording.read import (
     read_recording,
     select_cycles,
 )
+from bushcli.recording.samples import Repair
 from bushcli.recording.segment import Branch
 from bushcli.recording.write import write_curve_csv
 
 __all__ = [
     "Branch",
     "Recording",
+    "Repair",
     "branches",
     "cycle_mask",
     "departure",
