@@ -3,8 +3,8 @@
 What is repaired, each time said with its count:
 
 - A row that repeats the one before it, time and all, is left out.
-- Stamps written with too few digits: equal stamps follow each other, and samples at equal intervals explain all of them
-  to within a digit. They get these intervals.
+- Stamps written with too few digits: two and more samples share each stamp, and equal intervals explain all of them to
+  within a digit. They get these intervals.
 - Single stamps out of line, at most one in a hundred, between samples at equal intervals: they get the interval's time.
 
 Everything else (a clock that starts again, that runs backwards, that stands for long) is refused: the samples may be
@@ -30,6 +30,8 @@ Mask = NDArray[np.bool_]
 
 #: Share of stamps that may be out of line, and of an interval by which equal intervals may differ from each other.
 _MOST_WRONG, _EQUAL = 0.01, 0.05
+#: Repeated stamps from which on they are a pattern.
+_FEWEST = 10
 #: Share of the way that noise may add to it, where the time is computed from a speed.
 _MOST_NOISE = 0.05
 
@@ -103,10 +105,11 @@ def _coarse(stamps: Array) -> Array | None:
     n = np.arange(len(stamps), dtype=float)
     # Where a new stamp begins the true time is just beyond it: these samples carry the information.
     first = np.concatenate([[False], steps > 0])
-    if first.sum() < 3:
+    if first.sum() < 3 or (steps == 0).sum() < _FEWEST:
         return None
     slope, begin = np.polynomial.polynomial.polyfit(n[first], stamps[first], 1)[::-1]
-    if not slope > 0 or slope > digit:
+    # With fewer than two samples to a stamp, a row that was put in looks the same.
+    if not slope > 0 or slope > 0.5 * digit:
         return None
     even = begin + slope * n
     explained = np.abs(even - stamps - 0.5 * (even - stamps).max() - 0.5 * (even - stamps).min())

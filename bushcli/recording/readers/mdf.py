@@ -21,7 +21,8 @@ _MOST_COMPARED = 200
 def _opened(path: Path) -> Iterator[Sequence[Part]]:
     from asammdf import MDF
 
-    with MDF(path) as file:
+    # By its name alone, the file would be judged by its suffix.
+    with path.open("rb") as stream, MDF(stream) as file:
         found = [(i, group) for i, group in enumerate(file.groups) if group.channel_group.cycles_nr]
         names = numbered([_name(group, i) for i, group in found])
         parts = [_part(file, i, group, name) for (i, group), name in zip(found, names, strict=True)]

@@ -26,11 +26,13 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
     with zipfile.ZipFile(path) as packed:
         if sum(item.file_size for item in packed.infolist()) > _MOST_BYTES:
             raise ValueError(f"unpacks to more than {_MOST_BYTES / 1e6:g} MB")
-    book = load_workbook(path, read_only=True, data_only=True)
-    try:
-        yield _sheets(book)
-    finally:
-        book.close()
+    # By its name alone, the file would be judged by its suffix.
+    with path.open("rb") as stream:
+        book = load_workbook(stream, read_only=True, data_only=True)
+        try:
+            yield _sheets(book)
+        finally:
+            book.close()
 
 
 def _sheets(book: Any) -> list[Part]:
