@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bushcli.case.tolerance import DEFAULT, Tolerance
 from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
 from bushcli.recording.source import Source
@@ -112,6 +113,8 @@ class Case:
     effects : tuple of ActiveEffect
         What is added to the plain model, each effect once, or once in each rig; parameters that are not given have no
         value.
+    tolerance : Tolerance
+        Band within which a simulated channel is accepted.
     """
 
     title: str
@@ -123,6 +126,7 @@ class Case:
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
+    tolerance: Tolerance = DEFAULT
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -179,6 +183,7 @@ def resolved(case: Case) -> dict[str, Any]:
     folder = case.path.parent
     return {
         "title": case.title,
+        "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
         "path": str(case.path),
         "geometry": _geometry(case.geometry, folder),
         "mesh": {
@@ -243,7 +248,25 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
         "reverse": list(source.reverse) or None,
         "cycles": list(source.cycles) if source.cycles else None,
         "accept": list(source.accept) or None,
-    } | ({} if source.largest_stretch is None else {"largest_stretch": source.largest_stretch})
+    } | _further(source)
+
+
+def _further(source: Source) -> dict[str, Any]:
+    """Return the keys of a source that few have, where they are given."""
+    turned = source.mode in modes() and modes()[source.mode].rotational
+    rate = source.rate if source.rate is None or not turned else float(f"{math.degrees(source.rate):.12g}")
+    shown = {
+        "largest_stretch": source.largest_stretch,
+        "group": source.group,
+        "sample_rate": source.sample_rate,
+        "rate": rate,
+        "conditioning": source.conditioning or None,
+        "gauge_length": source.specimen.gauge_length,
+        "area": source.specimen.area,
+        "stress": None if source.specimen.stress == "engineering" else source.specimen.stress,
+        "strain": None if source.specimen.strain == "engineering" else source.specimen.strain,
+    }
+    return {key: value for key, value in shown.items() if value is not None}
 
 
 def _relative(file: Path, folder: Path) -> str:

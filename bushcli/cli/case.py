@@ -87,7 +87,9 @@ def mesh(run: Run) -> int:
 )
 @click.option("--no-fields", is_flag=True, help="With -o: no field files (they are the largest).")
 @click.option(
-    "--strict", is_flag=True, help="Exit 1 when a simulated curve is not within 10 % of its recording."
+    "--strict",
+    is_flag=True,
+    help="Exit 1 when a simulated curve is not within the tolerance of its recording.",
 )
 @on_a_case
 def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: bool) -> int:
@@ -121,5 +123,5 @@ def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: 
         run.say(f"wrote {run.output}")
     if not response.complete:
         return NOT_CONVERGED
-    good = all(misfit.within_10_percent for misfit in compared.values())
+    good = all(misfit.within for misfit in compared.values())
     return NEGATIVE if strict and not good else DONE
