@@ -261,6 +261,7 @@ def _further(source: Source) -> dict[str, Any]:
         "sample_rate": source.sample_rate,
         "rate": rate,
         "conditioning": source.conditioning or None,
+        "standard": source.standard,
         "gauge_length": source.specimen.gauge_length,
         "area": source.specimen.area,
         "stress": None if source.specimen.stress == "engineering" else source.specimen.stress,

@@ -130,6 +130,10 @@ class RecordingTable(Table):
     conditioning: int = Field(
         default=0, ge=0, le=10_000, description="number of first cycles that only condition the specimen"
     )
+    standard: Literal["ASTM D575", "ISO 37", "ISO 7743", "SAE J1636"] | None = Field(
+        default=None,
+        description="standard that the test claims to follow; bushcli check says where it does not",
+    )
     gauge_length: float | None = Field(
         default=None, gt=0, description="mm; the file of the coupon holds a travel"
     )

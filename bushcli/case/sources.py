@@ -112,6 +112,7 @@ class SourceBuilder:
             sample_rate=table.sample_rate,
             rate=None if table.rate is None else math.radians(table.rate) if turned else table.rate,
             conditioning=table.conditioning,
+            standard=table.standard,
             specimen=self._specimen(keys, table, mode if known else ""),
         )
         if table.rate is not None and table.sample_rate is not None:

@@ -14,12 +14,17 @@ from geometry.errors import GeometryError
 
 
 @click.command()
-@click.option("--strict", is_flag=True, help="Exit 1 when a recording has a fault.")
+@click.option(
+    "--strict",
+    is_flag=True,
+    help="Exit 1 when a recording has a fault or does not meet the standard that it names.",
+)
 @on_a_case
 def check(run: Run, strict: bool) -> int:
     """Validate CASE and its recordings, print a summary, solve nothing.
 
-    The summary includes faults of the recordings, such as wrong units or spikes, each with its remedy.
+    The summary includes faults of the recordings, such as wrong units or spikes, each with its remedy; cycles, rates
+    and holds, beside what a standard asks for; and the questions that the recordings cannot answer.
     """
     from bushcli import report
     from bushcli.faults import find_faults
@@ -27,6 +32,7 @@ def check(run: Run, strict: bool) -> int:
     from bushcli.report.text import problem_parts
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
     from bushcli.simulate.admissible import check_material
+    from bushcli.standards.protocol import protocol
 
     case = run.load()
     curves = [read_recording(source) for source in case.recordings]
@@ -37,12 +43,16 @@ def check(run: Run, strict: bool) -> int:
     found = untried_dolfinx(installed_dolfinx())
     result = report.case_json(case, curves, coupons, run.timings(), faults)
     result["problems"] += [vars(problem) for problem in found]
-    run.show(report.case_text(case, curves, coupons, faults), *problem_parts(found))
+    tests = protocol(case, curves, coupons)
+    result |= report.protocol_json(tests)
+    run.show(
+        report.case_text(case, curves, coupons, faults), *report.protocol_parts(tests), *problem_parts(found)
+    )
     run.emit(result)
     if run.output and speaks():
         report.write_check(run.output, result, case)
         run.say(f"wrote {run.output}")
-    return NEGATIVE if strict and faults else DONE
+    return NEGATIVE if strict and (faults or tests.violated) else DONE
 
 
 @click.command()

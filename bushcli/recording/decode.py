@@ -2,7 +2,7 @@
 
 UTF-16 without a mark shows by zeros in every second byte: a table is mostly of digits. What is no UTF-8 is Latin-1 (of
 Windows) or GBK: Chinese signs are pairs of bytes beyond 127, and the common ones begin with 0xB0 to 0xD7, where Latin-1
-has capital letters with accents; single letters with accents between others, as in ``Pr\xfcfzeit``, are no pairs.
+has capital letters with accents; single letters with accents between others, as in ``Prüfzeit``, are no pairs.
 """
 
 from __future__ import annotations

@@ -63,7 +63,10 @@ _BESIDE = _MEASURED_WORDS | _set(
     "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao adc sig no nr mid low high "
     "probe prüf inner outer sleeve filtered corrected calibrated smoothed"
 )
-_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}|<([^<>]*)>")
+#: Those of full width are in use between Chinese signs.
+_BRACKETS = re.compile(
+    r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}|<([^<>]*)>|（([^（）]*)）|［([^［］]*)］|【([^【】]*)】"
+)
 #: A factor beside a unit: "x10 N", "1000 N".
 _POWER = re.compile(r"[x×*]?10+|1[eE]\d")
 #: Longer texts are no names of columns; what they say is not looked at.

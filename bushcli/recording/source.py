@@ -74,6 +74,8 @@ class Source:
         Number of first cycles that condition the specimen; they are simulated and not compared.
     specimen : Specimen
         Of a coupon.
+    standard : str, optional
+        Name of the standard that the test claims to follow, see `bushcli.standards`.
     """
 
     mode: str
@@ -92,6 +94,7 @@ class Source:
     rate: float | None = None
     conditioning: int = 0
     specimen: Specimen = Specimen()
+    standard: str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "file", Path(self.file))

@@ -19,6 +19,7 @@ from bushcli.report.output import (
     write_meshes,
     write_refused,
 )
+from bushcli.report.protocol import protocol_json, protocol_parts
 from bushcli.report.ranking import rank
 from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
 from bushcli.report.verdict import judge
@@ -39,6 +40,8 @@ __all__ = [
     "judge",
     "mesh_json",
     "mesh_text",
+    "protocol_json",
+    "protocol_parts",
     "rank",
     "write_beginning",
     "write_check",

@@ -232,7 +232,9 @@ def test_the_format_is_found_by_content(tmp_path, name):
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_wrong_unit_in_the_metadata_is_refused(tmp_path, name):
     suffix, write = WRITERS[name]
-    with pytest.raises(RecordingError, match="is in m, but mode torsional needs a rotation|no column rotation_deg"):
+    with pytest.raises(
+        RecordingError, match=r"is in m, but mode torsional needs a rotation|no column rotation_deg"
+    ):
         read(write(tmp_path / f"rig{suffix}"), "torsional", columns={"displacement": "Standardweg"})
 
 
@@ -279,7 +281,7 @@ def test_zs2_with_several_specimens(tmp_path):
     pytest.importorskip("zs2decode")
     names = ("Prüfzeit [s]", "Standardweg [m]", "Standardkraft [kN]")
     path = write_zs2(tmp_path / "rig.zs2", names, specimens=3)
-    with pytest.raises(RecordingError, match='3 sheets or groups have columns.*"specimen 1", "specimen 2"'):
+    with pytest.raises(RecordingError, match=r'3 sheets or groups have columns.*"specimen 1", "specimen 2"'):
         read(path)
     assert_same(read(path, group="specimen 2"))
     assert_same(read(path, group=3))
