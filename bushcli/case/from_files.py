@@ -151,7 +151,9 @@ def _with_choices(source: Source) -> tuple[Source, tuple[str, ...]]:
     """Return a source with the first group and the first columns that could be meant, and what the others are."""
     mode, remarks = modes()[source.mode], []
     name = format_of(source.file)
-    found = [table for table, _ in tables(source.file, name, ())] if name else [read_table(source.file)]
+    found = (
+        [table for table, _ in tables(source.file, name, ()).tables] if name else [read_table(source.file)]
+    )
     fitting: list[Table] = [t for t in found if has_columns(t, source, mode, ("displacement", "force"))]
     if not fitting:
         return source, ()

@@ -12,7 +12,8 @@ import json
 import resource
 import subprocess
 import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +27,9 @@ from bushcli.recording.table import ArrayTable, Table
 from bushcli.recording.text import table_of_fields
 from bushcli.recording.units import usual_unit
 
-#: Seconds, and bytes of address space, that a child may take.
+#: Seconds of a processor, and bytes of address space, that a child may take; on a busy machine it waits for these longer.
 LONGEST, MOST_MEMORY = 60, 6_000_000_000
+_WAITING = 5
 #: Numbers that are taken over without asking which; more only of columns that can be meant.
 _MOST_NUMBERS = 5_000_000
 #: Samples of a table, and all numbers that are taken over.
@@ -36,8 +38,24 @@ _MOST_PARTS, _MOST_NAMES = 2_000, 20_000
 EXTRA = 'pip install "bushcli[rig]"'
 
 
-def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> list[tuple[Table, bool]]:
-    """Return the tables of a binary file, each with whether it joins others.
+@dataclass(frozen=True)
+class Found:
+    """What is in a file.
+
+    Attributes
+    ----------
+    tables : tuple of (Table, bool)
+        Each with whether it joins others.
+    failed : mapping of str to RecordingError
+        Sheets that hold no sound table, by name.
+    """
+
+    tables: tuple[tuple[Table, bool], ...]
+    failed: Mapping[str, RecordingError]
+
+
+def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
+    """Return the tables of a binary file.
 
     Parameters
     ----------
@@ -56,13 +74,23 @@ def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> list[
     if not reader.library:
         try:
             with reader.opened(path) as parts:
-                return [(_table(path, part, _columns(part, wanted, True)), part.joined) for part in parts]
+                return _found(path, ((part, _columns(part, wanted, True)) for part in parts))
         except (OSError, ValueError) as error:
             raise _damaged(path, reader, str(error)) from None
     if importlib.util.find_spec(reader.library) is None:
         what = f"is {reader.name}, which {reader.library} reads, and that is not installed"
         raise RecordingError(Problem(str(path), what, "", EXTRA))
-    return list(_taken_over(path, _asked(path, reader, format_name, wanted)))
+    return _found(path, _taken_over(_asked(path, reader, format_name, wanted)))
+
+
+def _found(path: Path, parts: Iterable[tuple[Part, Sequence[NDArray[Any] | None]]]) -> Found:
+    made, failed = [], {}
+    for part, columns in parts:
+        try:
+            made.append((_table(path, part, columns), part.joined))
+        except RecordingError as error:
+            failed[part.name] = error
+    return Found(tuple(made), failed)
 
 
 def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
@@ -81,10 +109,10 @@ def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str 
     try:
         # In the folder of the user a file may have the name of a module.
         done = subprocess.run(
-            command, capture_output=True, timeout=LONGEST, stdin=subprocess.DEVNULL, check=False
+            command, capture_output=True, timeout=_WAITING * LONGEST, stdin=subprocess.DEVNULL, check=False
         )
     except subprocess.TimeoutExpired:
-        raise _damaged(path, reader, f"reading it takes more than {LONGEST} s") from None
+        raise _damaged(path, reader, f"reading it takes more than {_WAITING * LONGEST} s") from None
     if done.returncode == 0:
         return done.stdout
     lines = [line for line in done.stderr.decode("utf-8", "replace").splitlines() if line.strip()]
@@ -102,7 +130,7 @@ def _damaged(path: Path, reader: Reader, reason: str) -> RecordingError:
     return RecordingError(Problem(str(path), what, "", "is it complete? if so, export it again or as CSV"))
 
 
-def _taken_over(path: Path, answer: bytes) -> Iterator[tuple[Table, bool]]:
+def _taken_over(answer: bytes) -> Iterator[tuple[Part, Sequence[NDArray[Any] | None]]]:
     head, _, content = answer.partition(b"\n")
     at = 0
     for shown in json.loads(head):
@@ -114,8 +142,8 @@ def _taken_over(path: Path, answer: bytes) -> Iterator[tuple[Table, bool]]:
             dtype = np.dtype(kind)
             columns.append(np.frombuffer(content, dtype, shown["samples"], at))
             at += shown["samples"] * dtype.itemsize
-        part = Part(shown["name"], shown["names"], shown["units"], shown["samples"], None, shown["cells"])
-        yield _table(path, part, columns), shown["joined"]
+        described = {key: value for key, value in shown.items() if key != "kinds"}
+        yield Part(**described), columns
 
 
 def _table(path: Path, part: Part, columns: Sequence[NDArray[Any] | None]) -> Table:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError, nearest
-from bushcli.recording.isolated import tables
+from bushcli.recording.isolated import Found, tables
 from bushcli.recording.match import has_columns
 from bushcli.recording.reader import HEAD, readers
 from bushcli.recording.source import Quantity, Source
@@ -53,7 +53,7 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity]) -> Ta
         return read_table(source.file, source.delimiter, source.decimal)
     found = tables(source.file, name, list(source.columns.values()))
     if source.group is not None:
-        return _named(source, [table for table, _ in found])
+        return _named(source, found)
     return _meant(source, mode, quantities, found)
 
 
@@ -87,8 +87,9 @@ def format_of(path: Path) -> str:
     return ""
 
 
-def _named(source: Source, found: Sequence[Table]) -> Table:
+def _named(source: Source, inside: Found) -> Table:
     """Return the table that the case file names."""
+    found = [table for table, _ in inside.tables]
     names = [table.part for table in found]
     wanted = source.group
     if isinstance(wanted, int):
@@ -100,17 +101,21 @@ def _named(source: Source, found: Sequence[Table]) -> Table:
     hits = [table for table in found if table.part.strip("/ ").casefold() == wanted.strip("/ ").casefold()]
     if hits:
         return hits[0]
+    if wanted in inside.failed:
+        raise inside.failed[wanted]
     what = f'has no sheet or group "{wanted}"'
     raise RecordingError(Problem(str(source.file), what, nearest(wanted, names), _listed(names)))
 
 
-def _meant(
-    source: Source, mode: Mode, quantities: Sequence[Quantity], found: Sequence[tuple[Table, bool]]
-) -> Table:
+def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: Found) -> Table:
     """Return the only table, or the only one with the columns that are needed."""
+    found = inside.tables
     if not found:
-        raise RecordingError(Problem(str(source.file), "holds no table of numbers"))
-    if len(found) == 1:
+        raise next(
+            iter(inside.failed.values()),
+            RecordingError(Problem(str(source.file), "holds no table of numbers")),
+        )
+    if len(found) == 1 and not inside.failed:
         return found[0][0]
     fitting: list[Table] = []
     for joined in (False, True):
@@ -123,6 +128,11 @@ def _meant(
             break
     if len(fitting) == 1:
         return fitting[0]
+    if not fitting:
+        # A sheet with a bad row may be the one that is meant; one without numbers is not.
+        for error in inside.failed.values():
+            if "has no table" not in str(error):
+                raise error
     needed = " and ".join(quantities)
     if fitting:
         what = (
