@@ -27,7 +27,7 @@ from bushcli.recording.table import ArrayTable, Table
 from bushcli.recording.text import table_of_fields
 from bushcli.recording.units import usual_unit
 
-#: Seconds of a processor, and bytes of address space, that a child may take; on a busy machine it waits for these longer.
+#: Seconds of a processor and bytes of address space that a child may take; on a busy machine it waits longer for them.
 LONGEST, MOST_MEMORY = 60, 6_000_000_000
 _WAITING = 5
 #: Numbers that are taken over without asking which; more only of columns that can be meant.

@@ -43,10 +43,10 @@ def _sheets(book: Any) -> list[Part]:
         cells: list[tuple[int, list[str]]] = []
         empty, stamps = 0, dict[int, datetime.datetime]()
         for number, row in enumerate(sheet.iter_rows(values_only=True, max_col=_WIDEST), start=1):
-            left -= len(row)
+            fields = [_field(value, column, stamps) for column, value in enumerate(row)]
+            left -= 1 + _filled(fields)
             if left < 0:
                 raise ValueError(f"has more than {_MOST_CELLS / 1e6:g} million cells")
-            fields = [_field(value, column, stamps) for column, value in enumerate(row)]
             if any(fields):
                 cells.append((number, fields))
                 empty = 0
