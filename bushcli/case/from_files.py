@@ -11,6 +11,7 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from pathlib import Path
 
 from bushcli.errors import CaseError, InputError, Problem, RecordingError
@@ -19,7 +20,7 @@ from bushcli.recording.guess import mode_of_name
 from bushcli.recording.isolated import tables
 from bushcli.recording.match import Wanted, by_unit, candidates, has_columns
 from bushcli.recording.opened import format_of
-from bushcli.recording.reader import readers
+from bushcli.recording.reader import numbered, readers
 from bushcli.recording.source import Quantity, Source, Specimen
 from bushcli.recording.table import Table
 from bushcli.recording.text import read_table
@@ -28,6 +29,8 @@ from cases.mode import modes
 #: Modes in the order in which they are tried; the first of each kind stands for those that read the same columns.
 _KINDS = (("axial", "radial"), ("torsional", "conical"), ("uniaxial", "equibiaxial", "planar"))
 _QUANTITIES: tuple[Quantity, ...] = ("time", "displacement", "force")
+#: Units that are proposed where a file of Zwick does not say them.
+_USUAL = {"length": "mm", "angle": "deg", "force": "N", "moment": "Nmm", "strain": "percent", "stress": "MPa"}
 #: A specimen whose dimensions nobody has said: those of a small dumb-bell.
 _GAUGE_LENGTH, _AREA = 20.0, 8.0
 MOST_FILES = 100
@@ -95,9 +98,15 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
         length=5.0 * reach,
         origin="the coupon tests" if coupons else "the recordings, by bushcli inverse",
     )
-    names: list[str] = []
-    text = head + "".join(_table("recordings", entry, folder, names) for entry in bushing)
-    return text + "".join(_table("coupons", entry, folder, names) for entry in coupons)
+    text = head + "".join(map(_table, bushing, _names(bushing), repeat("recordings"), repeat(folder)))
+    return text + "".join(map(_table, coupons, _names(coupons), repeat("coupons"), repeat(folder)))
+
+
+def _names(entries: Sequence[_Entry]) -> list[str]:
+    """Return the names of channels, those of their files where a mode occurs more than once, else none."""
+    found = [entry.source.mode for entry in entries]
+    stems = numbered([entry.source.file.stem for entry in entries])
+    return [stem if found.count(mode) > 1 else "" for mode, stem in zip(found, stems, strict=True)]
 
 
 def _reach(entry: _Entry) -> float:
@@ -109,11 +118,10 @@ def _reach(entry: _Entry) -> float:
 def _entry(file: Path) -> _Entry:
     """Return how a file is to be read, or raise what the most likely way says is wrong with it."""
     first: RecordingError | None = None
-    for kind in _ordered(file):
+    for kind, machine in _ordered(file):
         named = mode_of_name(file.stem, modes()[kind[0]].specimen)
         guessed = named if named in kind else None
-        mode = guessed or kind[0]
-        for source, remarks in _ways(Source(mode, file)):
+        for source, remarks in _ways(Source(guessed or kind[0], file), machine):
             try:
                 recording = read_recording(source)
             except RecordingError as error:
@@ -127,24 +135,35 @@ def _entry(file: Path) -> _Entry:
     raise first
 
 
-def _ordered(file: Path) -> list[tuple[str, ...]]:
-    """Return the kinds of modes, those that the file's name tells first."""
+def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
+    """Return the kinds of modes, those that the file's name tells first; each with whether a coupon is in machine units.
+
+    A file with stress and strain is of a coupon; one with force and travel can be of either, and is a bushing's unless
+    its name says otherwise.
+    """
+    coupon = _KINDS[2]
+    order = [(coupon, False), (_KINDS[0], False), (_KINDS[1], False), (coupon, True)]
     told = {mode_of_name(file.stem, specimen) for specimen in ("bushing", "coupon")}
-    return sorted(_KINDS, key=lambda kind: not told & set(kind))
+    return sorted(order, key=lambda entry: not told & set(entry[0]))
 
 
-def _ways(source: Source) -> Iterator[tuple[Source, tuple[str, ...]]]:
-    """Yield ways to read a file in a mode: as it is, with a choice among what could be meant, in machine units."""
-    yield source, ()
-    chosen, remarks = _with_choices(source)
-    if remarks:
-        yield chosen, remarks
-    if modes()[source.mode].specimen == "coupon":
-        raw = replace(source, specimen=Specimen(_GAUGE_LENGTH, _AREA))
-        what = "<-- gauge_length, area: of your specimen, mm and mm2"
-        yield raw, (what,)
-        chosen, remarks = _with_choices(raw)
-        yield chosen, (what, *remarks)
+def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ...]]]:
+    """Yield ways to read a file in a mode: as it is, with a choice among what could be meant, with units it lacks."""
+    remarks: tuple[str, ...] = ()
+    if machine:
+        source = replace(source, specimen=Specimen(_GAUGE_LENGTH, _AREA))
+        remarks = ("<-- gauge_length, area: of your specimen, mm and mm2",)
+    yield source, remarks
+    chosen, choices = _with_choices(source)
+    if choices:
+        yield chosen, (*remarks, *choices)
+    if format_of(source.file) == "zs2":
+        mode = modes()[source.mode]
+        units: dict[Quantity, str] = {"time": "s"}
+        for quantity in _QUANTITIES[1:]:
+            units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
+        what = "<-- units: the file does not say them; look at what the test program shows"
+        yield replace(chosen, units=units), (*remarks, *choices, what)
 
 
 def _with_choices(source: Source) -> tuple[Source, tuple[str, ...]]:
@@ -172,26 +191,25 @@ def _with_choices(source: Source) -> tuple[Source, tuple[str, ...]]:
     return replace(source, columns=columns), tuple(remarks)
 
 
-def _table(section: str, entry: _Entry, folder: Path, names: list[str]) -> str:
+def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
     source, recording = entry.source, entry.recording
     file = Path(os.path.relpath(source.file.resolve(), folder.resolve())).as_posix()
     reader = readers().get(format_of(source.file))
     form = reader.name if reader else "a text file"
     time = "no time" if recording.time is None else f"{recording.time[-1] - recording.time[0]:.4g} s"
     lines = [f"# {form}: {len(recording.force)} samples, {time}", f"[[{section}]]"]
-    name = source.file.stem if source.mode in names else ""
-    names.append(source.mode)
     lines.append(f"mode = {json.dumps(source.mode)}")
     if name:
-        number = sum(one == name for one in names) + 1
-        lines.append(f"name = {_quoted(name if number == 1 else f'{name} {number}')}")
-        names.append(name)
+        lines.append(f"name = {_quoted(name)}")
     lines.append(f"file = {json.dumps(file, ensure_ascii=False)}")
     if source.group is not None:
         lines.append(f"group = {json.dumps(source.group, ensure_ascii=False)}")
     if source.columns:
         inside = ", ".join(f"{quantity} = {column}" for quantity, column in source.columns.items())
         lines.append(f"columns = {{ {inside} }}")
+    if source.units:
+        inside = ", ".join(f"{quantity} = {json.dumps(unit)}" for quantity, unit in source.units.items())
+        lines.append(f"units = {{ {inside} }}")
     if source.specimen.gauge_length is not None:
         lines += [f"gauge_length = {source.specimen.gauge_length:g}", f"area = {source.specimen.area:g}"]
     lines += [f"# {remark}" for remark in entry.remarks]

@@ -117,7 +117,7 @@ def identical(table: Table, columns: Sequence[int], wanted: Wanted) -> bool:
         Indices from 0.
     wanted : Wanted
     """
-    if len({tuple(written_units(table, i, heading(table.names[i]))) for i in columns}) > 1:
+    if len({_units(table, i, wanted) for i in columns}) > 1:
         return False
     try:
         first = table.numbers(columns[0], wanted.accept)
@@ -166,3 +166,10 @@ def written_units(table: Table, index: int, head: Heading) -> tuple[str, ...]:
     """
     row = table.units[index]
     return (*head.written, *([row] if plain_unit(row) else []))
+
+
+def _units(table: Table, index: int, wanted: Wanted) -> tuple[tuple[str, float], ...]:
+    """Return what the units of a column measure, with their factors; of one that is not known, its text."""
+    written = written_units(table, index, heading(table.names[index]))
+    units = [(text, find_unit(text, wanted.measured)) for text in written]
+    return tuple((text, 0.0) if unit is None else (unit.measured, unit.factor) for text, unit in units)

@@ -198,7 +198,7 @@ def test_a_case_from_files_is_accepted_by_check(tmp_path):
     assert checked.exit_code == 0, checked.output
     found = json.loads(checked.output)
     assert {entry["name"]: entry["mode"] for entry in found["recordings"]} == {
-        "axial": "axial", "run2": "axial", "torsional": "torsional",
+        "run1_axial": "axial", "run2": "axial", "torsional": "torsional",
     }  # fmt: skip
     assert [entry["mode"] for entry in found["coupons"]] == ["uniaxial", "equibiaxial"]
 
@@ -212,6 +212,21 @@ def test_columns_that_could_both_be_meant_are_chosen_and_said(tmp_path):
     assert "columns = { force = 2 }" in text
     assert '<-- columns: the force could be any of 2 ("Kraft A [N]"), 3 ("Kraft B [N]")' in text
     assert run("check", tmp_path / "case.toml", "-q").exit_code == 0
+
+
+def test_stress_and_strain_are_of_a_coupon_whatever_else_is_in_the_file(tmp_path):
+    rows = "\n".join(
+        f"{0.4 * q:.4f}\t{60 * q:.3f}\t{25 * q:.4f}\t{25 * q:.4f}\t{i}\t{200 + q:.4f}"
+        for i, q in enumerate(Q)
+    )
+    head = "#  Querschnitt: 150\n# [N/mm**2]\t[N]\t[%-ext]\t[%-trav]\t[s]\t[mm]"
+    (tmp_path / "viscoel1.dat").write_text(f"{head}\n{rows}\n")
+    assert run("init", "--from", tmp_path / "viscoel1.dat", tmp_path).exit_code == 0
+    [source] = load_case(tmp_path / "case.toml").coupons
+    recording = read_recording(source)
+    np.testing.assert_allclose(recording.displacement, 0.25 * Q, atol=1e-4)
+    np.testing.assert_allclose(recording.force, 0.4 * Q, atol=1e-4)
+    assert "are identical and taken as one" in (tmp_path / "case.toml").read_text()
 
 
 def test_what_cannot_be_read_is_said_for_each_file(tmp_path):
