@@ -22,19 +22,23 @@ from bushcli.case.schema import (
     MeshTable,
     RecordingTable,
     Table,
+    ToleranceTable,
 )
+from bushcli.case.sources import SourceBuilder, find_file
+from bushcli.case.tolerance import CLASSES, DEFAULT, Tolerance
 from bushcli.effects.active import ActiveEffect
-from bushcli.errors import nearest, printable
-from bushcli.recording.source import UNITS, Quantity, Source, dimension
-from bushcli.recording.units import find_unit
+from bushcli.errors import printable
+from bushcli.recording.source import Source
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import Shape, shapes
 
 T = TypeVar("T", bound=Table)
 
-_SECTIONS = ("title", "geometry", "mesh", "material", "load_cases", "recordings", "coupons", "effects")
-_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
+_SECTIONS = (
+    *("title", "tolerance", "geometry", "mesh", "material"),
+    *("load_cases", "recordings", "coupons", "effects"),
+)
 #: A larger number is a typing error; the limit is far below the largest float, so that squares stay finite.
 _LARGEST = 1e100
 
@@ -63,6 +67,7 @@ class Builder:
         title = data.get("title", printable(path.stem))
         if not isinstance(title, str):
             self.findings.append(Finding(("title",), f"title = {shown(title)} is not a text in quotes"))
+        tolerance = self._tolerance(data)
         shape = self._shape(data)
         mesh = self._table(data, "mesh", MeshTable)
         material = self._material(data)
@@ -101,6 +106,7 @@ class Builder:
             recordings=recordings,
             coupons=coupons,
             effects=active,
+            tolerance=tolerance,
         )
 
     def _table(self, data: dict[str, Any], name: str, model: type[T]) -> T | None:
@@ -209,7 +215,7 @@ class Builder:
             if table.rate is not None:
                 what = f"{dotted((*keys, 'rate'))} has no meaning: the file gives the times"
                 self.findings.append(Finding((*keys, "rate"), what))
-            file = self._file(key, table.file)
+            file = find_file(self.folder, key, table.file, self.findings)
             return LoadCase(table.mode, steps=table.steps, source=Source(table.mode, file)) if file else None
         unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
         points = table.path if table.path is not None else [0.0, float(table.amplitude or 0.0)]
@@ -228,53 +234,30 @@ class Builder:
     def _sources(
         self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
     ) -> tuple[Source, ...]:
-        sources: list[Source] = []
-        kind = CouponTable if section == "coupons" else RecordingTable
-        for table, keys in self._list(data, section, kind):
-            known = self._mode(keys, table.mode, shape, "coupon" if section == "coupons" else None, material)
-            file = self._file((*keys, "file"), table.file)
-            units = self._units(keys, table) if known else {}
-            taken = [source.name for source in sources]
-            if table.name in taken:
-                what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
-                self.findings.append(Finding((*keys, "name"), what))
-            columns = {
-                k: v
-                for k in ("time", "displacement", "force")
-                if (v := getattr(table.columns, k)) is not None
-            }
-            source = Source(
-                mode=table.mode,
-                file=file or Path(table.file),
-                name=table.name or _unused(table.mode, taken),
-                columns=columns,  # type: ignore[arg-type]  # the keys are the literals just listed
-                units=units,
-                delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
-                decimal=table.decimal,
-                reverse=tuple(sorted(set(table.reverse or ()))),
-                cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
-                accept=tuple(sorted(set(table.accept or ()))),
-                largest_stretch=table.largest_stretch if isinstance(table, CouponTable) else None,
-            )
-            found, wrong = six.channels(source, table, keys, taken) if known and file else ([source], [])
-            sources += found
-            self.findings += wrong
-        return tuple(sources)
+        coupons = section == "coupons"
+        usual = "coupon" if coupons or (shape is not None and shape.specimen == "coupon") else "bushing"
 
-    def _units(self, keys: Keys, table: RecordingTable) -> dict[Quantity, str]:
-        mode, units = modes()[table.mode], {}
-        quantities: tuple[Quantity, ...] = ("time", "displacement", "force")
-        for quantity in quantities:
-            unit = getattr(table.units, quantity)
-            if unit is None:
-                continue
-            measured = dimension(quantity, mode.specimen, mode.rotational)
-            known, found = UNITS[measured], find_unit(unit, measured)
-            if found is None or found.measured != measured:
-                kind = f"unit of {quantity} for mode {table.mode}"
-                self.findings.append(unknown_name((*keys, "units", quantity), unit, known, kind))
-            units[quantity] = unit
-        return units
+        def known(keys: Keys, mode: str, specimen: str | None) -> bool:
+            return self._mode(keys, mode, shape, specimen, material)
+
+        tables: Iterator[tuple[RecordingTable, Keys]] = (
+            self._list(data, section, CouponTable) if coupons else self._list(data, section, RecordingTable)
+        )
+        builder = SourceBuilder(self.folder, self.findings, known)
+        return builder.build(tables, "coupon" if coupons else None, usual)
+
+    def _tolerance(self, data: dict[str, Any]) -> Tolerance:
+        raw, keys = data.get("tolerance", DEFAULT.percent), ("tolerance",)
+        if isinstance(raw, str) and raw.upper() in CLASSES:
+            what = f"tolerance = {shown(raw)}: the percentage of the class depends on hardness and wall thickness"
+            example = f'tolerance = {{class = "{raw.upper()}", percent = 15}}'
+            expected = f"take it from the drawing or the handbook: {example}"
+            self.findings.append(Finding(keys, what, expected=expected))
+            return DEFAULT
+        if not isinstance(raw, dict):
+            raw = {"percent": raw}
+        table = self._validated(raw, keys, ToleranceTable, "[tolerance]")
+        return DEFAULT if table is None else Tolerance(float(table.percent), table.name or "")
 
     def _effects(
         self,
@@ -299,32 +282,6 @@ class Builder:
         active, findings = effects.build(tables, channels, shape)
         self.findings += findings
         return tuple(active)
-
-    def _file(self, keys: Keys, name: str) -> Path | None:
-        """Return the file that a case names relative to its own folder; None, with a finding, if it does not exist."""
-        file = self.folder / name
-        try:
-            if file.is_file():
-                return file
-            folder = file.parent
-            beside = [p.name for p in folder.iterdir() if p.is_file()] if folder.is_dir() else []
-            reason = "is a directory" if file.is_dir() else "does not exist"
-            if file.exists() and not file.is_dir():
-                beside, reason = [], "is a device or a pipe, not a file"
-        except (OSError, ValueError):
-            beside, reason = [], "is no name of a file"
-        near = nearest(file.name, beside)
-        place = f"looked in {file.parent}" if reason == "does not exist" else ""
-        self.findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", near, place))
-        return None
-
-
-def _unused(name: str, taken: Sequence[str]) -> str:
-    """Return the name, followed by a number if the name is taken."""
-    number = 1
-    while (candidate := name if number == 1 else f"{name}_{number}") in taken:
-        number += 1
-    return candidate
 
 
 def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:

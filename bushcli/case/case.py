@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from bushcli.case.tolerance import DEFAULT, Tolerance
 from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
 from bushcli.recording.source import Source
@@ -118,6 +119,8 @@ class Case:
     effects : tuple of ActiveEffect
         What is added to the plain model, each effect once, or once in each rig; parameters that are not given have no
         value.
+    tolerance : Tolerance
+        Band within which a simulated channel is accepted.
     """
 
     title: str
@@ -129,6 +132,7 @@ class Case:
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
+    tolerance: Tolerance = DEFAULT
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -185,6 +189,7 @@ def resolved(case: Case) -> dict[str, Any]:
     folder = case.path.parent
     return {
         "title": case.title,
+        "tolerance": {"percent": case.tolerance.percent, "class": case.tolerance.name or None},
         "path": str(case.path),
         "geometry": _geometry(case.geometry, folder),
         "mesh": {
@@ -249,28 +254,40 @@ def _effect(active: ActiveEffect, case: Case) -> dict[str, Any]:
 
 
 def _source(source: Source, folder: Path) -> dict[str, Any]:
-    return (
-        {
-            "mode": source.mode,
-            "file": _relative(source.file, folder),
-            "name": source.label,
-            "columns": dict(source.columns),
-            "units": dict(source.units),
-            "delimiter": source.delimiter,
-            "decimal": source.decimal,
-            "reverse": list(source.reverse) or None,
-            "cycles": list(source.cycles) if source.cycles else None,
-            "accept": list(source.accept) or None,
-        }
-        | ({} if source.largest_stretch is None else {"largest_stretch": source.largest_stretch})
-        | (
-            {}
-            if source.six is None
-            else {
-                "path": {"motions": dict(source.six.motions), "free": [MOTIONS[k] for k in source.six.free]}
-            }
-        )
-    )
+    return {
+        "mode": source.mode,
+        "file": _relative(source.file, folder),
+        "name": source.label,
+        "columns": dict(source.columns),
+        "units": dict(source.units),
+        "delimiter": source.delimiter,
+        "decimal": source.decimal,
+        "reverse": list(source.reverse) or None,
+        "cycles": list(source.cycles) if source.cycles else None,
+        "accept": list(source.accept) or None,
+    } | _further(source)
+
+
+def _further(source: Source) -> dict[str, Any]:
+    """Return the keys of a source that few have, where they are given."""
+    turned = source.mode in modes() and modes()[source.mode].rotational
+    rate = source.rate if source.rate is None or not turned else float(f"{math.degrees(source.rate):.12g}")
+    shown = {
+        "largest_stretch": source.largest_stretch,
+        "group": source.group,
+        "sample_rate": source.sample_rate,
+        "rate": rate,
+        "conditioning": source.conditioning or None,
+        "standard": source.standard,
+        "gauge_length": source.specimen.gauge_length,
+        "area": source.specimen.area,
+        "stress": None if source.specimen.stress == "engineering" else source.specimen.stress,
+        "strain": None if source.specimen.strain == "engineering" else source.specimen.strain,
+        "path": None
+        if source.six is None
+        else {"motions": dict(source.six.motions), "free": [MOTIONS[k] for k in source.six.free]},
+    }
+    return {key: value for key, value in shown.items() if value is not None}
 
 
 def _relative(file: Path, folder: Path) -> str:

@@ -45,3 +45,29 @@ def write_example(directory: Path) -> tuple[Path, ...]:
     except OSError as error:
         raise InputError(Problem(str(directory), f"cannot be written: {error.strerror}")) from None
     return tuple(targets)
+
+
+def write_case(directory: Path, text: str) -> Path:
+    """Write ``case.toml`` into a folder; nothing that is there is overwritten.
+
+    Parameters
+    ----------
+    directory : Path
+    text : str
+        Of the case file.
+
+    Raises
+    ------
+    InputError
+        There is such a file already, or it cannot be written.
+    """
+    target = directory / "case.toml"
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with target.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise InputError(Problem(str(target), "exists already and is not overwritten")) from None
+    except OSError as error:
+        raise InputError(Problem(str(target), f"cannot be written: {error.strerror}")) from None
+    return target

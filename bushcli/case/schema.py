@@ -130,8 +130,10 @@ class UnitsTable(Table):
 class RecordingTable(Table):
     """``[[recordings]]``."""
 
-    mode: str = Field(description="a mode, see bushcli list modes")
-    file: Name = Field(description="CSV file, relative to the case file")
+    mode: str | None = Field(
+        default=None, description="a mode, see bushcli list modes; absent = what the name of the file tells"
+    )
+    file: Name = Field(description="file of a test rig, or a pattern of files, relative to the case file")
     name: Name | None = Field(default=None, description="of the channel; the mode when absent")
     columns: ColumnsTable = Field(default_factory=ColumnsTable)
     units: UnitsTable = Field(default_factory=UnitsTable)
@@ -143,6 +145,35 @@ class RecordingTable(Table):
     cycles: list[Annotated[int, Field(ge=1)]] | None = Field(default=None, min_length=1)
     accept: list[float] | None = Field(
         default=None, description="values that look like codes for missing ones and were measured"
+    )
+    group: ColumnKey | None = Field(
+        default=None,
+        validation_alias=AliasChoices("group", "sheet"),
+        description="sheet or group of the file, by name or by number from 1",
+    )
+    sample_rate: float | None = Field(
+        default=None, gt=0, description="Hz; samples per second of a file without a time"
+    )
+    rate: float | None = Field(
+        default=None, gt=0, description="mm/s, degrees/s or 1/s; speed of a test without a time"
+    )
+    conditioning: int = Field(
+        default=0, ge=0, le=10_000, description="number of first cycles that only condition the specimen"
+    )
+    standard: Literal["ASTM D575", "ISO 37", "ISO 7743", "SAE J1636"] | None = Field(
+        default=None,
+        description="standard that the test claims to follow; bushcli check says where it does not",
+    )
+    gauge_length: float | None = Field(
+        default=None, gt=0, description="mm; the file of the coupon holds a travel"
+    )
+    area: float | None = Field(default=None, gt=0, description="mm2; the file of the coupon holds a force")
+    width: float | None = Field(default=None, gt=0, description="mm; with thickness, instead of area")
+    thickness: float | None = Field(default=None, gt=0, description="mm; with width, instead of area")
+    diameter: float | None = Field(default=None, gt=0, description="mm; instead of area")
+    stress: Literal["engineering", "true"] | None = Field(default=None, description="stress of the file")
+    strain: Literal["engineering", "true"] | None = Field(
+        default=None, description="strain of the file; true = logarithmic"
     )
 
     motions: dict[str, ColumnKey] | None = Field(
@@ -160,6 +191,13 @@ class CouponTable(RecordingTable):
     largest_stretch: float | None = Field(
         default=None, gt=0, description="points beyond this stretch are left out of the fit"
     )
+
+
+class ToleranceTable(Table):
+    """``tolerance``."""
+
+    percent: float = Field(gt=0, le=100, description="of the measured stiffness and the recorded force range")
+    name: Literal["D1", "D2", "D3"] | None = Field(default=None, alias="class", description="on the drawing")
 
 
 class EffectTable(Table):

@@ -11,16 +11,40 @@ from bushcli.cli.run import DONE, NEGATIVE, finish, speaks
 
 
 @click.command()
-@click.argument("directory", type=click.Path(path_type=Path), default=".")
-def init(directory: Path) -> None:
-    """Write a commented example case with its recordings into DIRECTORY."""
+@click.argument("places", type=click.Path(path_type=Path), nargs=-1, metavar="[DIRECTORY]")
+@click.option(
+    "--from",
+    "files",
+    type=click.Path(path_type=Path),
+    multiple=True,
+    metavar="FILE...",
+    help="Write a case for these files of a test rig instead of the example.",
+)
+def init(places: tuple[Path, ...], files: tuple[Path, ...]) -> None:
+    """Write a commented example case with its recordings into DIRECTORY.
+
+    With --from FILE..., write a case.toml for these files instead, to be looked at and changed: bushcli init --from
+    axial.mf4 radial.mf4
+    """
+    # A new folder has no suffix, a file that does not exist is reported as such.
+    folders = [place for place in places if place.is_dir() or not (place.suffix or place.exists())]
+    if len(folders) > 1 or (not files and len(places) > len(folders)):
+        raise click.UsageError(f"Got unexpected extra argument ({places[-1]})")
+    folder = folders[0] if folders else Path()
 
     def work() -> int:
-        from bushcli.case.example import write_example
+        from bushcli.case.example import write_case, write_example
 
-        for file in write_example(directory):
+        if files:
+            from bushcli.case.from_files import case_from_files
+
+            given = [*files, *(place for place in places if place not in folders)]
+            click.echo(str(write_case(folder, case_from_files(given, folder))))
+            click.echo(f"try: bushcli check {folder / 'case.toml'}", err=True)
+            return DONE
+        for file in write_example(folder):
             click.echo(str(file))
-        click.echo(f"try: bushcli direct {directory / 'case.toml'} -o {directory / 'out'}", err=True)
+        click.echo(f"try: bushcli direct {folder / 'case.toml'} -o {folder / 'out'}", err=True)
         return DONE
 
     finish(work, debug=False)

@@ -79,6 +79,11 @@ def _samples(recording: Recording) -> Iterator[DataFault]:
             False,
             np.zeros(len(recording.force), dtype=bool),
         )
+    for repair in recording.repairs:
+        if repair.kind != "columns":
+            remedy = "none needed: it is repaired; find out why the logger writes it so"
+            none = np.zeros(len(recording.force), dtype=bool)
+            yield DataFault(recording.name, repair.kind, repair.text, remedy, False, none)
     x = abscissa(recording)
     noise = force_noise(recording)
     clip = clipped(recording.force, recording.displacement, noise)

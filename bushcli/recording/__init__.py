@@ -18,6 +18,7 @@ from bushcli.recording.read import (
     read_recording,
     select_cycles,
 )
+from bushcli.recording.samples import Repair
 from bushcli.recording.segment import Branch
 from bushcli.recording.write import write_curve_csv
 
@@ -25,6 +26,7 @@ __all__ = [
     "Branch",
     "RecordedPath",
     "Recording",
+    "Repair",
     "branches",
     "cycle_mask",
     "departure",

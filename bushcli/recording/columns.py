@@ -8,10 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError, nearest
-from bushcli.recording.header import Heading, heading, match_quality, says_measured, word_quality
-from bushcli.recording.source import UNITS, Quantity, Source, dimension
-from bushcli.recording.text import TextTable
-from bushcli.recording.units import NO_UNIT, Unit, find_unit, plain_unit, slip, usual_unit
+from bushcli.recording.header import heading, match_quality, without, word_quality
+from bushcli.recording.match import (
+    TRUE_STRAIN,
+    TRUE_STRESS,
+    Wanted,
+    by_unit,
+    candidates,
+    identical,
+    quality_of,
+    written_units,
+)
+from bushcli.recording.source import UNITS, Quantity, Source
+from bushcli.recording.table import Table
+from bushcli.recording.units import NO_UNIT, Unit, find_unit, plain_unit, slip
 from cases.mode import Mode
 
 Array = NDArray[np.float64]
@@ -40,19 +50,22 @@ class Column:
         In internal units; stretch - 1 of the deformation of a coupon.
     unit : str
         In which it was read.
+    remarks : tuple of str
+        What a user should know of how it was found.
     """
 
     index: int
     values: Array
     unit: str
+    remarks: tuple[str, ...] = ()
 
 
-def column(table: TextTable, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
+def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
     """Return the column of a quantity; a time that is not in the file is None.
 
     Parameters
     ----------
-    table : TextTable
+    table : Table
         The file's rows and headings.
     source : Source
         The file, and what the user says of its columns.
@@ -67,103 +80,99 @@ def column(table: TextTable, source: Source, mode: Mode, quantity: Quantity) -> 
         When the column is missing, ambiguous, of another kind than the mode needs, in a unit that is not known, or
         not all numbers.
     """
-    measured = dimension(quantity, mode.specimen, mode.rotational)
+    wanted = Wanted.of(source, mode, quantity)
     chosen = source.columns.get(quantity)
-    given = source.units.get(quantity)
-    index = _found(table, mode, quantity, measured, given) if chosen is None else _chosen(table, chosen)
+    index, remarks = _found(table, wanted) if chosen is None else (_chosen(table, chosen), ())
     if index is None:
         return None
-    read = find_unit(given, measured) if given else _unit(table, mode, quantity, index)
-    if read is None or read.measured != measured:
-        what = f'{table.label(index)}: "{given}" is not a unit of {_KIND[measured]}'
+    read = find_unit(wanted.given, wanted.measured) if wanted.given else _unit(table, wanted, index)
+    if read is None or read.measured != wanted.measured:
+        what = f'{table.label(index)}: "{wanted.given}" is not a unit of {_KIND[wanted.measured]}'
         raise _refused(table, quantity, index, what)
     values = table.numbers(index, source.accept) * read.factor
-    if measured == "strain" and read.name == "stretch":
+    if wanted.measured == "strain" and read.name == "stretch":
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
-            what = f"{table.label(index)}: a stretch of {table.rows[row][index]} is impossible"
+            what = f"{table.label(index)}: a stretch of {table.text(row, index)} is impossible"
             expected = 'a strain? say so: units = {displacement = "strain"} or "percent"'
-            raise RecordingError(Problem(f"{table.path}:{table.lines[row]}", what, "", expected))
+            raise RecordingError(Problem(table.place(row), what, "", expected))
         values = values - 1.0
-    return Column(index, -values if quantity in source.reverse else values, read.name)
+    return Column(index, -values if quantity in source.reverse else values, read.name, remarks)
 
 
-def _found(table: TextTable, mode: Mode, quantity: Quantity, measured: str, given: str | None) -> int | None:
-    heads = [heading(name) for name in table.names]
-    rank = [_rank(table, i, head, measured) for i, head in enumerate(heads)]
-    if not any(table.names):
-        # A row of units alone tells as much as it is unambiguous.
-        units = [usual_unit(unit) for unit in table.units]
-        rank = [int(unit is not None and unit.measured == measured) for unit in units]
-    best = [i for i, q in enumerate(rank) if q == max(rank) > 0]
-    if len(best) == 1:
-        return best[0]
+def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
+    """Return the column of a quantity and what is to be said of it; None for a time that is not there."""
+    best = candidates(table, wanted)
+    quantity, measured = wanted.quantity, wanted.measured
     # The names are right, but in units of something else: a force in kg, a time in m.
-    alike = [i for i, head in enumerate(heads) if not rank[i] and _quality(head, measured) >= 3]
-    if given and not best and len(alike) == 1:
-        return alike[0]
+    heads = [heading(name) for name in table.names]
+    alike = [i for i, head in enumerate(heads) if i not in best and quality_of(head, wanted) >= 3]
+    if wanted.given and not best and len(alike) == 1:
+        return alike[0], ()
+    unnamed = [] if best or alike else by_unit(table, wanted)
+    best = best or unnamed
+    if len(best) == 1:
+        taken = f"{table.label(best[0])} is taken for the {quantity} by its unit"
+        return best[0], (taken,) if unnamed else ()
+    if best and identical(table, best, wanted):
+        labels = " and ".join(table.label(i) for i in best)
+        return best[0], (f"{labels} are identical and taken as one",)
     if quantity == "time" and not best:
         if alike:
-            _unit(table, mode, quantity, alike[0])
-        return None
+            _unit(table, wanted, alike[0])
+        return None, ()
     key = f"columns = {{{quantity} = ...}} in the case file"
     if best:
-        several = " and ".join(table.label(i) for i in best)
+        several = " and ".join(table.label(i) for i in best[:8])
         what = f"{several} could both be the {quantity}"
-        raise RecordingError(Problem(str(table.path), what, "", f"name one, or give its number: {key}"))
-    other = _other_modes(table, mode)
+        raise RecordingError(Problem(table.where, what, "", f"name one, or give its number: {key}"))
+    other = _other_modes(table, wanted)
     if alike and not other:
-        _unit(table, mode, quantity, alike[0])
+        _unit(table, wanted, alike[0])
     listed = ", ".join(name for name in table.names if name)
-    what = f"no column {_EXPECTED[measured]}, which mode {mode.name} needs"
+    what = f"no column {_EXPECTED[measured]}, which mode {wanted.mode.name} needs"
     what += f", among {listed[:300]}" if listed else "; the table has no header"
     expected = f"or choose a column by name or number: {key}"
-    raise RecordingError(Problem(str(table.path), what + (f"; {other}" if other else ""), "", expected))
+    raise RecordingError(Problem(table.where, what + (f"; {other}" if other else ""), "", expected))
 
 
-def _quality(head: Heading, measured: str) -> int:
-    kinds = ("stretch", "strain") if measured == "strain" else (measured,)
-    return max(word_quality(head, kind) for kind in kinds)
-
-
-def _rank(table: TextTable, index: int, head: Heading, measured: str) -> int:
-    """Return how surely a column is the quantity; one that says that it was measured beats others."""
-    quality = _quality(head, measured)
-    if not quality:
-        return 0
-    for text in _written(table, index, head):
-        unit = find_unit(text, measured)
-        if unit is not None and unit.measured != measured:
-            return 0
-    return quality + (5 if says_measured(head) else 0)
-
-
-def _written(table: TextTable, index: int, head: Heading) -> tuple[str, ...]:
-    """Return the units that name and row of units give for a column, as written."""
-    row = table.units[index]
-    return (*head.written, *([row] if plain_unit(row) else []))
-
-
-def _other_modes(table: TextTable, mode: Mode) -> str:
-    """Return for which modes the file has columns."""
+def _other_modes(table: Table, wanted: Wanted) -> str:
+    """Return for which modes the file has columns, or in which form those of a coupon."""
+    mode = wanted.mode
+    if mode.specimen == "coupon":
+        return _other_forms(table, wanted)
     for specimen, kind, modes in (
         ("translation", "length", "axial or radial"),
         ("rotation", "angle", "torsional or conical"),
         ("coupon", "stretch", "uniaxial, equibiaxial, planar or volumetric"),
         ("coupon", "strain", "uniaxial, equibiaxial, planar or volumetric"),
     ):
-        here = "coupon" if mode.specimen == "coupon" else "rotation" if mode.rotational else "translation"
+        here = "rotation" if mode.rotational else "translation"
         if specimen != here and any(match_quality(name, kind) >= 3 for name in table.names if name):
             return f"is this a recording of mode {modes}?"
     return ""
 
 
-def _chosen(table: TextTable, chosen: str | int) -> int:
+def _other_forms(table: Table, wanted: Wanted) -> str:
+    """Return what to say in the case file, where a coupon's file holds force and travel, or true stress."""
+    heads = [heading(name) for name in table.names if name]
+    true = TRUE_STRESS if wanted.measured == "stress" else TRUE_STRAIN
+    if any(word_quality(without(head, true), wanted.measured) and set(head.words) & true for head in heads):
+        return f'a true {wanted.measured}? say so: {wanted.measured} = "true"'
+    raw, key = {
+        "strain": ("length", "gauge_length"), "stress": ("force", "area (or width and thickness, or diameter)"),
+    }.get(wanted.measured, ("", ""))  # fmt: skip
+    if raw and any(word_quality(head, raw) for head in heads):
+        return f"the file has a {_KIND[raw]}: give {key} of the specimen in mm"
+    return ""
+
+
+def _chosen(table: Table, chosen: str | int) -> int:
     width = len(table.names)
     if isinstance(chosen, int):
         if chosen > width:
             what = f"has no column {chosen}"
-            raise RecordingError(Problem(str(table.path), what, "", f"the table has {width} columns"))
+            raise RecordingError(Problem(table.where, what, "", f"the table has {width} columns"))
         return chosen - 1
     folded = [name.strip().casefold() for name in table.names]
     plain, wanted = [heading(name).name for name in table.names], heading(chosen).name
@@ -172,17 +181,19 @@ def _chosen(table: TextTable, chosen: str | int) -> int:
         if len(hits) == 1:
             return hits[0]
         if len(hits) > 1:
+            if all(np.array_equal(table.numbers(hits[0]), table.numbers(i)) for i in hits[1:]):
+                return hits[0]
             what = f'has {len(hits)} columns named "{chosen}"'
             numbers = ", ".join(str(i + 1) for i in hits)
-            raise RecordingError(Problem(str(table.path), what, "", f"give a number: {numbers}"))
+            raise RecordingError(Problem(table.where, what, "", f"give a number: {numbers}"))
     named = [name for name in table.names if name]
     near = dict(zip(plain, table.names, strict=True)).get(nearest(wanted, plain), "")
     what = f'has no column "{chosen}"'
     listed = ", ".join(named)[:300] or f"no header; give a number from 1 to {width}"
-    raise RecordingError(Problem(str(table.path), what, near, listed))
+    raise RecordingError(Problem(table.where, what, near, listed))
 
 
-def _unit(table: TextTable, mode: Mode, quantity: Quantity, index: int) -> Unit:
+def _unit(table: Table, wanted: Wanted, index: int) -> Unit:
     """Return the unit that the file gives for a column, or the default one where it gives none.
 
     Raises
@@ -190,11 +201,11 @@ def _unit(table: TextTable, mode: Mode, quantity: Quantity, index: int) -> Unit:
     RecordingError
         A unit is written that is not known, is one of another quantity, or contradicts another one.
     """
-    measured = dimension(quantity, mode.specimen, mode.rotational)
+    measured, quantity = wanted.measured, wanted.quantity
     head = heading(table.names[index])
     units = [
-        _read(table, mode, quantity, index, text)
-        for text in _written(table, index, head)
+        _read(table, wanted, index, text)
+        for text in written_units(table, index, head)
         if not (measured == "strain" and plain_unit(text) in NO_UNIT)
     ]
     if not units:
@@ -202,7 +213,8 @@ def _unit(table: TextTable, mode: Mode, quantity: Quantity, index: int) -> Unit:
             unit for word in head.doubtful if (unit := _doubtful(table, quantity, index, measured, word))
         ]
     if not units:
-        is_strain = not word_quality(head, "stretch") and word_quality(head, "strain")
+        plain = without(head, wanted.allowed)
+        is_strain = not word_quality(plain, "stretch") and word_quality(plain, "strain")
         name = "strain" if measured == "strain" and is_strain else _DEFAULT_UNIT[measured]
         return Unit(measured, name, UNITS[measured][name])
     if any(abs(unit.factor - units[0].factor) > 1e-9 * units[0].factor for unit in units):
@@ -211,20 +223,22 @@ def _unit(table: TextTable, mode: Mode, quantity: Quantity, index: int) -> Unit:
     return units[0]
 
 
-def _read(table: TextTable, mode: Mode, quantity: Quantity, index: int, text: str) -> Unit:
+def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
     """Return the unit that a text names, or refuse it."""
-    measured = dimension(quantity, mode.specimen, mode.rotational)
+    measured, quantity = wanted.measured, wanted.quantity
     unit = find_unit(text, measured)
     if unit is None:
         shown = "says that it has no unit" if plain_unit(text) in NO_UNIT else f'"{text}" is not a known unit'
         raise _refused(table, quantity, index, f"{table.label(index)}: {shown}", slip(text, measured))
     if unit.measured != measured:
-        what = f"{table.label(index)} is in {unit.name}, but mode {mode.name} needs a {_KIND[measured]}"
+        what = (
+            f"{table.label(index)} is in {unit.name}, but mode {wanted.mode.name} needs a {_KIND[measured]}"
+        )
         raise _refused(table, quantity, index, what)
     return unit
 
 
-def _doubtful(table: TextTable, quantity: Quantity, index: int, measured: str, word: str) -> Unit | None:
+def _doubtful(table: Table, quantity: Quantity, index: int, measured: str, word: str) -> Unit | None:
     """Return the unit that an unknown word of a name is; refuse a short word that may be one."""
     minutes = word.lower() == "min"  # over a time: the unit, or the smallest value
     unit = None if minutes else find_unit(word, measured)
@@ -235,8 +249,8 @@ def _doubtful(table: TextTable, quantity: Quantity, index: int, measured: str, w
     return None
 
 
-def _refused(table: TextTable, quantity: Quantity, index: int, what: str, near: str = "") -> RecordingError:
-    where = f"{table.path}:{table.header_line}" if table.header_line else str(table.path)
+def _refused(table: Table, quantity: Quantity, index: int, what: str, near: str = "") -> RecordingError:
+    where = f"{table.path}:{table.header_line}" if table.header_line else table.where
     expected = f'give the unit in the table of the case file: units = {{{quantity} = "..."}}'
     return RecordingError(Problem(where, what, near, expected))
 

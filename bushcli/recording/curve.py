@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 _WINDOWS = (0.15, 0.25, 0.4, 0.6)
 _SURE = 0.01
 _END = 0.01
+#: Share of the range below which two displacements are the same.
+SMALLEST_STEP = 1e-9
 _FEWEST = 5
 _HUBER = 1.345  # 95 % efficient for normal noise: Huber (1981), Robust Statistics, doi:10.1002/0471725250
 

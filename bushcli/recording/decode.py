@@ -1,8 +1,15 @@
-"""Bytes -> text: UTF-8, UTF-16 or UTF-32 by byte-order mark, else UTF-8, else Latin."""
+"""Bytes -> text: by byte-order mark, else by the bytes themselves.
+
+UTF-16 without a mark shows by zeros in every second byte: a table is mostly of digits. What is no UTF-8 is Latin-1 (of
+Windows) or GBK: Chinese signs are pairs of bytes beyond 127, and the common ones begin with 0xB0 to 0xD7, where Latin-1
+has capital letters with accents; single letters with accents between others, as in ``Prüfzeit``, are no pairs.
+"""
 
 from __future__ import annotations
 
 import codecs
+import re
+from itertools import islice
 from pathlib import Path
 
 from bushcli.errors import Problem, RecordingError
@@ -17,6 +24,10 @@ _BOMS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
+#: Bytes by which UTF-16 shows, share of zeros there; runs of bytes beyond 127, and share of common signs.
+_LOOKED_AT, _ZEROS = 65_536, 0.6
+_MOST_RUNS, _COMMON = 10_000, 0.8
+_BEYOND = re.compile(rb"[\x80-\xff]+")
 
 
 def decoded(path: Path) -> str:
@@ -39,13 +50,9 @@ def decoded(path: Path) -> str:
         ) from None
     except (OSError, ValueError) as error:
         raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None
-    encodings = [encoding for mark, encoding in _BOMS if content.startswith(mark)][:1] or [
-        "utf-8",
-        "cp1252",
-        "latin-1",
-    ]
+    marked = [encoding for mark, encoding in _BOMS if content.startswith(mark)][:1]
     text = ""
-    for encoding in encodings:
+    for encoding in marked or _unmarked(content):
         try:
             text = content.decode(encoding)
             break
@@ -53,8 +60,32 @@ def decoded(path: Path) -> str:
             continue
     if "\0" in text or (content and not text):
         raise RecordingError(
-            Problem(str(path), "is not a text file", expected="CSV in UTF-8, Latin-1, or UTF-16 with BOM")
+            Problem(str(path), "is not a text file", expected="CSV in UTF-8, UTF-16, Latin-1 or GBK")
         )
     if not text.strip():
         raise RecordingError(Problem(str(path), "is empty"))
     return text
+
+
+def _unmarked(content: bytes) -> list[str]:
+    """Return the encodings to try for a text without a byte-order mark."""
+    head = content[:_LOOKED_AT]
+    half = max(len(head) // 2, 1)
+    odd, even = head[1::2].count(0), head[::2].count(0)
+    if odd > _ZEROS * half and even < 0.01 * half:
+        return ["utf-16-le"]
+    if even > _ZEROS * half and odd < 0.01 * half:
+        return ["utf-16-be"]
+    return ["utf-8", "gb18030", "cp1252"] if _is_chinese(content) else ["utf-8", "cp1252", "latin-1"]
+
+
+def _is_chinese(content: bytes) -> bool:
+    """Whether the bytes beyond 127 are pairs of which most begin as the common Chinese signs do."""
+    runs = [found[0] for found in islice(_BEYOND.finditer(content), _MOST_RUNS)]
+    pairs = [run[i] for run in runs for i in range(0, len(run), 2)]
+    if not pairs or any(len(run) % 2 for run in runs):
+        return False
+    common = sum(0xB0 <= lead <= 0xD7 for lead in pairs)
+    # 0xA1 to 0xA3 lead signs and letters of full width, such as the brackets around a unit.
+    signs = sum(0xA1 <= lead <= 0xA3 for lead in pairs)
+    return common > 0 and common + signs >= _COMMON * len(pairs)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from bushcli.recording.units import NO_UNIT, plain_unit, usual_unit
 
@@ -15,26 +15,34 @@ def _set(words: str) -> frozenset[str]:
 
 #: Words for a column, the column names of this project first.
 _WORDS = {
-    "time": ("time", "t", "elapsed time", "total time", "running time", "zeit", "prüfzeit", "testzeit"),
+    "time": ("time", "t", "elapsed time", "total time", "running time", "zeit", "prüfzeit", "testzeit",
+        "时间",
+    ),
     "length": (
         "displacement", "disp", "deflection", "travel", "stroke", "extension", "crosshead",
-        "weg", "standardweg", "verschiebung", "auslenkung", "federweg",
+        "weg", "standardweg", "verschiebung", "auslenkung", "federweg", "位移",
     ),
-    "angle": ("rotation", "angle", "twist", "winkel", "drehwinkel", "verdrehung", "phi"),
-    "force": ("force", "load", "f", "kraft", "standardkraft", "last"),
-    "moment": ("moment", "torque", "drehmoment"),
+    "angle": ("rotation", "angle", "twist", "winkel", "drehwinkel", "verdrehung", "phi", "角度"),
+    "force": ("force", "load", "f", "kraft", "standardkraft", "last", "力", "载荷"),
+    "moment": ("moment", "torque", "drehmoment", "扭矩"),
     "stretch": ("stretch", "lambda", "stretch ratio", "extension ratio", "streckung", "verstreckung"),
     "strain": (
-        "strain", "nominal strain", "engineering strain", "dehnung", "nenndehnung", "technische dehnung",
+        "strain", "nominal strain", "engineering strain", "dehnung", "nenndehnung", "technische dehnung", "应变",
     ),
     "stress": (
         "nominal stress", "stress", "engineering stress", "nennspannung", "spannung", "technische spannung",
+        "应力",
     ),
 }  # fmt: skip
-#: German compounds end with the word that counts: Standardkraft, Traversenweg.
-_ENDINGS = {
-    "time": "zeit", "length": "weg", "angle": "winkel", "force": "kraft", "moment": "moment",
-    "strain": "dehnung", "stress": "spannung",
+#: Compounds end with the word that counts: Standardkraft, Traversenweg, 试验力. The longest ending decides.
+_ENDINGS: Mapping[str, tuple[str, ...]] = {
+    "time": ("zeit", "时间"), "length": ("weg", "位移", "行程"), "angle": ("winkel", "角度", "转角"),
+    "force": ("kraft", "力", "载荷", "负荷"), "moment": ("moment", "扭矩", "力矩"),
+    "strain": ("dehnung", "应变"), "stress": ("spannung", "应力"),
+}  # fmt: skip
+#: Words that mean a quantity where nothing better is there.
+_WEAK: Mapping[str, tuple[str, ...]] = {
+    "length": ("position", "traverse", "hub", "einfederung"),
 }  # fmt: skip
 #: Words that change the meaning: a true stress is no nominal one, a set value, a rate, an error, an extreme, a
 #: counter is no measured value.
@@ -55,7 +63,10 @@ _BESIDE = _MEASURED_WORDS | _set(
     "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao adc sig no nr mid low high "
     "probe prüf inner outer sleeve filtered corrected calibrated smoothed"
 )
-_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}|<([^<>]*)>")
+#: Those of full width are in use between Chinese signs.
+_BRACKETS = re.compile(
+    r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}|<([^<>]*)>|（([^（）]*)）|［([^［］]*)］|【([^【】]*)】"
+)
 #: A factor beside a unit: "x10 N", "1000 N".
 _POWER = re.compile(r"[x×*]?10+|1[eE]\d")
 #: Longer texts are no names of columns; what they say is not looked at.
@@ -169,7 +180,7 @@ def _known_word(word: str) -> bool:
         or plain in _ALL_WORDS
         or plain in _FOREIGN
         or plain in _BESIDE
-        or any(len(plain) > len(end) and plain.endswith(end) for end in _ENDINGS.values())
+        or any(len(plain) > len(end) and plain.endswith(end) for end in _ALL_ENDINGS)
     )
 
 
@@ -227,6 +238,25 @@ def word_quality(head: Heading, kind: str) -> int:
     return _quality(head.name, kind)
 
 
+def without(head: Heading, words: Collection[str]) -> Heading:
+    """Return a heading without some of its words, where a case asks for the true stress.
+
+    Parameters
+    ----------
+    head : Heading
+    words : collection of str
+        In lower case.
+    """
+    return replace(head, words=tuple(word for word in head.words if word not in words))
+
+
+def is_unnamed(head: Heading) -> bool:
+    """Whether the words of a name say neither what was measured nor that it was not: ``Channel 3``, ``AI 0``."""
+    if any(word in _FOREIGN for word in head.words) or head.name.startswith(_FOREIGN_BEGINNINGS):
+        return False
+    return not any(_quality(head.name, kind) for kind in _WORDS)
+
+
 def says_measured(head: Heading) -> bool:
     """Whether a name says that the column was measured, beside others that were demanded."""
     return any(word in _MEASURED_WORDS for word in head.words)
@@ -241,13 +271,19 @@ def _quality(name: str, kind: str) -> int:
     if any(len(word) > 1 and word in words for word in known):
         # "extension ratio" holds a word for a length but is a stretch.
         return 0 if any(name in _WORDS[other] for other in _WORDS if other != kind) else 2
+    if any(word in words for word in _WEAK.get(kind, ())):
+        return 1
     if kind not in _ENDINGS or name.startswith(_FOREIGN_BEGINNINGS):
         return 0
-    return 1 if name.endswith(_ENDINGS[kind]) else 0
+    longest = max((end for end in _ALL_ENDINGS if name.endswith(end)), key=len, default="")
+    return 1 if longest in _ENDINGS[kind] else 0
 
 
 _MEASURED = {"stretch": "strain"}
-_ALL_WORDS = frozenset(word for names in _WORDS.values() for name in names for word in name.split())
+_ALL_ENDINGS = tuple(end for ends in _ENDINGS.values() for end in ends)
+_ALL_WORDS = frozenset(
+    word for names in (*_WORDS.values(), *_WEAK.values()) for name in names for word in name.split()
+)
 
 
 def _plain(name: str) -> str:

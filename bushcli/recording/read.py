@@ -1,4 +1,4 @@
-"""CSV -> Recording: read, convert to internal units (N, mm, MPa, s, rad), refuse what makes no sense."""
+"""File of a rig -> Recording: read, convert to internal units (N, mm, MPa, s, rad), refuse what makes no sense."""
 
 from __future__ import annotations
 
@@ -10,14 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
+from bushcli.recording.clock import increasing
 from bushcli.recording.columns import Column, column
 from bushcli.recording.curve import Curve
 from bushcli.recording.noise import noise
+from bushcli.recording.opened import open_table
+from bushcli.recording.samples import Repair, timed, updated
 from bushcli.recording.segment import Branch, segment
 from bushcli.recording.segment import displacement_noise as _displacement_noise
 from bushcli.recording.six import read_motions
 from bushcli.recording.source import Source
-from bushcli.recording.text import TextTable, read_table
+from bushcli.recording.specimen import nominal
+from bushcli.recording.table import Table
 from cases.mode import Mode, modes
 from cases.six import REACTIONS
 
@@ -75,6 +79,10 @@ class Recording(Curve):
         Of displacement and force in the file, see `bushcli.recording.units`; empty where they are not known.
     repeated : tuple of int
         Lines of the file that repeat the row before them, time and all; they were left out.
+    repairs : tuple of Repair
+        What else was repaired, or is to be known.
+    conditioning : int
+        Number of first cycles of the file that only condition the specimen.
     six : RecordedPath, optional
         The path of six motions of which displacement and force are one motion and its reaction.
     """
@@ -84,6 +92,8 @@ class Recording(Curve):
     cycles: tuple[int, ...] = ()
     units: tuple[str, str] = ("", "")
     repeated: tuple[int, ...] = ()
+    repairs: tuple[Repair, ...] = ()
+    conditioning: int = 0
     six: RecordedPath | None = None
 
 
@@ -106,31 +116,29 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
     """
     mode = _mode(source)
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
-    table = read_table(source.file, source.delimiter, source.decimal)
+    table = open_table(source, mode, ("displacement", "force"))
     stamps = column(table, source, mode, "time")
     moved = _moving(table, source, mode, fewest)
     forced = column(table, source, mode, "force")
     assert forced is not None
-    displacement, force = moved.values, forced.values
-    time, repeated = None if stamps is None else stamps.values, np.zeros(len(force), dtype=bool)
-    if stamps is not None and time is not None:
-        rows = np.column_stack([time, displacement, force])
-        repeated[1:] = (rows[1:] == rows[:-1]).all(axis=1)
-        _refuse_standing_clock(table, stamps.index, time, repeated)
-        time, displacement, force = time[~repeated], displacement[~repeated], force[~repeated]
-        if len(force) < fewest:
-            what = f"has only {len(force)} different rows"
-            raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
-    if np.ptp(force) <= _SMALLEST:
-        what = f"{table.label(forced.index)} is {table.rows[0][forced.index]} throughout: was the sensor connected?"
-        raise RecordingError(Problem(str(table.path), what))
+    samples = timed(table, source, stamps, moved.values, forced.values, fewest)
+    samples = updated(table, samples, moved, forced, fewest)
+    if np.ptp(samples.force) <= _SMALLEST:
+        what = f"{table.label(forced.index)} is {table.text(0, forced.index)} throughout: was the sensor connected?"
+        raise RecordingError(Problem(table.where, what))
+    displacement, force = nominal(source, mode, samples.displacement, samples.force)
+    time = samples.time
     if source.largest_stretch is not None:
         kept = displacement <= source.largest_stretch - 1.0
         if np.count_nonzero(kept) < fewest:
             what = f"has {np.count_nonzero(kept)} points up to largest_stretch = {source.largest_stretch:g}"
-            raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
+            raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
         displacement, force = displacement[kept], force[kept]
         time = None if time is None else time[kept]
+    machine = (
+        source.measured("force", mode.specimen, mode.rotational) == "force" and mode.specimen == "coupon"
+    )
+    found = [Repair("columns", text) for one in (stamps, moved, forced) if one for text in one.remarks]
     recording = Recording(
         mode.name,
         displacement,
@@ -138,11 +146,29 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
         time,
         name=source.label,
         source=source.file,
-        units=(moved.unit, forced.unit),
-        repeated=tuple(table.lines[i] for i in np.flatnonzero(repeated)),
+        units=("", "") if machine else (moved.unit, forced.unit),
+        repeated=tuple(table.line(i) for i in samples.repeated),
+        repairs=(*samples.repairs, *found),
+        conditioning=source.conditioning,
         six=None if source.six is None else _path(source, time, len(force)),
     )
-    return recording if whole or source.cycles is None else select_cycles(recording, source.cycles)
+    return recording if whole else _used(recording, source)
+
+
+def _used(recording: Recording, source: Source) -> Recording:
+    """Return the cycles that are compared: those that the case names, without those that condition the specimen."""
+    if not source.conditioning:
+        return recording if source.cycles is None else select_cycles(recording, source.cycles)
+    last = max(branch.cycle for branch in branches(recording))
+    if source.conditioning >= last:
+        what = f"conditioning = {source.conditioning}, but the recording has {last} cycle{'s' if last > 1 else ''}"
+        raise RecordingError(Problem(str(source.file), what, "", "leave at least one cycle to compare"))
+    named = source.cycles or range(source.conditioning + 1, last + 1)
+    left = [cycle for cycle in named if cycle > source.conditioning]
+    if not left:
+        what = f"conditioning = {source.conditioning} leaves none of the cycles that are to be used"
+        raise RecordingError(Problem(str(source.file), what))
+    return select_cycles(recording, left)
 
 
 def _path(source: Source, time: Array | None, count: int) -> RecordedPath:
@@ -180,8 +206,10 @@ def read_program(source: Source) -> tuple[Array | None, Array]:
         As `read_recording` does, but two points are enough and a force is not needed.
     """
     mode = _mode(source)
-    table = read_table(source.file, source.delimiter, source.decimal)
-    return _time(table, source, mode), _moving(table, source, mode, _FEWEST_PROGRAM).values
+    table = open_table(source, mode, ("displacement",))
+    stamps = column(table, source, mode, "time")
+    moved = _moving(table, source, mode, _FEWEST_PROGRAM)
+    return None if stamps is None else increasing(table, stamps), moved.values
 
 
 def branches(recording: Curve) -> tuple[Branch, ...]:
@@ -328,41 +356,14 @@ def _mode(source: Source) -> Mode:
     return mode
 
 
-def _time(table: TextTable, source: Source, mode: Mode) -> Array | None:
-    found = column(table, source, mode, "time")
-    if found is None:
-        return None
-    _refuse_standing_clock(table, found.index, found.values, np.zeros(len(found.values), dtype=bool))
-    return found.values
-
-
-def _refuse_standing_clock(table: TextTable, index: int, time: Array, repeated: NDArray[np.bool_]) -> None:
-    """Refuse a time that does not increase from row to row, but for rows that repeat the one before."""
-    wrong = np.flatnonzero((np.diff(time) <= 0) & ~repeated[1:])
-    if not len(wrong):
-        return
-    row = int(wrong[0]) + 1
-    now, before = table.rows[row][index], table.rows[row - 1][index]
-    what = f"{table.label(index)}: the time does not increase, {now} follows {before}"
-    if len(wrong) > 1:
-        what += f", and so in {len(wrong) - 1} more {'rows' if len(wrong) > 2 else 'row'}"
-    back = (np.diff(time)[wrong] < 0).any()
-    expected = (
-        "each recording in a file of its own, its rows in the order of time"
-        if back
-        else "write the time with more digits; of rows with the same time keep the one that was measured then"
-    )
-    raise RecordingError(Problem(f"{table.path}:{table.lines[row]}", what, "", expected))
-
-
-def _moving(table: TextTable, source: Source, mode: Mode, fewest: int) -> Column:
+def _moving(table: Table, source: Source, mode: Mode, fewest: int) -> Column:
     found = column(table, source, mode, "displacement")
     assert found is not None
     index, displacement = found.index, found.values
     if len(displacement) < fewest:
         what = f"has only {len(displacement)} point{'s' if len(displacement) > 1 else ''}"
-        raise RecordingError(Problem(str(table.path), what, "", f"at least {fewest}"))
+        raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
     if np.ptp(displacement) <= max(1e-12 * np.abs(displacement).max(), _SMALLEST):
-        what = f"{table.label(index)} is {table.rows[0][index]} throughout: nothing moves"
-        raise RecordingError(Problem(str(table.path), what))
+        what = f"{table.label(index)} is {table.text(0, index)} throughout: nothing moves"
+        raise RecordingError(Problem(table.where, what))
     return found

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.columns import column
+from bushcli.recording.opened import open_table
 from bushcli.recording.source import Source
-from bushcli.recording.text import read_table
 from cases.mode import modes
 from cases.six import MOTIONS, REACTIONS
 
@@ -45,7 +45,7 @@ def columns_of(
     RecordingError
         The file cannot be read, or names no motion.
     """
-    table = read_table(source.file, source.delimiter, source.decimal)
+    table = open_table(source, modes()["axial"], ())
     found: dict[str, str | int] = {}
     for number, name in enumerate(table.names, start=1):
         first = re.split(r"[\s_\[\(/]", name.strip().casefold(), maxsplit=1)[0]
@@ -74,7 +74,7 @@ def read_motions(source: Source) -> tuple[Array | None, Array]:
         A column is not there or cannot be read, or the time does not increase.
     """
     assert source.six is not None
-    table = read_table(source.file, source.delimiter, source.decimal)
+    table = open_table(source, modes()["axial"], ())
     poses: Array = np.zeros((0, 6))
     for k, name in enumerate(MOTIONS):
         if name not in source.six.motions:

@@ -35,8 +35,30 @@ class SixColumns:
 
 
 @dataclass(frozen=True)
+class Specimen:
+    """How a coupon was measured, where its file does not hold nominal stress and stretch.
+
+    Attributes
+    ----------
+    gauge_length : float, optional
+        mm; the file holds a travel, which is divided by it.
+    area : float, optional
+        Undeformed cross-section, mm2; the file holds a force, which is divided by it.
+    stress : {"engineering", "true"}
+        True stress is force over deformed area.
+    strain : {"engineering", "true"}
+        True strain is the logarithm of the stretch.
+    """
+
+    gauge_length: float | None = None
+    area: float | None = None
+    stress: Literal["engineering", "true"] = "engineering"
+    strain: Literal["engineering", "true"] = "engineering"
+
+
+@dataclass(frozen=True)
 class Source:
-    r"""A recorded curve in a text file.
+    r"""A recorded curve in a file.
 
     Attributes
     ----------
@@ -61,6 +83,18 @@ class Source:
         Points of a coupon beyond it are left out.
     accept : tuple of float
         Values that look like codes for missing ones, such as -9999, and were measured all the same.
+    group : str or int, optional
+        Sheet or group of the file, by name or by number from 1; found out when None.
+    sample_rate : float, optional
+        Samples per second, Hz, of a file without a time.
+    rate : float, optional
+        Speed of the test without a time: mm/s, rad/s, or 1/s of a coupon.
+    conditioning : int
+        Number of first cycles that condition the specimen; they are simulated and not compared.
+    specimen : Specimen
+        Of a coupon.
+    standard : str, optional
+        Name of the standard that the test claims to follow, see `bushcli.standards`.
     six : SixColumns, optional
         The path of six motions that it is a part of.
     """
@@ -76,6 +110,12 @@ class Source:
     largest_stretch: float | None = None
     reverse: tuple[Quantity, ...] = ()
     accept: tuple[float, ...] = ()
+    group: str | int | None = None
+    sample_rate: float | None = None
+    rate: float | None = None
+    conditioning: int = 0
+    specimen: Specimen = Specimen()
+    standard: str | None = None
     six: SixColumns | None = None
 
     def __post_init__(self) -> None:
@@ -84,6 +124,22 @@ class Source:
     def contents(self) -> bytes:
         """Return what the file holds now (`bushcli.runtime.canonical`)."""
         return self.file.read_bytes()
+
+    def measured(self, quantity: Quantity, specimen: str, rotational: bool) -> str:
+        """Return the key of `UNITS` that applies to a column of the file.
+
+        Parameters
+        ----------
+        quantity : Quantity
+        specimen : str
+            "bushing" or "coupon".
+        rotational : bool
+        """
+        if specimen == "coupon" and quantity == "displacement" and self.specimen.gauge_length is not None:
+            return "length"
+        if specimen == "coupon" and quantity == "force" and self.specimen.area is not None:
+            return "force"
+        return dimension(quantity, specimen, rotational)
 
     @property
     def label(self) -> str:

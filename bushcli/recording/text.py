@@ -9,12 +9,9 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.decode import decoded
@@ -22,21 +19,15 @@ from bushcli.recording.fields import (
     ambiguous_thousands,
     begins_with_missing,
     is_number,
-    says_missing,
-    sentinel,
-    to_float,
 )
 from bushcli.recording.header import is_units_row, named_columns
+from bushcli.recording.table import SHOWN, TextTable
 
-#: A slip or a code for an error; far below the largest float, so that products of measured values stay
-#: finite.
-_LARGEST = 1e100
 _COMMENTS = ("#", "%", "//")
 #: Bounds on the work: a line of a thousand columns has some ten thousand characters.
 LONGEST_LINE, MOST_COLUMNS = 20_000, 1_000
 #: Lines, spread over the file, by which delimiter and decimal sign are found out.
 _SAMPLE = 4_000
-_SHOWN = 40
 
 
 @dataclass(frozen=True)
@@ -46,86 +37,6 @@ class Line:
     number: int
     text: str
     comment: bool
-
-
-@dataclass(frozen=True)
-class TextTable:
-    """The rows of a text file, as texts.
-
-    Attributes
-    ----------
-    path : Path
-    names, units : tuple of str
-        Header by column, empty texts where there is none.
-    rows : list of list of str
-        Fields without surrounding spaces; every row has at least ``len(names)`` fields.
-    lines : list of int
-        Line number of each row, from 1.
-    decimal : str
-    header_line : int
-        Line number of the units, or of the names where they have no row of their own; 0 without a header.
-    """
-
-    path: Path
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    rows: list[list[str]]
-    lines: list[int]
-    decimal: str
-    header_line: int = 0
-
-    def label(self, column: int) -> str:
-        """Return how a message names a column (from 0): ``column 2 (force_N)``."""
-        name = self.names[column]
-        return f"column {column + 1} ({name[:_SHOWN]})" if name else f"column {column + 1}"
-
-    def numbers(self, column: int, accepted: Collection[float] = ()) -> NDArray[np.float64]:
-        """Return a column (from 0) as numbers, (n,).
-
-        Parameters
-        ----------
-        column : int
-        accepted : collection of float
-            Numbers that the user says were measured, in the unit of the file.
-
-        Raises
-        ------
-        RecordingError
-            At the first field that is empty, not a number, not finite, or looks like a code for a missing value,
-            with line and column.
-        """
-        fields = [row[column] if column < len(row) else "" for row in self.rows]
-        values = np.empty(len(fields))
-        for i, field in enumerate(fields):
-            if not is_number(field, self.decimal):
-                what = f'"{field[:_SHOWN]}" is not a number' if field else "is empty"
-                raise self._refused(i, column, what)
-            if says_missing(field):
-                raise self._refused(i, column, f"{field} is a missing value")
-            values[i] = to_float(field, self.decimal)
-            if not np.isfinite(values[i]):
-                raise self._refused(i, column, f"{field[:_SHOWN]} is not a finite number")
-            if abs(values[i]) > _LARGEST:
-                raise self._refused(i, column, f"{field[:_SHOWN]} is no measurement")
-        code = sentinel(fields, values, accepted)
-        if code is not None:
-            where = f"{self.path}:{self.lines[code]}"
-            what = f"{self.label(column)}: {fields[code]} looks like a code for a missing value"
-            expected = (
-                "if it is one, delete the row or put # in front of it; if it was measured, "
-                f"accept = [{values[code]:g}] in the table of the case file"
-            )
-            raise RecordingError(Problem(where, what, "", expected))
-        return values
-
-    def _refused(self, row: int, column: int, what: str) -> RecordingError:
-        sign = "comma" if self.decimal == "," else "point"
-        expected = f"numbers with a decimal {sign} and without thousands separators"
-        if "missing value" in what:
-            expected = "delete the row, or put # and a blank in front of it"
-        return RecordingError(
-            Problem(f"{self.path}:{self.lines[row]}", f"{self.label(column)}: {what}", "", expected)
-        )
 
 
 def read_table(path: Path, delimiter: str | None = None, decimal: str | None = None) -> TextTable:
@@ -149,6 +60,65 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     given = decimal
     delimiter, decimal = _dialect(path, body, delimiter, decimal)
     split = [_split(line.text, delimiter) for line in body]
+    start, width = _rows(path, body, split, decimal)
+    names, units, place = _header(path, lines, body[start].number, width, delimiter, decimal)
+    numbers = [line.number for line in body[start:]]
+    if given is None and (decimal == "," or delimiter in ";\t"):
+        _refuse_thousands(path, split[start:], numbers, decimal)
+    return TextTable(
+        path=path,
+        names=names,
+        units=units,
+        header_line=place,
+        rows=split[start:],
+        lines=numbers,
+        decimal=decimal,
+    )
+
+
+def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[str]]]) -> TextTable:
+    """Return the table of a sheet whose fields are known already.
+
+    Parameters
+    ----------
+    path : Path
+    part : str
+        Name of the sheet.
+    cells : sequence of (int, sequence of str)
+        Number of each row that is not empty, from 1, and its fields; numbers with a decimal point.
+
+    Raises
+    ------
+    RecordingError
+        When there is no table of numbers, or a row does not fit.
+    """
+    body, lines, split = [], [], []
+    for number, fields in cells:
+        line = Line(number, "\t".join(fields), bool(fields) and fields[0].startswith(_COMMENTS))
+        if not line.comment or begins_with_missing(line.text):
+            body.append(line)
+            split.append(list(fields))
+        lines.append(line)
+    decimal = max((".", ","), key=lambda sign: sum(_is_row(fields, sign) for fields in split))
+    if not any(_is_row(fields, decimal) for fields in split):
+        what = "has no table with two columns of numbers"
+        raise RecordingError(Problem(f"{path} ({part})" if part else str(path), what))
+    start, width = _rows(path, body, split, decimal)
+    names, units, place = _header(path, lines, body[start].number, width, "\t", decimal)
+    return TextTable(
+        path=path,
+        names=names,
+        units=units,
+        part=part,
+        header_line=place,
+        rows=split[start:],
+        lines=[line.number for line in body[start:]],
+        decimal=decimal,
+    )
+
+
+def _rows(path: Path, body: Sequence[Line], split: Sequence[list[str]], decimal: str) -> tuple[int, int]:
+    """Return the index of the first row and the number of columns; refuse a line below it that does not fit."""
     start, raw, filled = _start(path, split, decimal)
     for line, fields in zip(body[start:], split[start:], strict=True):
         if len(fields) != raw and len(_trimmed(fields)) != filled:
@@ -162,11 +132,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
         raise RecordingError(
             Problem(str(path), what, "", f"at most {MOST_COLUMNS}: leave out those not needed")
         )
-    names, units, place = _header(path, lines, body[start].number, width, delimiter, decimal)
-    numbers = [line.number for line in body[start:]]
-    if given is None and (decimal == "," or delimiter in ";\t"):
-        _refuse_thousands(path, split[start:], numbers, decimal)
-    return TextTable(path, names, units, split[start:], numbers, decimal, place)
+    return start, width
 
 
 def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decimal: str) -> None:
@@ -251,7 +217,7 @@ def _dialect(path: Path, body: Sequence[Line], delimiter: str | None, decimal: s
     return best
 
 
-def _start(path: Path, split: list[list[str]], decimal: str) -> tuple[int, int, int]:
+def _start(path: Path, split: Sequence[list[str]], decimal: str) -> tuple[int, int, int]:
     """Return the index of the first row, and the usual number of fields, with and without empty last ones."""
     like = [_is_row(fields, decimal) for fields in split]
     raw = Counter(len(f) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
@@ -316,6 +282,6 @@ def _no_data(path: Path, lines: Sequence[Line]) -> None:
     """Refuse lines between the header and the first row: they would be dropped silently."""
     for line in lines:
         if re.search(r"\w|[%°\"']", line.text):
-            what = f'"{line.text.strip()[:_SHOWN]}" is neither a header nor a row of numbers'
+            what = f'"{line.text.strip()[:SHOWN]}" is neither a header nor a row of numbers'
             expected = "names, units or numbers in all columns; put # in front of a remark"
             raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))

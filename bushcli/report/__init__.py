@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         write_meshes,
         write_refused,
     )
+    from bushcli.report.protocol import protocol_json, protocol_parts
     from bushcli.report.ranking import rank
     from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
     from bushcli.report.verdict import judge
@@ -45,6 +46,8 @@ __all__ = [
     "judge",
     "mesh_json",
     "mesh_text",
+    "protocol_json",
+    "protocol_parts",
     "rank",
     "write_beginning",
     "write_check",
@@ -74,6 +77,7 @@ _MODULES = {
         "write_meshes",
         "write_refused",
     ),
+    "protocol": ("protocol_json", "protocol_parts"),
     "ranking": ("rank",),
     "text": ("case_text", "direct_text", "fit_text", "mesh_text"),
     "verdict": ("judge",),

@@ -284,22 +284,37 @@ def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:
         "initial_stiffness_measured": shown.stiffness(found.measured.initial),
         "initial_stiffness_simulated": shown.stiffness(found.predicted.initial),
         "within_10_percent": found.within_10_percent,
+        "within_tolerance": found.within,
+        "tolerance_percent": found.tolerance.percent,
         "compared": found.compared,
         "force_range": found.force_range,
     }
+
+
+def _all_within_10_percent(verdict: Verdict, misfits: Mapping[str, Misfit]) -> bool | None:
+    """Return whether every recorded channel is within 10 %; None where there is nothing to compare."""
+    found = [misfits[one.name].within_10_percent for one in verdict.channels if one.name in misfits]
+    # All compared ones within the tolerance and yet no good verdict: a recorded channel could not be compared.
+    lost = not verdict.within and all(one.within for one in misfits.values())
+    return None if verdict.within is None else bool(found) and all(found) and not lost
 
 
 def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     document: dict[str, Any] = {
         "headline": verdict.headline,
         "text": verdict.text,
-        "within_10_percent": verdict.within_10_percent,
+        "within_10_percent": _all_within_10_percent(verdict, misfits),
+        "within_tolerance": verdict.within,
         "channels": {},
         "single_factor": None,
     }
     for channel in verdict.channels:
         found = misfits.get(channel.name)
-        entry: dict[str, Any] = {"text": channel.text, "within_10_percent": channel.within_10_percent}
+        entry: dict[str, Any] = {
+            "text": channel.text,
+            "within_10_percent": found.within_10_percent if found else None,
+            "within_tolerance": channel.within,
+        }
         if found is not None:
             shown = quantities(channel.mode)
             entry |= {

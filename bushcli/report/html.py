@@ -108,7 +108,7 @@ def direct_html(
         response.material,
         verdict.headline,
         verdict.lines,
-        {True: "good", False: "bad", None: "plain"}[verdict.within_10_percent],
+        {True: "good", False: "bad", None: "plain"}[verdict.within],
         sections,
     )
 

@@ -127,7 +127,7 @@ def _sleeve(values: Mapping[str, float | str]) -> str:
 
 
 def channel_table(response: Response, misfits: Mapping[str, Misfit]) -> Table:
-    """Return simulated and measured stiffness, misfit and "within 10 %" of each channel.
+    """Return simulated and measured stiffness, misfit and "within the tolerance" of each channel.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def _simulated(response: Response) -> Table:
 def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
     heads = (
         *("channel", "stiffness", "simulated", "measured", "sim/meas"),
-        *("rms", "peak", "noise", "within 10 %"),
+        *("rms", "peak", "noise", f"within {response.case.tolerance.text}"),
     )
     rows = []
     for channel in response.channels:
@@ -181,7 +181,7 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
                     percent(found.rms_percent),
                     percent(found.peak_percent),
                     percent(found.noise_percent),
-                    "yes" if found.within_10_percent else "no",
+                    "yes" if found.within else "no",
                 ),
             ),
             ("initial", found.predicted.initial, found.measured.initial, ("", "", "", "")),

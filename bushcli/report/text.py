@@ -94,7 +94,7 @@ def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
         parts.append(Text(f"estimated error of the mesh, of the force range: {errors}", "dim"))
     parts += history_parts(response_histories(response, misfits))
     verdict = judge(response, misfits)
-    style = {True: "bold green", False: "bold red", None: "bold"}[verdict.within_10_percent]
+    style = {True: "bold green", False: "bold red", None: "bold"}[verdict.within]
     parts += [Text(), Text(f"{verdict.headline}.", style)]
     parts += [Padding(Text(line), (0, 0, 0, 2)) for line in verdict.lines]
     parts += problem_parts(problems_of(response, misfits, fit))

@@ -1,4 +1,4 @@
-"""The answer in the engineer's words: how stiff, how far off, within the accepted 10 % or not.
+"""The answer in the engineer's words: how stiff, how far off, within the accepted tolerance or not.
 
 Where all channels are off by about the same factor, another batch of rubber is the first suspect: the literature's
 bushings were 645 N/mm by coupon data against 363 N/mm measured. The factor here is measured, not assumed: the least
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bushcli.report.quantity import Quantities, listed, number, percent, quantities
-from bushcli.simulate.misfit import BAND, Misfit
+from bushcli.simulate.misfit import Misfit
 
 if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
@@ -35,14 +35,14 @@ class ChannelVerdict:
     name, mode : str
     text : str
         One sentence.
-    within_10_percent : bool or None
+    within : bool or None
         None where there is nothing to compare with.
     """
 
     name: str
     mode: str
     text: str
-    within_10_percent: bool | None
+    within: bool | None
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Verdict:
         Half a line.
     text : str
         The whole verdict.
-    within_10_percent : bool or None
+    within : bool or None
         Of all recorded channels; None without any.
     channels : tuple of ChannelVerdict
     single_factor : SingleFactor or None
@@ -87,7 +87,7 @@ class Verdict:
 
     headline: str
     text: str
-    within_10_percent: bool | None
+    within: bool | None
     channels: tuple[ChannelVerdict, ...]
     single_factor: SingleFactor | None
     lines: tuple[str, ...]
@@ -104,13 +104,11 @@ def judge(response: Response, misfits: Mapping[str, Misfit]) -> Verdict:
         Channel name -> misfit, for those that could be compared.
     """
     channels = tuple(_channel(channel, misfits.get(channel.name)) for channel in response.channels)
-    compared = [channel for channel in channels if channel.within_10_percent is not None]
+    compared = [channel for channel in channels if channel.within is not None]
     recorded = [channel for channel in response.channels if channel.recording is not None]
-    within = (
-        len(compared) == len(recorded) and all(c.within_10_percent for c in compared) if recorded else None
-    )
+    within = len(compared) == len(recorded) and all(c.within for c in compared) if recorded else None
     factor = single_factor(list(misfits.values()))
-    headline = _headline(response, misfits, within, [c.name for c in compared if not c.within_10_percent])
+    headline = _headline(response, misfits, within, [c.name for c in compared if not c.within])
     lines = [channel.text for channel in channels]
     # Within the band there is no gap that would ask for an explanation.
     if factor is not None and not within:
@@ -155,16 +153,20 @@ def _headline(
             if stopped
             else "Simulated; no recording to compare with"
         )
+    accepted = f"the accepted {response.case.tolerance.text}"
     if within:
-        return "Within the accepted 10 % of the recording" + ("s" if len(misfits) > 1 else "")
+        return f"Within {accepted} of the recording" + ("s" if len(misfits) > 1 else "")
     if not outside:
         return "Not comparable with the recordings: the simulation ended too early"
     ratios = [misfits[name].stiffness_ratio for name in outside]
-    if all(ratio > 1 + BAND for ratio in ratios):
-        return f"Too stiff: {listed(outside)} outside the accepted 10 %"
-    if all(ratio < 1 - BAND for ratio in ratios):
-        return f"Too soft: {listed(outside)} outside the accepted 10 %"
-    return f"{listed(outside)} outside the accepted 10 %".capitalize()
+    band = response.case.tolerance.band
+    if all(ratio > 1 + band for ratio in ratios):
+        return f"Too stiff: {listed(outside)} outside {accepted}"
+    if all(ratio < 1 - band for ratio in ratios):
+        return f"Too soft: {listed(outside)} outside {accepted}"
+    # Not `capitalize`: it writes the class of the tolerance in lower case.
+    text = f"{listed(outside)} outside {accepted}"
+    return text[:1].upper() + text[1:]
 
 
 def _channel(channel: Simulated, found: Misfit | None) -> ChannelVerdict:
@@ -180,7 +182,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> ChannelVerdict:
     )
     if found.compared < 1.0:
         text += f" (compared on {percent(100 * found.compared)} of the recording, where the simulation ended)"
-    return ChannelVerdict(channel.name, channel.mode, f"{text}.", found.within_10_percent)
+    return ChannelVerdict(channel.name, channel.mode, f"{text}.", found.within)
 
 
 def _alone(channel: Simulated, shown: Quantities) -> str:
@@ -203,18 +205,19 @@ def stiffer(ratio: float) -> str:
 
 
 def _band(found: Misfit) -> str:
-    if found.within_10_percent:
+    accepted = f"the accepted {found.tolerance.text}"
+    if found.within:
         rms, noise = percent(found.rms_percent), percent(found.noise_percent)
-        return f"within the accepted 10 % (curve {rms} rms, noise {noise})"
-    stiffness_off = not abs(found.stiffness_ratio - 1.0) <= BAND
+        return f"within {accepted} (curve {rms} rms, noise {noise})"
+    stiffness_off = not abs(found.stiffness_ratio - 1.0) <= found.tolerance.band
     if stiffness_off:
-        return "outside the accepted 10 %"
-    if found.peak_percent > 100 * BAND:
+        return f"outside {accepted}"
+    if found.peak_percent > found.tolerance.percent:
         return (
-            f"the secant stiffness is within the accepted 10 %, the curve is not: it departs by up to "
+            f"the secant stiffness is within {accepted}, the curve is not: it departs by up to "
             f"{percent(found.peak_percent)} of the force range"
         )
-    return "within the accepted 10 % as far as the simulation went"
+    return f"within {accepted} as far as the simulation went"
 
 
 def _factor_text(found: SingleFactor) -> str:

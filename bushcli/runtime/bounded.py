@@ -10,6 +10,31 @@ class TooLarge(ValueError):
     """A file is larger than it may be, or may never end."""
 
 
+def read_beginning(path: Path, count: int, most: int) -> bytes:
+    """Return the first bytes of a regular file.
+
+    Parameters
+    ----------
+    path : Path
+    count : int
+        Bytes to return, fewer where the file has fewer.
+    most : int
+        Bytes that the file may have.
+
+    Raises
+    ------
+    TooLarge
+        The file is larger, or is a device or a pipe.
+    OSError
+        It cannot be read.
+    """
+    _refuse_endless(path)
+    if path.stat().st_size > most:
+        raise TooLarge(f"has more than {most / 1e6:g} MB")
+    with path.open("rb") as file:
+        return file.read(count)
+
+
 def read_bounded(path: Path, most: int) -> bytes:
     """Return the contents of a regular file.
 
@@ -26,11 +51,16 @@ def read_bounded(path: Path, most: int) -> bytes:
     OSError
         It cannot be read.
     """
-    kind = path.stat().st_mode
-    if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):  # a directory is refused by `open`
-        raise TooLarge("is a device or a pipe, not a file")
+    _refuse_endless(path)
     with path.open("rb") as file:
         content = file.read(most + 1)
     if len(content) > most:
         raise TooLarge(f"has more than {most / 1e6:g} MB")
     return content
+
+
+def _refuse_endless(path: Path) -> None:
+    """Refuse what is neither a regular file nor a directory, which `open` refuses."""
+    kind = path.stat().st_mode
+    if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):
+        raise TooLarge("is a device or a pipe, not a file")

@@ -2,7 +2,7 @@
 
 Both are compared at the recorded displacements that the simulation reached, and the difference is referred
 to the recorded force range there, so that curves of different bushings can be compared. The literature
-accepts a simulated stiffness within 10 %.
+accepts a simulated stiffness within 10 %; a case may ask for another tolerance (`bushcli.case.tolerance`).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.case.tolerance import DEFAULT, Tolerance
 from bushcli.recording import Recording, force_noise
 from bushcli.recording.curve import Curve
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-BAND = 0.10
 # A misfit over fewer samples has no meaning.
 FEWEST = 5
 
@@ -55,6 +55,8 @@ class Misfit:
         Of the recorded and the simulated curve, over the same displacements.
     compared : float
         Share of the recorded samples that the simulation reached.
+    tolerance : Tolerance
+        Band within which the simulation is accepted.
     """
 
     channel: str
@@ -68,6 +70,7 @@ class Misfit:
     measured: Stiffness
     predicted: Stiffness
     compared: float
+    tolerance: Tolerance = DEFAULT
 
     @property
     def stiffness_ratio(self) -> float:
@@ -75,17 +78,32 @@ class Misfit:
         return self.predicted.secant / self.measured.secant
 
     @property
+    def within(self) -> bool:
+        """Whether secant stiffness and curve are within the tolerance, and all of the recording was reached."""
+        return self.within_band(self.tolerance)
+
+    @property
     def within_10_percent(self) -> bool:
-        """Secant stiffness within 10 %, the curve within 10 % of the force range, and all of the recording reached."""
+        """As `within`, for 10 % whatever the tolerance."""
+        return self.within_band(DEFAULT)
+
+    def within_band(self, tolerance: Tolerance) -> bool:
+        """Whether the secant stiffness is within a tolerance, and the curve within as much of the force range."""
         return bool(
-            abs(self.stiffness_ratio - 1.0) <= BAND
-            and self.peak_percent <= 100 * BAND
+            abs(self.stiffness_ratio - 1.0) <= tolerance.band
+            and self.peak_percent <= tolerance.percent
             and self.compared == 1.0
         )
 
 
-def misfit(channel: Simulated) -> Misfit:
+def misfit(channel: Simulated, tolerance: Tolerance = DEFAULT) -> Misfit:
     """Return the misfit between a simulated channel and its recording.
+
+    Parameters
+    ----------
+    channel : Simulated
+    tolerance : Tolerance
+        Band within which it is accepted.
 
     Raises
     ------
@@ -101,6 +119,7 @@ def misfit(channel: Simulated) -> Misfit:
             Curve(recording.mode, recording.displacement, recording.force, recording.time),
             channel.curve.force,
             1.0,
+            tolerance,
         )
     backbone = channel.curve.backbone()
     slack = 0.01 * float(np.ptp(recording.displacement))
@@ -114,10 +133,12 @@ def misfit(channel: Simulated) -> Misfit:
     simulated = backbone.at(
         followed.displacement, tolerance=slack / float(np.ptp(backbone.displacement)) * 1.001
     )
-    return _compared(channel, followed, simulated, float(np.mean(reached)))
+    return _compared(channel, followed, simulated, float(np.mean(reached)), tolerance)
 
 
-def _compared(channel: Simulated, reached: Curve, simulated: Array, compared: float) -> Misfit:
+def _compared(
+    channel: Simulated, reached: Curve, simulated: Array, compared: float, tolerance: Tolerance
+) -> Misfit:
     assert channel.recording is not None
     difference = simulated - reached.force
     force_range = float(np.ptp(reached.force))
@@ -133,13 +154,14 @@ def _compared(channel: Simulated, reached: Curve, simulated: Array, compared: fl
         measured=stiffness(reached),
         predicted=stiffness(Curve(reached.mode, reached.displacement, simulated, reached.time)),
         compared=compared,
+        tolerance=tolerance,
     )
 
 
 def misfits(response: Response) -> dict[str, Misfit]:
     """Return the misfit of every channel with a recording of which enough samples were simulated, by channel name."""
     return {
-        channel.name: misfit(channel)
+        channel.name: misfit(channel, response.case.tolerance)
         for channel in response.channels
         if channel.recording is not None and np.count_nonzero(_reached(channel)) >= FEWEST
     }

@@ -1,4 +1,4 @@
-"""A simulated curve, alone or against its recording, with the 10 % band and the difference below."""
+"""A simulated curve, alone or against its recording, with the accepted band and the difference below."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bushcli.recording.curve import Curve
 from bushcli.report.figures.picture import BLACK, BLUE, GREY, LIGHT, RED, legend, literal, new_figure, style
 from bushcli.report.quantity import Quantities, number, percent, quantities
 from bushcli.report.verdict import stiffer
-from bushcli.simulate.misfit import BAND, Misfit
+from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Simulated
 
 Array = NDArray[np.float64]
@@ -36,15 +36,15 @@ def curve_title(channel: Simulated, found: Misfit | None) -> str:
     if found is None:
         secant = shown.stiffness(channel.curve.secant_stiffness())
         return f"{name}: {number(secant)} {shown.stiffness_unit} simulated (secant)"
-    if found.within_10_percent:
-        return f"{name}: within 10 % of the recording ({percent(found.rms_percent)} rms)"
-    if abs(found.stiffness_ratio - 1.0) <= BAND:
-        return f"{name}: stiffness within 10 %, curve off by up to {percent(found.peak_percent)}"
+    if found.within:
+        return f"{name}: within {found.tolerance.text} of the recording ({percent(found.rms_percent)} rms)"
+    if abs(found.stiffness_ratio - 1.0) <= found.tolerance.band:
+        return f"{name}: stiffness within {found.tolerance.text}, curve off by up to {percent(found.peak_percent)}"
     return f"{name}: simulation {stiffer(found.stiffness_ratio)}"
 
 
 def curve_figure(channel: Simulated, found: Misfit | None) -> Figure:
-    """Draw a channel, with its recording, the 10 % band and the difference where there is a misfit.
+    """Draw a channel, with its recording, the accepted band and the difference where there is a misfit.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def _compared(channel: Simulated, recording: Recording, found: Misfit) -> Figure
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.15))
     shown = quantities(channel.mode)
     _zero_lines(above, shown)
-    _band(above, recording, found.force_range, shown)
+    _band(above, recording, found, shown)
     _recorded(above, recording, shown)
     _simulated(above, channel, shown)
     _stop(above, channel, shown)
@@ -103,14 +103,14 @@ def _compared(channel: Simulated, recording: Recording, found: Misfit) -> Figure
 
 
 def _residual(axes: Axes, channel: Simulated, found: Misfit, shown: Quantities) -> None:
-    """Draw simulated minus recorded force in percent of the force range, with the 10 % band."""
+    """Draw simulated minus recorded force in percent of the force range, with the accepted band."""
     percent_off = 100 * found.difference / found.force_range
-    axes.axhspan(-100 * BAND, 100 * BAND, color=LIGHT, lw=0)
+    axes.axhspan(-found.tolerance.percent, found.tolerance.percent, color=LIGHT, lw=0)
     axes.axhline(0, color=GREY, lw=0.8)
     q = shown.shown(found.displacement)
     few = len(q) <= _SEPARATE
     axes.plot(q, percent_off, color=RED, lw=1.1, marker="o" if few else "", ms=2.5)
-    reach = 1.15 * max(100 * BAND, float(np.abs(percent_off).max()))
+    reach = 1.15 * max(found.tolerance.percent, float(np.abs(percent_off).max()))
     axes.set(
         xlabel=shown.displacement_label,
         ylabel="simulated -\nrecorded [%]",
@@ -130,8 +130,9 @@ def _zero_lines(axes: Axes, shown: Quantities) -> None:
     axes.axvline(shown.rest, color=GREY, lw=0.8, zorder=1)
 
 
-def _band(axes: Axes, recording: Recording, force_range: float, shown: Quantities) -> None:
-    """Draw the recording, branch by branch, widened by 10 % of its force range."""
+def _band(axes: Axes, recording: Recording, found: Misfit, shown: Quantities) -> None:
+    """Draw the recording, branch by branch, widened by the tolerance, a share of its force range."""
+    width = found.tolerance.band * found.force_range
     for i, branch in enumerate(branches(recording)):
         # The sample before belongs to both branches: without it the band has gaps at the turning points.
         part = slice(max(branch.start - 1, 0), branch.stop)
@@ -141,12 +142,12 @@ def _band(axes: Axes, recording: Recording, force_range: float, shown: Quantitie
         order = np.argsort(q, kind="stable")
         axes.fill_between(
             shown.shown(q[order]),
-            force[order] - BAND * force_range,
-            force[order] + BAND * force_range,
+            force[order] - width,
+            force[order] + width,
             color=LIGHT,
             lw=0,
             zorder=0.5,
-            label=f"± 10 % of the recorded {shown.force} range" if i == 0 else None,
+            label=f"± {found.tolerance.percent:g} % of the recorded {shown.force} range" if i == 0 else None,
         )
 
 

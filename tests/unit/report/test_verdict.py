@@ -15,7 +15,7 @@ def judged(found):
 def test_too_stiff_says_how_much_and_what_factor_would_help(answer, channel):
     # The literature's situation: 645 N/mm by coupon data, 363 N/mm measured; 645 / 363 = 1.777, 363 / 645 = 0.563.
     verdict = judged(answer(channel("radial", 645.0, 363.0)))
-    assert verdict.within_10_percent is False
+    assert verdict.within is False
     assert verdict.channels[0].text == (
         "radial: simulated 645 N/mm, measured 363 N/mm: 78 % too stiff; outside the accepted 10 %."
     )
@@ -32,7 +32,7 @@ def test_too_soft(answer, channel):
 
 def test_within_the_band_there_is_no_gap_to_explain(answer, channel):
     verdict = judged(answer(channel("axial", 104.0, 100.0)))
-    assert verdict.within_10_percent is True
+    assert verdict.within is True
     assert "4 % too stiff; within the accepted 10 %" in verdict.text
     assert "factor" not in verdict.text
 
@@ -45,8 +45,8 @@ def test_rotations_are_judged_in_degrees(answer, channel):
 
 def test_one_channel_outside_makes_the_whole_negative(answer, channel):
     verdict = judged(answer(channel("axial", 100.0, 100.0), channel("radial", 200.0, 100.0)))
-    assert verdict.within_10_percent is False
-    assert [c.within_10_percent for c in verdict.channels] == [True, False]
+    assert verdict.within is False
+    assert [c.within for c in verdict.channels] == [True, False]
     assert verdict.headline == "Too stiff: radial outside the accepted 10 %"
     assert "No single factor" in verdict.text
 
@@ -77,7 +77,7 @@ def test_a_curve_of_another_shape_is_outside_though_its_secant_agrees(answer, ch
     # Secant stiffness 100 N/mm, but 3/8 of the force range off at most: (q/4)^3 - q/4 is largest at q = 4/sqrt(3).
     bent = Curve("axial", q, 400.0 * (q / 4.0) ** 3)
     verdict = judged(answer(channel("axial", measured=100.0, curve=bent)))
-    assert verdict.within_10_percent is False
+    assert verdict.within is False
     assert "secant stiffness is within the accepted 10 %, the curve is not" in verdict.text
     assert "19 %" in verdict.text  # 2 / (3 sqrt(3)) * 400 N over 800 N
     assert "does not explain the gap" in verdict.text
@@ -85,7 +85,7 @@ def test_a_curve_of_another_shape_is_outside_though_its_secant_agrees(answer, ch
 
 def test_without_a_recording_there_is_no_judgement(answer, channel):
     verdict = judged(answer(channel("axial", 100.0)))
-    assert verdict.within_10_percent is None
+    assert verdict.within is None
     assert verdict.single_factor is None
     assert verdict.text == (
         "Simulated; no recording to compare with. axial: simulated 100 N/mm (secant) from -4.00 to 4.00 mm."
@@ -94,14 +94,14 @@ def test_without_a_recording_there_is_no_judgement(answer, channel):
 
 def test_a_march_that_stopped_is_not_within_the_band(answer, channel):
     verdict = judged(answer(channel("axial", 100.0, 100.0, reach=2.0, stopped="DIVERGED_MAX_IT")))
-    assert verdict.within_10_percent is False
+    assert verdict.within is False
     assert "51 % of the recording" in verdict.text  # 21 of 41 samples lie within 2 mm
 
 
 def test_a_march_that_failed_at_once_is_no_misfit(answer, channel):
     at_rest = Curve("axial", [0.0, 1e-9], [0.0, 0.0])
     verdict = judged(answer(channel("axial", measured=100.0, curve=at_rest, stopped="DIVERGED_MAX_IT")))
-    assert verdict.within_10_percent is False
+    assert verdict.within is False
     assert "ended too early" in verdict.headline
 
 

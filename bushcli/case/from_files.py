@@ -1,0 +1,224 @@
+"""The text of a case file to start from, given the files of a test rig: ``bushcli init --from FILES``.
+
+Each file is read in every way that it can be meant: as a recording of a translation or a rotation of a bushing, or as a
+test of its rubber. Its name says which mode; where it does not, the first one that the columns permit is written with a
+remark. Where several columns or groups could be meant, the first is written, and the others beside it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import repeat
+from pathlib import Path
+
+from bushcli.errors import CaseError, InputError, Problem, RecordingError
+from bushcli.recording import Recording, read_recording
+from bushcli.recording.guess import mode_of_name
+from bushcli.recording.isolated import tables
+from bushcli.recording.match import Wanted, by_unit, candidates, has_columns
+from bushcli.recording.opened import format_of
+from bushcli.recording.reader import numbered, readers
+from bushcli.recording.source import Quantity, Source, Specimen
+from bushcli.recording.table import Table
+from bushcli.recording.text import read_table
+from cases.mode import modes
+
+#: Modes in the order in which they are tried; the first of each kind stands for those that read the same columns.
+_KINDS = (("axial", "radial"), ("torsional", "conical"), ("uniaxial", "equibiaxial", "planar"))
+_QUANTITIES: tuple[Quantity, ...] = ("time", "displacement", "force")
+#: Units that are proposed where a file of Zwick does not say them.
+_USUAL = {"length": "mm", "angle": "deg", "force": "N", "moment": "Nmm", "strain": "percent", "stress": "MPa"}
+#: A specimen whose dimensions nobody has said: those of a small dumb-bell.
+_GAUGE_LENGTH, _AREA = 20.0, 8.0
+MOST_FILES = 100
+
+_HEAD = """\
+# Written by bushcli from the files of a test rig. Lines with <-- are to be looked at: they were not in the files.
+title = {title}
+# tolerance = 15.0          # percent; 10 is the default
+
+[geometry]                  # <-- put in the dimensions of your bushing, mm
+shape = "plain"             # bushcli list shapes names the others; a STEP file: bushcli mesh PART
+inner_radius = {inner:.3g}
+outer_radius = {outer:.3g}
+length = {length:.3g}
+
+[material]
+law = "yeoh"                # identified from {origin}; bushcli list laws names the others
+bulk_modulus = 2000.0       # MPa; inf = incompressible
+"""
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A file as the case names it: its source, what was read with it, and remarks on what was guessed."""
+
+    source: Source
+    recording: Recording
+    remarks: tuple[str, ...]
+
+
+def case_from_files(files: Sequence[Path], folder: Path) -> str:
+    """Return the text of a case file.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        Of a test rig.
+    folder : Path
+        Of the case file to be, to which names are relative.
+
+    Raises
+    ------
+    InputError
+        With what is wrong with each file that cannot be used.
+    """
+    if len(files) > MOST_FILES:
+        raise InputError(Problem("--from", f"{len(files)} files", "", f"at most {MOST_FILES}"))
+    entries: list[_Entry] = []
+    problems: list[Problem] = []
+    for file in dict.fromkeys(files):
+        try:
+            entries.append(_entry(file))
+        except RecordingError as error:
+            problems += error.problems
+    if problems:
+        raise CaseError(*problems)
+    bushing = [entry for entry in entries if modes()[entry.source.mode].specimen == "bushing"]
+    coupons = [entry for entry in entries if entry not in bushing]
+    reach = max((_reach(entry) for entry in bushing), default=8.0)
+    head = _HEAD.format(
+        title=_quoted(folder.resolve().name or "bushing"),
+        # Rubber twice as thick as the largest travel, and a bush of usual proportions around it.
+        inner=reach,
+        outer=3.0 * reach,
+        length=5.0 * reach,
+        origin="the coupon tests" if coupons else "the recordings, by bushcli inverse",
+    )
+    text = head + "".join(map(_table, bushing, _names(bushing), repeat("recordings"), repeat(folder)))
+    return text + "".join(map(_table, coupons, _names(coupons), repeat("coupons"), repeat(folder)))
+
+
+def _names(entries: Sequence[_Entry]) -> list[str]:
+    """Return the names of channels, those of their files where a mode occurs more than once, else none."""
+    found = [entry.source.mode for entry in entries]
+    stems = numbered([entry.source.file.stem for entry in entries])
+    return [stem if found.count(mode) > 1 else "" for mode, stem in zip(found, stems, strict=True)]
+
+
+def _reach(entry: _Entry) -> float:
+    """Return a length in mm to which the travel of a recording is in proportion."""
+    largest = float(abs(entry.recording.displacement).max())
+    return 8.0 if modes()[entry.source.mode].rotational else min(max(largest, 2.0), 50.0)
+
+
+def _entry(file: Path) -> _Entry:
+    """Return how a file is to be read, or raise what the most likely way says is wrong with it."""
+    first: RecordingError | None = None
+    for kind, machine in _ordered(file):
+        named = mode_of_name(file.stem, modes()[kind[0]].specimen)
+        guessed = named if named in kind else None
+        for source, remarks in _ways(Source(guessed or kind[0], file), machine):
+            try:
+                recording = read_recording(source)
+            except RecordingError as error:
+                first = first or error
+                continue
+            if guessed is None:
+                what = f"<-- mode: the file's name does not tell it; {', '.join(kind)} would do"
+                remarks = (what, *remarks)
+            return _Entry(source, recording, remarks)
+    assert first is not None
+    raise first
+
+
+def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
+    """Return the kinds of modes, those that the file's name tells first; each whether in machine units.
+
+    A file with stress and strain is of a coupon; one with force and travel can be of either, and is a bushing's unless
+    its name says otherwise.
+    """
+    coupon = _KINDS[2]
+    order = [(coupon, False), (_KINDS[0], False), (_KINDS[1], False), (coupon, True)]
+    told = {mode_of_name(file.stem, specimen) for specimen in ("bushing", "coupon")}
+    return sorted(order, key=lambda entry: not told & set(entry[0]))
+
+
+def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ...]]]:
+    """Yield ways to read a file in a mode: as it is, with a choice among what could be meant, with units it lacks."""
+    remarks: tuple[str, ...] = ()
+    if machine:
+        source = replace(source, specimen=Specimen(_GAUGE_LENGTH, _AREA))
+        remarks = ("<-- gauge_length, area: of your specimen, mm and mm2",)
+    yield source, remarks
+    chosen, choices = _with_choices(source)
+    if choices:
+        yield chosen, (*remarks, *choices)
+    if format_of(source.file) == "zs2":
+        mode = modes()[source.mode]
+        units: dict[Quantity, str] = {"time": "s"}
+        for quantity in _QUANTITIES[1:]:
+            units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
+        what = "<-- units: the file does not say them; look at what the test program shows"
+        yield replace(chosen, units=units), (*remarks, *choices, what)
+
+
+def _with_choices(source: Source) -> tuple[Source, tuple[str, ...]]:
+    """Return a source with the first group and the first columns that could be meant, and what the others are."""
+    mode, remarks = modes()[source.mode], []
+    name = format_of(source.file)
+    found = (
+        [table for table, _ in tables(source.file, name, ()).tables] if name else [read_table(source.file)]
+    )
+    fitting: list[Table] = [t for t in found if has_columns(t, source, mode, ("displacement", "force"))]
+    if not fitting:
+        return source, ()
+    table = fitting[0]
+    if len(fitting) > 1:
+        source = replace(source, group=table.part)
+        remarks.append(f"<-- group: also {', '.join(_quoted(t.part) for t in fitting[1:6])}")
+    columns: dict[Quantity, str | int] = {}
+    for quantity in _QUANTITIES:
+        wanted = Wanted.of(source, mode, quantity)
+        several = candidates(table, wanted) or by_unit(table, wanted)
+        if len(several) > 1:
+            columns[quantity] = several[0] + 1
+            others = ", ".join(f"{i + 1} ({_quoted(table.names[i])})" for i in several[:6])
+            remarks.append(f"<-- columns: the {quantity} could be any of {others}")
+    return replace(source, columns=columns), tuple(remarks)
+
+
+def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:
+    source, recording = entry.source, entry.recording
+    file = Path(os.path.relpath(source.file.resolve(), folder.resolve())).as_posix()
+    reader = readers().get(format_of(source.file))
+    form = reader.name if reader else "a text file"
+    time = "no time" if recording.time is None else f"{recording.time[-1] - recording.time[0]:.4g} s"
+    lines = [f"# {form}: {len(recording.force)} samples, {time}", f"[[{section}]]"]
+    lines.append(f"mode = {json.dumps(source.mode)}")
+    if name:
+        lines.append(f"name = {_quoted(name)}")
+    lines.append(f"file = {json.dumps(file, ensure_ascii=False)}")
+    if source.group is not None:
+        lines.append(f"group = {json.dumps(source.group, ensure_ascii=False)}")
+    if source.columns:
+        inside = ", ".join(f"{quantity} = {column}" for quantity, column in source.columns.items())
+        lines.append(f"columns = {{ {inside} }}")
+    if source.units:
+        inside = ", ".join(f"{quantity} = {json.dumps(unit)}" for quantity, unit in source.units.items())
+        lines.append(f"units = {{ {inside} }}")
+    if source.specimen.gauge_length is not None:
+        lines += [f"gauge_length = {source.specimen.gauge_length:g}", f"area = {source.specimen.area:g}"]
+    lines += [f"# {remark}" for remark in entry.remarks]
+    lines += [f"# {repair.text}" for repair in recording.repairs]
+    if recording.time is None:
+        lines.append("# sample_rate = 100.0     # Hz, if the samples were taken at equal intervals")
+    lines.append("# conditioning = 3        # first cycles that only condition the part")
+    return "\n" + "\n".join(line.replace("\n", " ") for line in lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)

@@ -1,0 +1,249 @@
+"""``[[recordings]]`` and ``[[coupons]]`` -> sources: files, patterns of files, what a file's name says of its mode."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
+from itertools import islice
+from pathlib import Path
+
+from bushcli.case import six
+from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
+from bushcli.case.limits import MOST_ENTRIES
+from bushcli.case.schema import RecordingTable
+from bushcli.errors import nearest
+from bushcli.recording.guess import mode_of_name
+from bushcli.recording.source import UNITS, Quantity, Source, Specimen
+from bushcli.recording.units import find_unit
+from cases.mode import modes
+
+_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
+_PATTERN = re.compile(r"[*?\[]")
+
+
+class SourceBuilder:
+    """Builds the sources of a case and collects their errors.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the case file.
+    findings : list of Finding
+        Errors are added to it.
+    known : callable
+        Keys of the table, mode, specimen ("coupon" or None) -> whether the mode is one that the case can have.
+    """
+
+    def __init__(
+        self, folder: Path, findings: list[Finding], known: Callable[[Keys, str, str | None], bool]
+    ) -> None:
+        self.folder = folder
+        self.findings = findings
+        self.known = known
+
+    def build(
+        self, tables: Iterable[tuple[RecordingTable, Keys]], specimen: str | None, usual: str
+    ) -> tuple[Source, ...]:
+        """Return the sources of a list of tables.
+
+        Parameters
+        ----------
+        tables : iterable of (RecordingTable, Keys)
+            With the place of each in the case file.
+        specimen : str or None
+            "coupon" where only modes of a coupon may be named.
+        usual : str
+            Specimen whose modes the name of a file may tell, "bushing" or "coupon".
+        """
+        sources: list[Source] = []
+        for table, keys in tables:
+            taken = [source.name for source in sources]
+            if table.name in taken:
+                what = f"{dotted((*keys, 'name'))} = {shown(table.name)} is the name of another channel"
+                self.findings.append(Finding((*keys, "name"), what))
+            files, pattern = self._files((*keys, "file"), table.file)
+            if pattern and table.name is not None and len(files) > 1:
+                what = (
+                    f"{dotted((*keys, 'name'))}: one name for the {len(files)} files of {shown(table.file)}"
+                )
+                self.findings.append(
+                    Finding((*keys, "name"), what, expected="leave it out: they name themselves")
+                )
+            for file in files:
+                taken = [source.name for source in sources]
+                mode = self._mode(keys, table, file, usual)
+                known = mode is not None and self.known(keys, mode, specimen)
+                name = table.name or (file.stem if pattern else mode or file.stem)
+                source = self._source(table, keys, file, mode or "", known, _unused(name, taken))
+                found, wrong = (
+                    six.channels(source, table, keys, taken) if known and is_file(file) else ([source], [])
+                )
+                sources += found
+                self.findings += wrong
+        return tuple(sources)
+
+    def _mode(self, keys: Keys, table: RecordingTable, file: Path, usual: str) -> str | None:
+        if table.mode is not None:
+            return table.mode
+        found = mode_of_name(file.stem, usual)
+        if found is None:
+            names = ", ".join(mode.name for mode in modes().values() if mode.specimen == usual)
+            what = f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} does not tell it"
+            self.findings.append(Finding((*keys, "mode"), what, expected=names))
+        return found
+
+    def _source(
+        self, table: RecordingTable, keys: Keys, file: Path, mode: str, known: bool, name: str
+    ) -> Source:
+        columns: dict[Quantity, str | int] = {}
+        quantities: tuple[Quantity, ...] = ("time", "displacement", "force")
+        for quantity in quantities:
+            if (column := getattr(table.columns, quantity)) is not None:
+                columns[quantity] = column
+        turned = known and modes()[mode].rotational
+        source = Source(
+            mode=mode,
+            file=file,
+            name=name,
+            columns=columns,
+            units={q: unit for q in quantities if (unit := getattr(table.units, q)) is not None},
+            delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
+            decimal=table.decimal,
+            reverse=tuple(sorted(set(table.reverse or ()))),
+            cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
+            accept=tuple(sorted(set(table.accept or ()))),
+            largest_stretch=getattr(table, "largest_stretch", None),
+            group=table.group,
+            sample_rate=table.sample_rate,
+            rate=None if table.rate is None else math.radians(table.rate) if turned else table.rate,
+            conditioning=table.conditioning,
+            standard=table.standard,
+            specimen=self._specimen(keys, table, mode if known else ""),
+        )
+        if table.rate is not None and table.sample_rate is not None:
+            what = f"{dotted((*keys, 'rate'))} and sample_rate both give the time"
+            self.findings.append(Finding((*keys, "rate"), what, expected="give one of them"))
+        if known:
+            self._units(keys, source)
+        return source
+
+    def _units(self, keys: Keys, source: Source) -> None:
+        """Check that the units of a source are units of what its columns measure."""
+        mode = modes()[source.mode]
+        for quantity, unit in source.units.items():
+            measured = source.measured(quantity, mode.specimen, mode.rotational)
+            found = find_unit(unit, measured)
+            if found is None or found.measured != measured:
+                kind = f"unit of {quantity} for mode {source.mode}"
+                self.findings.append(unknown_name((*keys, "units", quantity), unit, UNITS[measured], kind))
+
+    def _specimen(self, keys: Keys, table: RecordingTable, mode: str) -> Specimen:
+        """Return the dimensions of a coupon in machine units, and which stress and strain its file holds."""
+        given = [key for key in _OF_SPECIMEN if getattr(table, key) is not None]
+        if given and mode and modes()[mode].specimen != "coupon":
+            at: Keys = (*keys, given[0])
+            what = f"{dotted(at)} is of a material test, and mode {mode} is one of a {modes()[mode].specimen}"
+            self.findings.append(Finding(at, what))
+            return Specimen()
+        area = table.area
+        sizes = [key for key in ("area", "diameter") if getattr(table, key) is not None]
+        sizes += ["width and thickness"] if table.width is not None or table.thickness is not None else []
+        if len(sizes) > 1:
+            what = f"{dotted(keys)} has {' and '.join(sizes)}"
+            self.findings.append(Finding((*keys, "area"), what, expected="give the cross-section once"))
+        if (table.width is None) != (table.thickness is None):
+            lacking = "thickness" if table.thickness is None else "width"
+            what = f"{dotted((*keys, lacking))} is missing: the cross-section is width times thickness"
+            self.findings.append(Finding((*keys, lacking), what, expected="mm"))
+        elif table.width is not None and table.thickness is not None:
+            area = table.width * table.thickness
+        elif table.diameter is not None:
+            area = 0.25 * math.pi * table.diameter**2
+        for key in ("stress", "strain"):
+            if getattr(table, key) == "true" and mode == "volumetric":
+                what = f'{dotted((*keys, key))} = "true" has no meaning in a volumetric test'
+                self.findings.append(Finding((*keys, key), what, expected='"engineering"'))
+        return Specimen(
+            table.gauge_length, area, table.stress or "engineering", table.strain or "engineering"
+        )
+
+    def _files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
+        """Return the files that a name or a pattern stands for, and whether it is a pattern."""
+        if not _PATTERN.search(name) or is_file(self.folder / name):
+            found = find_file(self.folder, keys, name, self.findings)
+            return [found or Path(name)], False
+        if "**" in name or Path(name).is_absolute():
+            what = f"{dotted(keys)} = {shown(name)} is no pattern that is followed"
+            self.findings.append(
+                Finding(keys, what, expected='one in a folder below the case file: "runs/*.csv"')
+            )
+            return [], True
+        try:
+            hits = sorted(
+                islice((p for p in self.folder.glob(name) if p.is_file()), MOST_ENTRIES + 1), key=_natural
+            )
+        except (OSError, ValueError, NotImplementedError):
+            hits = []
+        if not hits or len(hits) > MOST_ENTRIES:
+            many = f"stands for more than {MOST_ENTRIES} files"
+            what = f"{dotted(keys)} = {shown(name)} {many if hits else 'stands for no file'}"
+            self.findings.append(Finding(keys, what, "", f"looked in {self.folder}"))
+            return [], True
+        return hits, True
+
+
+_OF_SPECIMEN = ("gauge_length", "area", "width", "thickness", "diameter", "stress", "strain")
+
+
+def is_file(path: Path) -> bool:
+    """Whether a path is that of a file; a name that cannot be one is not."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> Path | None:
+    """Return the file that a case names relative to its own folder; None, with a finding, if it does not exist.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the case file.
+    keys : Keys
+        Place of the name in the case file.
+    name : str
+        As written there.
+    findings : list of Finding
+        An error is added to it.
+    """
+    file = folder / name
+    try:
+        if file.is_file():
+            return file
+        parent = file.parent
+        beside = [p.name for p in parent.iterdir() if p.is_file()] if parent.is_dir() else []
+        reason = "is a directory" if file.is_dir() else "does not exist"
+        if file.exists() and not file.is_dir():
+            beside, reason = [], "is a device or a pipe, not a file"
+    except (OSError, ValueError):
+        beside, reason = [], "is no name of a file"
+    near = nearest(file.name, beside)
+    place = f"looked in {file.parent}" if reason == "does not exist" else ""
+    findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", near, place))
+    return None
+
+
+def _natural(path: Path) -> list[tuple[int, int, str]]:
+    """Return a key that sorts run_2 before run_10."""
+    parts = re.split(r"(\d{1,18})", str(path))
+    return [(0, int(part), "") if part.isdecimal() else (1, 0, part) for part in parts]
+
+
+def _unused(name: str, taken: Sequence[str]) -> str:
+    """Return the name, followed by a number if the name is taken."""
+    number = 1
+    while (candidate := name if number == 1 else f"{name}_{number}") in taken:
+        number += 1
+    return candidate

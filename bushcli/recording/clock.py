@@ -1,0 +1,209 @@
+"""The time of a recording: repaired where only its stamps are wrong, refused where the order of the samples is.
+
+What is repaired, each time said with its count:
+
+- A row that repeats the one before it, time and all, is left out.
+- Stamps written with too few digits: two and more samples share each stamp, and equal intervals explain all of them to
+  within a digit. They get these intervals.
+- Single stamps out of line, at most one in a hundred, between samples at equal intervals: they get the interval's time.
+
+Everything else (a clock that starts again, that runs backwards, that stands for long) is refused: the samples may be
+of several recordings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.columns import Column
+from bushcli.recording.curve import SMALLEST_STEP
+from bushcli.recording.segment import segment
+from bushcli.recording.source import Source
+from bushcli.recording.table import Table
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: Share of stamps that may be out of line, and of an interval by which equal intervals may differ from each other.
+_MOST_WRONG, _EQUAL = 0.01, 0.05
+#: Repeated stamps from which on they are a pattern.
+_FEWEST = 10
+#: Share of the way that noise may add to it, where the time is computed from a speed.
+_MOST_NOISE = 0.05
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The times of the samples that are kept.
+
+    Attributes
+    ----------
+    time : (m,) array
+        s, increasing.
+    kept : (n,) array of bool
+        m of n samples; the others repeat the row before them.
+    repairs : tuple of str
+        What was changed.
+    """
+
+    time: Array
+    kept: Mask
+    repairs: tuple[str, ...] = ()
+
+
+def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Clock:
+    """Return the times of a recording.
+
+    Parameters
+    ----------
+    table : Table
+    stamps : Column
+        Times as they were read, s.
+    displacement, force : (n,) arrays
+        In internal units; they tell a row that was written twice from a second sample at the same time.
+
+    Raises
+    ------
+    RecordingError
+        When the time does not increase, and not only its stamps are wrong.
+    """
+    rows = np.column_stack([stamps.values, displacement, force])
+    kept = np.ones(len(rows), dtype=bool)
+    kept[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    time = stamps.values[kept]
+    wrong = int(np.count_nonzero(np.diff(time) <= 0))
+    if not wrong:
+        return Clock(time, kept)
+    label = table.label(stamps.index)
+    even = _coarse(stamps.values)
+    if even is not None:
+        # Rows that repeat each other may be samples of a rig that holds: with the stamps repaired all are kept.
+        step = float(even[1] - even[0])
+        repeated = int(np.count_nonzero(np.diff(stamps.values) == 0))
+        what = (
+            f"{label}: {repeated} of {len(even)} time stamps repeat the one before them, because they are written with "
+            f"too few digits; samples every {step:.6g} s explain them all, and are taken"
+        )
+        return Clock(even, np.ones_like(kept), (what,))
+    mended, count = _single(time)
+    if mended is not None:
+        what = f"{label}: {count} single time stamps out of line between samples at equal intervals are interpolated"
+        return Clock(mended, kept, (what,))
+    raise _refused(table, stamps.index, stamps.values, ~kept)
+
+
+def _coarse(stamps: Array) -> Array | None:
+    """Return times at equal intervals that explain stamps with too few digits, or None."""
+    steps = np.diff(stamps)
+    if (steps < 0).any() or not (steps > 0).any():
+        return None
+    digit = float(steps[steps > 0].min())
+    n = np.arange(len(stamps), dtype=float)
+    # Where a new stamp begins the true time is just beyond it: these samples carry the information.
+    first = np.concatenate([[False], steps > 0])
+    if first.sum() < 3 or (steps == 0).sum() < _FEWEST:
+        return None
+    slope, begin = np.polynomial.polynomial.polyfit(n[first], stamps[first], 1)[::-1]
+    # With fewer than two samples to a stamp, a row that was put in looks the same.
+    if not slope > 0 or slope > 0.5 * digit:
+        return None
+    even = begin + slope * n
+    explained = np.abs(even - stamps - 0.5 * (even - stamps).max() - 0.5 * (even - stamps).min())
+    return even - even[0] + stamps[0] if explained.max() <= 1.02 * 0.5 * (digit + slope) else None
+
+
+def _single(time: Array) -> tuple[Array | None, int]:
+    """Return times in which single stamps out of line are interpolated, and their number; None where that is unsafe."""
+    interval = float(np.median(np.diff(time)))
+    if not interval > 0:
+        return None, 0
+    n = np.arange(len(time), dtype=float)
+    offset = float(np.median(time - interval * n))
+    # A slow drift of the clock is no fault: only neighbours are compared.
+    bad = np.zeros(len(time), dtype=bool)
+    for i in np.flatnonzero(np.diff(time) <= 0):
+        for j in (i, i + 1):
+            before, after = time[j - 1] if j > 0 else -np.inf, time[j + 1] if j + 1 < len(time) else np.inf
+            if not before < time[j] < after and abs(after - before - 2 * interval) <= 2 * _EQUAL * interval:
+                bad[j] = True
+                break
+        else:
+            return None, 0
+    if bad.mean() > _MOST_WRONG or not np.isfinite(offset):
+        return None, 0
+    mended = time.copy()
+    mended[bad] = np.interp(n[bad], n[~bad], time[~bad])
+    return (mended, int(bad.sum())) if (np.diff(mended) > 0).all() else (None, 0)
+
+
+def _refused(table: Table, index: int, time: Array, repeated: Mask) -> RecordingError:
+    """Return the error for a time that does not increase."""
+    wrong = np.flatnonzero((np.diff(time) <= 0) & ~repeated[1:])
+    row = int(wrong[0]) + 1
+    now, before = table.text(row, index), table.text(row - 1, index)
+    what = f"{table.label(index)}: the time does not increase, {now} follows {before}"
+    if len(wrong) > 1:
+        what += f", and so in {len(wrong) - 1} more {'rows' if len(wrong) > 2 else 'row'}"
+    back = (np.diff(time)[wrong] < 0).any()
+    expected = (
+        "each recording in a file of its own, its rows in the order of time"
+        if back
+        else "write the time with more digits; of rows with the same time keep the one that was measured then"
+    )
+    return RecordingError(Problem(table.place(row), what, "", expected))
+
+
+def increasing(table: Table, stamps: Column) -> Array:
+    """Return the times of a program, (n,), s; nothing is repaired in what a user wrote.
+
+    Parameters
+    ----------
+    table : Table
+    stamps : Column
+
+    Raises
+    ------
+    RecordingError
+        When the time does not increase.
+    """
+    if (np.diff(stamps.values) <= 0).any():
+        raise _refused(table, stamps.index, stamps.values, np.zeros(len(stamps.values), dtype=bool))
+    return stamps.values
+
+
+def missing_time(source: Source, table: Table, displacement: Array) -> tuple[Array | None, str]:
+    """Return the time of a file without one, from the sampling rate or the speed of the test, and what was done.
+
+    Parameters
+    ----------
+    source : Source
+    table : Table
+    displacement : (n,) array
+        mm, rad or stretch - 1.
+
+    Raises
+    ------
+    RecordingError
+        When the speed does not determine the time: the displacement holds, or its noise counts as way.
+    """
+    if source.sample_rate is not None:
+        what = f"there is no time; it is that of {source.sample_rate:g} samples per second"
+        return np.arange(len(displacement)) / source.sample_rate, what
+    if source.rate is None:
+        return None, ""
+    steps = np.abs(np.diff(displacement))
+    if (steps <= SMALLEST_STEP * float(np.ptp(displacement))).any():
+        row = int(np.argmin(steps)) + 1
+        what = "rate: the displacement stands still, so that the speed does not tell the time"
+        raise RecordingError(Problem(table.place(row), what, "", "give sample_rate, samples per second"))
+    ends = [0, *(branch.stop - 1 for branch in segment(displacement))]
+    way = float(np.abs(np.diff(displacement[ends])).sum())
+    if steps.sum() > (1.0 + _MOST_NOISE) * way:
+        what = f"rate: noise makes the way of the displacement {steps.sum() / way:.3g} times as long as its program"
+        raise RecordingError(Problem(table.where, what, "", "give sample_rate, samples per second"))
+    time = np.concatenate([[0.0], np.cumsum(steps)]) / source.rate
+    return time, "there is no time; it is that of the way at the rate that the case gives"

@@ -1,0 +1,50 @@
+"""A channel that was logged more slowly than the others: its rows in between repeat it, and are left out.
+
+That is safe only where the pattern is regular: the channel changes every k-th row, by steps far beyond the resolution
+of its converter, while the other channel goes on. A converter that is coarse, a hold, or single lost telegrams look
+different; `bushcli.faults` judges these.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: Runs of equal samples from which on a pattern is one; shares of them that last k rows, and a multiple of k.
+_FEWEST, _MOST_K, _MULTIPLE = 10, 0.7, 0.97
+#: Steps of the converter that the channel takes at once, and share of the runs in which the other channel goes on.
+_STEPS, _GOES_ON = 3.0, 0.8
+
+
+def updates(values: Array, other: Array) -> Mask | None:
+    """Return the rows (n,) at which a channel was written anew, where it is written every k-th row; None elsewhere.
+
+    Parameters
+    ----------
+    values : (n,) array
+        Of the channel, in any unit.
+    other : (n,) array
+        Of the channel beside it, in any unit.
+    """
+    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
+    if len(changes) < _FEWEST:
+        return None
+    runs = np.diff(changes)
+    stride = int(np.bincount(runs).argmax())
+    if stride < 2 or np.mean(runs == stride) < _MOST_K or np.mean(runs % stride == 0) < _MULTIPLE:
+        return None
+    gaps = np.diff(np.unique(values))
+    if np.median(np.abs(np.diff(values)[changes - 1])) < _STEPS * float(gaps.min()):
+        return None
+    went_on = [np.ptp(other[a:b]) > 0.0 for a, b in pairwise(changes)]
+    if np.mean(went_on) < _GOES_ON:
+        return None
+    kept = np.zeros(len(values), dtype=bool)
+    phase = int(np.bincount(changes % stride).argmax())
+    kept[phase::stride] = True
+    return kept

@@ -1,0 +1,219 @@
+"""Run somebody else's parser in a process of its own, with bounds on time and memory, and take over what it read.
+
+A file from a rig may be damaged, and a parser of a binary format then loops, takes all memory, or crashes. In a process
+of its own that is an error like any other. The child is this module, run as ``python -m``; it writes one line of JSON
+and the columns as raw bytes to its standard output.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import resource
+import subprocess
+import sys
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.header import heading, named_columns
+from bushcli.recording.reader import Part, Reader, readers
+from bushcli.recording.table import ArrayTable, Table
+from bushcli.recording.text import table_of_fields
+from bushcli.recording.units import usual_unit
+
+#: Seconds of a processor and bytes of address space that a child may take; on a busy machine it waits longer for them.
+LONGEST, MOST_MEMORY = 60, 6_000_000_000
+_WAITING = 5
+#: Numbers that are taken over without asking which; more only of columns that can be meant.
+_MOST_NUMBERS = 5_000_000
+#: Samples of a table, and all numbers that are taken over.
+MOST_SAMPLES, _MOST_IN_ALL = 5_000_000, 40_000_000
+_MOST_PARTS, _MOST_NAMES = 2_000, 20_000
+EXTRA = 'pip install "bushcli[rig]"'
+
+
+@dataclass(frozen=True)
+class Found:
+    """What is in a file.
+
+    Attributes
+    ----------
+    tables : tuple of (Table, bool)
+        Each with whether it joins others.
+    failed : mapping of str to RecordingError
+        Sheets that hold no sound table, by name.
+    """
+
+    tables: tuple[tuple[Table, bool], ...]
+    failed: Mapping[str, RecordingError]
+
+
+def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
+    """Return the tables of a binary file.
+
+    Parameters
+    ----------
+    path : Path
+    format_name : str
+        Of the reader, see `bushcli.recording.reader.readers`.
+    wanted : collection of str or int
+        Names or numbers, from 1, of the columns that the case file chooses.
+
+    Raises
+    ------
+    RecordingError
+        When the library is not installed, or the file is damaged or too large.
+    """
+    reader = readers()[format_name]
+    if not reader.library:
+        try:
+            with reader.opened(path) as parts:
+                return _found(path, ((part, _columns(part, wanted, True)) for part in parts))
+        except (OSError, ValueError) as error:
+            raise _damaged(path, reader, str(error)) from None
+    if importlib.util.find_spec(reader.library) is None:
+        what = f"is {reader.name}, which {reader.library} reads, and that is not installed"
+        raise RecordingError(Problem(str(path), what, "", EXTRA))
+    return _found(path, _taken_over(_asked(path, reader, format_name, wanted)))
+
+
+def _found(path: Path, parts: Iterable[tuple[Part, Sequence[NDArray[Any] | None]]]) -> Found:
+    made, failed = [], {}
+    for part, columns in parts:
+        try:
+            made.append((_table(path, part, columns), part.joined))
+        except RecordingError as error:
+            failed[part.name] = error
+    return Found(tuple(made), failed)
+
+
+def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
+    """Return what the child writes."""
+    command = [
+        sys.executable,
+        "-P",
+        "-W",
+        "ignore",
+        "-m",
+        __name__,
+        format_name,
+        str(path),
+        json.dumps(list(wanted)),
+    ]
+    try:
+        # In the folder of the user a file may have the name of a module.
+        done = subprocess.run(
+            command, capture_output=True, timeout=_WAITING * LONGEST, stdin=subprocess.DEVNULL, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise _damaged(path, reader, f"reading it takes more than {_WAITING * LONGEST} s") from None
+    if done.returncode == 0:
+        return done.stdout
+    lines = [line for line in done.stderr.decode("utf-8", "replace").splitlines() if line.strip()]
+    reason = (
+        lines[-1].strip() if lines and done.returncode > 0 else "its parser crashes or needs too much time"
+    )
+    kind, _, words = reason.partition(": ")
+    if kind.rpartition(".")[2] == "MemoryError":
+        reason = f"reading it takes more than {MOST_MEMORY / 1e9:g} GB"
+    raise _damaged(path, reader, words if kind in ("ValueError", "OSError") and words else reason)
+
+
+def _damaged(path: Path, reader: Reader, reason: str) -> RecordingError:
+    what = f"cannot be read as {reader.name}: {reason[:300]}"
+    return RecordingError(Problem(str(path), what, "", "is it complete? if so, export it again or as CSV"))
+
+
+def _taken_over(answer: bytes) -> Iterator[tuple[Part, Sequence[NDArray[Any] | None]]]:
+    head, _, content = answer.partition(b"\n")
+    at = 0
+    for shown in json.loads(head):
+        columns: list[NDArray[Any] | None] = []
+        for kind in shown["kinds"]:
+            if kind is None:
+                columns.append(None)
+                continue
+            dtype = np.dtype(kind)
+            columns.append(np.frombuffer(content, dtype, shown["samples"], at))
+            at += shown["samples"] * dtype.itemsize
+        described = {key: value for key, value in shown.items() if key != "kinds"}
+        yield Part(**described), columns
+
+
+def _table(path: Path, part: Part, columns: Sequence[NDArray[Any] | None]) -> Table:
+    if part.cells is not None:
+        return table_of_fields(path, part.name, part.cells)
+    names = tuple(" ".join(name.split()) for name in part.names)
+    return ArrayTable(path=path, names=names, units=tuple(part.units), part=part.name, columns=tuple(columns))
+
+
+def _columns(part: Part, wanted: Collection[str | int], all_of_them: bool) -> list[NDArray[Any] | None]:
+    """Return the columns of a part that hold numbers, those that nobody can mean left out unless all are asked for."""
+    found: list[NDArray[Any] | None] = []
+    for i, name in enumerate(part.names):
+        values = None
+        if part.load and (all_of_them or i + 1 in wanted or name in wanted or _meant(name, part.units[i])):
+            values = part.load(i)
+            if values.dtype.kind not in "iufb" or values.ndim != 1:
+                values = None
+        found.append(values)
+    return found
+
+
+def _meant(name: str, unit: str) -> bool:
+    head = heading(name)
+    return named_columns([name]) > 0 or any(usual_unit(text) is not None for text in (unit, *head.written))
+
+
+def _main(format_name: str, path: str, wanted: str) -> None:
+    """Read a file and write what is in it to the standard output."""
+    # asammdf greets, and pyarrow warns, where the columns are expected.
+    output, sys.stdout = sys.stdout.buffer, sys.stderr
+    resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    shown, arrays = [], []
+    with readers()[format_name].opened(Path(path)) as parts:
+        _bounded(parts)
+        whole = sum(part.samples * len(part.names) for part in parts) <= _MOST_NUMBERS
+        for part in parts:
+            columns = _columns(part, json.loads(wanted), whole)
+            arrays += [column for column in columns if column is not None]
+            if sum(map(len, arrays)) > _MOST_IN_ALL:
+                raise ValueError(
+                    f"has more than {_MOST_IN_ALL / 1e6:g} million numbers; export those needed alone"
+                )
+            shown.append(
+                {
+                    "name": part.name,
+                    "names": list(part.names),
+                    "units": list(part.units),
+                    "samples": part.samples,
+                    "cells": part.cells,
+                    "joined": part.joined,
+                    "kinds": [None if column is None else column.dtype.str for column in columns],
+                }
+            )
+    output.write(json.dumps(shown).encode() + b"\n")
+    for array in arrays:
+        output.write(np.ascontiguousarray(array).data)
+    output.flush()
+
+
+def _bounded(parts: Sequence[Part]) -> None:
+    """Refuse more than can be a recording."""
+    if len(parts) > _MOST_PARTS or sum(len(part.names) for part in parts) > _MOST_NAMES:
+        raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
+    longest = max((part.samples for part in parts), default=0)
+    if longest > MOST_SAMPLES:
+        raise ValueError(f"has {longest} samples; at most {MOST_SAMPLES}: every tenth will do for a fit")
+
+
+if __name__ == "__main__":
+    _main(*sys.argv[1:])

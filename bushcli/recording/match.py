@@ -1,0 +1,175 @@
+"""Which columns of a table can be a quantity: by the words of their names, and by their units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bushcli.errors import RecordingError
+from bushcli.recording.header import Heading, heading, is_unnamed, says_measured, without, word_quality
+from bushcli.recording.source import Quantity, Source
+from bushcli.recording.table import Table
+from bushcli.recording.units import find_unit, plain_unit, usual_unit
+from cases.mode import Mode
+
+#: Words that a name may hold where the case file asks for a true stress, a true strain.
+TRUE_STRESS = frozenset({"true", "wahre", "cauchy"})
+TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische"})
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is looked for: a quantity of a mode, the key of `UNITS` that it has, and words that do not count."""
+
+    mode: Mode
+    quantity: Quantity
+    measured: str
+    allowed: frozenset[str] = frozenset()
+    given: str | None = None
+    accept: tuple[float, ...] = ()
+
+    @staticmethod
+    def of(source: Source, mode: Mode, quantity: Quantity) -> Wanted:
+        """Return what a source and its mode ask for.
+
+        Parameters
+        ----------
+        source : Source
+        mode : Mode
+        quantity : Quantity
+        """
+        measured = source.measured(quantity, mode.specimen, mode.rotational)
+        allowed: frozenset[str] = frozenset()
+        if measured == "stress" and source.specimen.stress == "true":
+            allowed = TRUE_STRESS
+        if measured == "strain" and source.specimen.strain == "true":
+            allowed = TRUE_STRAIN
+        return Wanted(mode, quantity, measured, allowed, source.units.get(quantity), source.accept)
+
+
+def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Quantity]) -> bool:
+    """Whether a table has a column, or several that could be meant, for each quantity.
+
+    Parameters
+    ----------
+    table : Table
+    source : Source
+    mode : Mode
+    quantities : sequence of Quantity
+    """
+    return all(_could_have(table, source, Wanted.of(source, mode, quantity)) for quantity in quantities)
+
+
+def _could_have(table: Table, source: Source, wanted: Wanted) -> bool:
+    chosen = source.columns.get(wanted.quantity)
+    if isinstance(chosen, int):
+        return chosen <= len(table.names)
+    if chosen is not None:
+        name = heading(chosen).name
+        return any(heading(other).name == name for other in table.names)
+    return bool(candidates(table, wanted) or by_unit(table, wanted))
+
+
+def candidates(table: Table, wanted: Wanted) -> list[int]:
+    """Return the columns whose names suit a quantity best.
+
+    Parameters
+    ----------
+    table : Table
+    wanted : Wanted
+    """
+    rank = [_rank(table, i, heading(name), wanted) for i, name in enumerate(table.names)]
+    if not any(table.names):
+        # A row of units alone tells as much as it is unambiguous.
+        units = [usual_unit(unit) for unit in table.units]
+        rank = [int(unit is not None and unit.measured == wanted.measured) for unit in units]
+    return [i for i, q in enumerate(rank) if q == max(rank) > 0]
+
+
+def by_unit(table: Table, wanted: Wanted) -> list[int]:
+    """Return the columns in a unit of the quantity whose names say nothing: ``Channel 3 [mm]``.
+
+    Parameters
+    ----------
+    table : Table
+    wanted : Wanted
+    """
+    if wanted.measured == "strain" or not any(table.names):
+        return []
+    found = []
+    for i, name in enumerate(table.names):
+        head = heading(name)
+        units = [find_unit(text, wanted.measured) for text in written_units(table, i, head)]
+        if units and is_unnamed(head) and all(u is not None and u.measured == wanted.measured for u in units):
+            found.append(i)
+    return found
+
+
+def identical(table: Table, columns: Sequence[int], wanted: Wanted) -> bool:
+    """Whether several columns hold the same numbers in the same units.
+
+    Parameters
+    ----------
+    table : Table
+    columns : sequence of int
+        Indices from 0.
+    wanted : Wanted
+    """
+    if len({_units(table, i, wanted) for i in columns}) > 1:
+        return False
+    try:
+        first = table.numbers(columns[0], wanted.accept)
+        return all(np.array_equal(first, table.numbers(i, wanted.accept)) for i in columns[1:])
+    except RecordingError:
+        return False
+
+
+def quality_of(head: Heading, wanted: Wanted) -> int:
+    """Return how surely the words of a name mean a quantity, see `bushcli.recording.header.match_quality`.
+
+    Parameters
+    ----------
+    head : Heading
+    wanted : Wanted
+    """
+    kinds = ("stretch", "strain") if wanted.measured == "strain" else (wanted.measured,)
+    head = without(head, wanted.allowed)
+    return max(word_quality(head, kind) for kind in kinds)
+
+
+def _rank(table: Table, index: int, head: Heading, wanted: Wanted) -> int:
+    """Return how surely a column is the quantity; one that says that it was measured beats others."""
+    quality = quality_of(head, wanted)
+    if not quality:
+        return 0
+    for text in written_units(table, index, head):
+        unit = find_unit(text, wanted.measured)
+        if unit is not None and unit.measured != wanted.measured:
+            return 0
+    # Of an engineering and a true strain side by side, the one that was asked for.
+    asked = any(word in wanted.allowed for word in head.words)
+    return quality + (5 if says_measured(head) else 0) + (10 if asked else 0)
+
+
+def written_units(table: Table, index: int, head: Heading) -> tuple[str, ...]:
+    """Return the units that name and row of units give for a column, as written.
+
+    Parameters
+    ----------
+    table : Table
+    index : int
+        Of the column, from 0.
+    head : Heading
+        Of its name.
+    """
+    row = table.units[index]
+    return (*head.written, *([row] if plain_unit(row) else []))
+
+
+def _units(table: Table, index: int, wanted: Wanted) -> tuple[tuple[str, float], ...]:
+    """Return what the units of a column measure, with their factors; of one that is not known, its text."""
+    written = written_units(table, index, heading(table.names[index]))
+    units = [(text, find_unit(text, wanted.measured)) for text in written]
+    return tuple((text, 0.0) if unit is None else (unit.measured, unit.factor) for text, unit in units)

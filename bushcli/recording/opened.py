@@ -1,0 +1,160 @@
+"""File -> the one table of it that a case means: format found by content, group or sheet chosen or found out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from bushcli.errors import Problem, RecordingError, nearest
+from bushcli.recording.isolated import Found, tables
+from bushcli.recording.match import has_columns
+from bushcli.recording.reader import HEAD, readers
+from bushcli.recording.source import Quantity, Source
+from bushcli.recording.table import Table
+from bushcli.recording.text import read_table
+from bushcli.runtime.bounded import TooLarge, read_beginning
+from cases.mode import Mode
+
+#: Bytes of a binary file. Only the channels that are needed are taken from it.
+LARGEST_BINARY = 512_000_000
+#: Formats that are met and not read: first bytes, what it is, what to do.
+_FOREIGN = (
+    (b"\xd0\xcf\x11\xe0", "an old Excel file (.xls)", "save it as .xlsx or as CSV"),
+    (b"MATLAB 5.0", "a MATLAB file before version 7.3", "save it with -v7.3, or write a CSV file"),
+    (b"%PDF", "a PDF document", "ask for the file of the test machine"),
+    (b"PK\x03\x04", "a zip archive", "unpack it first"),
+    (b"\x1f\x8b", "a gzip archive", "unpack it first"),
+    (b"7z\xbc\xaf", "a 7-Zip archive", "unpack it first"),
+)
+_LISTED = 12
+
+
+def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity]) -> Table:
+    """Return the table of a file that holds the columns of a recording.
+
+    Parameters
+    ----------
+    source : Source
+    mode : Mode
+        It decides what the columns mean.
+    quantities : sequence of Quantity
+        Those that the table must have.
+
+    Raises
+    ------
+    RecordingError
+        When the file cannot be read, or it is not clear which of its tables is meant.
+    """
+    name = format_of(source.file)
+    if not name:
+        if source.group is not None:
+            what = f"group = {source.group!r} has no meaning: a text file is one table"
+            raise RecordingError(Problem(str(source.file), what))
+        return read_table(source.file, source.delimiter, source.decimal)
+    found = tables(source.file, name, list(source.columns.values()))
+    if source.group is not None:
+        return _named(source, found)
+    return _meant(source, mode, quantities, found)
+
+
+def format_of(path: Path) -> str:
+    """Return the name of the reader that recognises a file by its content, or an empty text for a text file.
+
+    Raises
+    ------
+    RecordingError
+        When the file cannot be opened, is too large, or is of a format that is not read.
+    """
+    try:
+        head = read_beginning(path, HEAD, LARGEST_BINARY)
+    except TooLarge as error:
+        raise RecordingError(
+            Problem(str(path), str(error), "", "export what is needed, or every tenth row")
+        ) from None
+    except FileNotFoundError:
+        raise RecordingError(Problem(str(path), "no such file")) from None
+    except IsADirectoryError:
+        raise RecordingError(Problem(str(path), "is a directory", expected="a file of a test rig")) from None
+    except (OSError, ValueError) as error:
+        raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None
+    suffix = path.suffix.lower()
+    for name, reader in readers().items():
+        if reader.recognises(head, suffix):
+            return name
+    for mark, what, remedy in _FOREIGN:
+        if head.startswith(mark):
+            raise RecordingError(Problem(str(path), f"is {what}", "", remedy))
+    return ""
+
+
+def _named(source: Source, inside: Found) -> Table:
+    """Return the table that the case file names."""
+    found = [table for table, _ in inside.tables]
+    names = [table.part for table in found]
+    wanted = source.group
+    if isinstance(wanted, int):
+        if wanted <= len(found):
+            return found[wanted - 1]
+        what = f"has no group {wanted}"
+        raise RecordingError(Problem(str(source.file), what, "", f"it has {len(found)}: {_listed(names)}"))
+    assert wanted is not None
+    hits = [table for table in found if table.part.strip("/ ").casefold() == wanted.strip("/ ").casefold()]
+    if hits:
+        return hits[0]
+    if wanted in inside.failed:
+        raise inside.failed[wanted]
+    what = f'has no sheet or group "{wanted}"'
+    raise RecordingError(Problem(str(source.file), what, nearest(wanted, names), _listed(names)))
+
+
+def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: Found) -> Table:
+    """Return the only table, or the only one with the columns that are needed."""
+    found = inside.tables
+    if not found:
+        raise next(
+            iter(inside.failed.values()),
+            RecordingError(Problem(str(source.file), "holds no table of numbers")),
+        )
+    if len(found) == 1 and not inside.failed:
+        return found[0][0]
+    fitting: list[Table] = []
+    for joined in (False, True):
+        fitting = [
+            table
+            for table, joins in found
+            if joins == joined and has_columns(table, source, mode, quantities)
+        ]
+        if fitting:
+            break
+    if len(fitting) == 1:
+        return fitting[0]
+    if not fitting:
+        # A sheet with a bad row may be the one that is meant; one without numbers is not.
+        for error in inside.failed.values():
+            if "has no table" not in str(error):
+                raise error
+    needed = " and ".join(quantities)
+    if fitting:
+        what = (
+            f"{len(fitting)} sheets or groups have columns for {needed}: {_listed([t.part for t in fitting])}"
+        )
+    else:
+        single = [table.part for table, joins in found if not joins]
+        what = f"no sheet or group has columns for {needed}, among {_listed(single)}"
+        split = [
+            quantity
+            for quantity in quantities
+            if any(has_columns(table, source, mode, [quantity]) for table, _ in found)
+        ]
+        if len(split) == len(quantities) > 1:
+            what += ": they are in groups with different time stamps"
+            expected = "export the channels with one common raster"
+            raise RecordingError(Problem(str(source.file), what, "", expected))
+    raise RecordingError(
+        Problem(str(source.file), what, "", 'choose one: group = "..." (or sheet) in the case file')
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = ", ".join(f'"{name}"' for name in names[:_LISTED])
+    return shown + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")

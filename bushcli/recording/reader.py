@@ -1,0 +1,111 @@
+"""The type of a reader: one file in `bushcli/recording/readers` per format, found and not registered.
+
+A reader of a binary format says which groups of columns a file holds, with names and units as they are written there;
+it converts nothing. What stands on somebody else's parser runs in a process of its own (`bushcli.recording.isolated`).
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Bytes at the beginning of a file by which its format is recognised.
+HEAD = 8192
+
+
+@dataclass(frozen=True)
+class Part:
+    """A sheet, group or raster of a file: columns of equal length.
+
+    Attributes
+    ----------
+    name : str
+    names, units : sequence of str
+        By column, as written; empty texts where there is none.
+    samples : int
+        Rows; 0 where only reading tells.
+    load : callable, optional
+        Index of a column from 0 -> its values (n,), as the file stores them. The file is open only while the part is.
+    cells : sequence of (int, sequence of str), optional
+        Instead of columns: number from 1 and fields of each row of a sheet, header and all.
+    joined : bool
+        Whether it joins other parts that have the same time stamps; it counts where none of these is enough.
+    """
+
+    name: str
+    names: Sequence[str] = ()
+    units: Sequence[str] = ()
+    samples: int = 0
+    load: Callable[[int], NDArray[Any]] | None = None
+    cells: Sequence[tuple[int, Sequence[str]]] | None = None
+    joined: bool = False
+
+
+@dataclass(frozen=True)
+class Reader:
+    """How the files of a format are recognised and read.
+
+    Attributes
+    ----------
+    name : str
+        As a message names the format, with its article: ``an MDF file``.
+    recognises : callable
+        First bytes of the file, its suffix in lower case -> whether it is of this format.
+    opened : callable
+        Path -> context manager that gives the parts of the file. It raises `OSError` or `ValueError` for a file that
+        is damaged.
+    library : str
+        Module that it needs; empty where it stands on its own.
+    """
+
+    name: str
+    recognises: Callable[[bytes, str], bool]
+    opened: Callable[[Path], AbstractContextManager[Sequence[Part]]]
+    library: str = ""
+
+
+@cache
+def readers() -> dict[str, Reader]:
+    """Return all readers found in ``bushcli/recording/readers``, by the name of their file."""
+    package = importlib.import_module("bushcli.recording.readers")
+    return {
+        module.name: importlib.import_module(f"{package.__name__}.{module.name}").READER
+        for module in pkgutil.iter_modules(package.__path__)
+    }
+
+
+def seconds(values: NDArray[Any]) -> NDArray[Any]:
+    """Return stamps of date and time as seconds since the first of them, other values (n,) as they are."""
+    if values.dtype.kind == "M":
+        values = values - values[:1]
+    if values.dtype.kind == "m":
+        return np.asarray(values / np.timedelta64(1, "s"))
+    return values
+
+
+def unit_of(values: Any) -> str:
+    """Return a unit that a file stores as text or as bytes, without blanks around it; empty where there is none."""
+    if isinstance(values, bytes):
+        values = values.decode("utf-8", "replace")
+    return values.strip() if isinstance(values, str) else ""
+
+
+def numbered(names: Sequence[str]) -> list[str]:
+    """Return names, those that occur twice with a number behind them: ``raster``, ``raster 2``."""
+    found: list[str] = []
+    for name in names:
+        count, candidate = 1, name
+        while candidate in found:
+            count += 1
+            candidate = f"{name} {count}"
+        found.append(candidate)
+    return found

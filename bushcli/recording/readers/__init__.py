@@ -1,0 +1,1 @@
+"""One file per format; `bushcli.recording.reader` finds them."""

@@ -1,0 +1,113 @@
+"""HDF5, by h5py: vectors side by side in a group, a matrix, or a table of records.
+
+Nothing is followed out of the file: datasets that store their values elsewhere are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.recording.reader import Part, Reader, unit_of
+
+_UNIT, _UNITS = (
+    ("unit", "units", "Unit", "Units", "unit_string", "UNITS"),
+    ("units", "unit", "Units", "UNITS"),
+)
+_NAMES = ("columns", "column_names", "names", "channels", "channel_names", "fields")
+#: Datasets that are looked at, columns of a matrix.
+_MOST, _WIDEST = 10_000, 1_000
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Sequence[Part]]:
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        found: list[Any] = []
+        file.visititems(lambda name, item: _collect(item, found))
+        yield list(_parts([item for item in found if isinstance(item, h5py.Dataset)]))
+
+
+def _collect(item: Any, found: list[Any]) -> bool | None:
+    """Add an object to a list; end the visit, by True, when there are too many."""
+    found.append(item)
+    return True if len(found) >= _MOST else None
+
+
+def _parts(datasets: Sequence[Any]) -> Iterator[Part]:
+    vectors: dict[tuple[str, int], list[Any]] = {}
+    for data in datasets:
+        if data.shape is None or data.is_virtual or data.external:
+            continue
+        shape = tuple(size for size in data.shape if size != 1)
+        if data.dtype.names and len(shape) == 1:
+            yield _records(data, shape[0])
+        elif data.dtype.kind not in "iuf" or not shape:
+            continue
+        elif len(shape) == 1:
+            vectors.setdefault((data.parent.name, shape[0]), []).append(data)
+        elif len(shape) == 2 and min(shape) <= _WIDEST:
+            yield _matrix(data, shape)
+    groups = [parent for parent, _ in vectors]
+    for (parent, samples), members in vectors.items():
+        name = parent if groups.count(parent) == 1 else f"{parent}, {samples} samples"
+        names = [member.name.rsplit("/", 1)[-1] for member in members]
+        units = [_unit(member.attrs) for member in members]
+        yield Part(name, names, units, samples, partial(_vector, members))
+
+
+def _unit(attributes: Mapping[str, Any]) -> str:
+    return next((unit for key in _UNIT if (unit := unit_of(attributes.get(key)))), "")
+
+
+def _texts(attributes: Mapping[str, Any], keys: Sequence[str], count: int) -> list[str]:
+    """Return an attribute that holds one text per column; empty texts where there is none."""
+    for key in keys:
+        value = attributes.get(key)
+        if isinstance(value, (np.ndarray, list, tuple)) and len(value) == count:
+            return [unit_of(text) for text in value]
+    return [""] * count
+
+
+def _records(data: Any, samples: int) -> Part:
+    names = list(data.dtype.names)
+    units = _texts(data.attrs, _UNITS, len(names))
+    return Part(data.name, names, units, samples, lambda i: np.asarray(data[names[i]]).reshape(-1))
+
+
+def _matrix(data: Any, shape: tuple[int, ...]) -> Part:
+    """Return a matrix as columns; the longer side is the time."""
+    samples, width = max(shape), min(shape)
+    along = shape[0] >= shape[1]
+    names, units = _texts(data.attrs, _NAMES, width), _texts(data.attrs, _UNITS, width)
+    # `shape` is without sides of length 1, which come first or last.
+    return Part(data.name, names, units, samples, lambda i: _side(data, shape, i, along))
+
+
+def _side(data: Any, shape: tuple[int, ...], index: int, along: bool) -> NDArray[Any]:
+    if tuple(data.shape) == shape:
+        return np.asarray(data[:, index] if along else data[index, :])
+    whole = np.asarray(data[...]).reshape(shape)
+    return np.asarray(whole[:, index] if along else whole[index, :])
+
+
+def _vector(members: Sequence[Any], index: int) -> NDArray[Any]:
+    return np.asarray(members[index][...]).reshape(-1)
+
+
+READER = Reader(
+    name="an HDF5 file",
+    # A MATLAB file of version 7.3 has its own 512 bytes before those of HDF5.
+    recognises=lambda head, suffix: any(
+        head[at : at + 8] == b"\x89HDF\r\n\x1a\n" for at in (0, 512, 1024, 2048, 4096)
+    ),
+    opened=_opened,
+    library="h5py",
+)

@@ -1,0 +1,60 @@
+"""Parquet, by pyarrow: one table; units in the metadata of a column, or in those that pandas writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.recording.reader import Part, Reader, seconds, unit_of
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Sequence[Part]]:
+    import pyarrow.parquet as parquet
+
+    with parquet.ParquetFile(path) as file:
+        schema = file.schema_arrow
+        common = _common_units(schema.metadata or {})
+        units = [_unit(field, common) for field in schema]
+        yield [Part("", schema.names, units, file.metadata.num_rows, partial(_load, file, schema.names))]
+
+
+def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:
+    """Return the units by column that `DataFrame.attrs["units"]` held."""
+    try:
+        attributes = json.loads(metadata.get(b"PANDAS_ATTRS", b"{}"))
+    except ValueError:
+        return {}
+    found = attributes.get("units", attributes.get("unit")) if isinstance(attributes, dict) else None
+    return found if isinstance(found, dict) else {}
+
+
+def _unit(field: Any, common: dict[str, Any]) -> str:
+    if str(field.type).startswith(("timestamp", "duration")):
+        return "s"  # `seconds` makes them so
+    own = field.metadata or {}
+    return unit_of(own.get(b"unit") or own.get(b"units") or common.get(field.name))
+
+
+def _load(file: Any, names: Sequence[str], index: int) -> NDArray[Any]:
+    # By number: two columns may have the same name.
+    table = file.read(columns=[names[index]], use_threads=False)
+    column = table.column(
+        0 if names.count(names[index]) == 1 else list(names[: index + 1]).count(names[index]) - 1
+    )
+    return seconds(np.asarray(column.to_numpy()))
+
+
+READER = Reader(
+    name="a Parquet file",
+    recognises=lambda head, suffix: head.startswith(b"PAR1"),
+    opened=_opened,
+    library="pyarrow",
+)

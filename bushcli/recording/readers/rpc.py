@@ -1,0 +1,145 @@
+"""RPC III (MTS; .rsp, .rpc, .tim, .drv): keywords in blocks of 512 bytes, then the frames of each channel in turn.
+
+The header has records of 128 bytes, a keyword of 32 and a value of 96, of which FORMAT, NUM_HEADER_BLOCKS and
+NUM_PARAMS come first. Data follow the header blocks in groups of PTS_PER_GROUP points; in a group all points of a
+channel stand together. A group that is not full is filled up, and FRAMES x PTS_PER_FRAME points count. A short integer
+times SCALE is in the channel's unit.
+
+References
+----------
+MTS Systems Corporation, RPC III file format (keywords and layout as published with the format's readers, such as
+pyRPC3, https://github.com/galuszkm/pyRPC3, and rpc-reader on PyPI).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.recording.reader import Part, Reader
+
+_RECORD, _KEYWORD, _BLOCK = 128, 32, 512
+#: More than the format permits (256 channels, 1024 parameters); a damaged header has more.
+_MOST_PARAMETERS, _MOST_CHANNELS, _MOST_BLOCKS = 20_000, 4_000, 10_000
+_ORDERS = {"BINARY_IEEE_LITTLE_END": "<", "BINARY_IEEE_BIG_END": ">", "BINARY": "<"}
+_TYPES = {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where the points of a channel are: ``start`` in bytes; points of a group, groups, and points that count."""
+
+    path: Path
+    kind: np.dtype[np.generic]
+    start: int
+    channels: int
+    group: int
+    groups: int
+    points: int
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Sequence[Part]]:
+    header = _header(path)
+    layout = _layout(path, header)
+    step = _number(header, "DELTA_T")
+    if not step > 0.0:
+        raise ValueError(f"DELTA_T = {step:g} s is no sampling interval")
+    numbers = range(1, layout.channels + 1)
+    names = [header.get(f"DESC.CHAN_{i}") or f"channel {i}" for i in numbers]
+    units = [header.get(f"UNITS.CHAN_{i}", "") for i in numbers]
+    scales = [_number(header, f"SCALE.CHAN_{i}", 1.0) for i in numbers]
+    time = np.asarray(step * np.arange(layout.points), dtype=np.float64)
+    load = partial(_load, layout, scales, time)
+    yield [Part("", ["time", *names], ["s", *units], layout.points, load)]
+
+
+def _header(path: Path) -> Mapping[str, str]:
+    """Return the keywords of the header with their values."""
+    with path.open("rb") as file:
+        first = dict(_records(file.read(3 * _RECORD)))
+        count = int(_number(first, "NUM_PARAMS"))
+        blocks = int(_number(first, "NUM_HEADER_BLOCKS"))
+        if not 3 <= count <= _MOST_PARAMETERS or not 1 <= blocks <= _MOST_BLOCKS or count > 4 * blocks:
+            raise ValueError(f"a header of {count} keywords in {blocks} blocks is none of this format")
+        file.seek(0)
+        return dict(_records(file.read(count * _RECORD)))
+
+
+def _records(content: bytes) -> Iterator[tuple[str, str]]:
+    for at in range(0, len(content) - _RECORD + 1, _RECORD):
+        record = content[at : at + _RECORD]
+        keyword, value = record[:_KEYWORD], record[_KEYWORD:]
+        texts = [part.split(b"\0")[0].decode("cp1252", "replace").strip() for part in (keyword, value)]
+        if texts[0]:
+            yield texts[0].upper(), texts[1]
+
+
+def _number(header: Mapping[str, str], keyword: str, default: float | None = None) -> float:
+    text = header.get(keyword, "")
+    if not text and default is not None:
+        return default
+    if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3})?", text):
+        raise ValueError(
+            f"{keyword} = {text[:40]!r} in the header is no number" if text else f"{keyword} is missing"
+        )
+    return float(text.replace("D", "e").replace("d", "e"))
+
+
+def _layout(path: Path, header: Mapping[str, str]) -> _Layout:
+    order, kind = header.get("FORMAT", ""), header.get("DATA_TYPE", "SHORT_INTEGER") or "SHORT_INTEGER"
+    if order not in _ORDERS or kind not in _TYPES:
+        raise ValueError(f"FORMAT = {order[:40]} with DATA_TYPE = {kind[:40]} is not read")
+    if order == "BINARY" and kind == "FLOATING_POINT":
+        raise ValueError("numbers of a VAX (FORMAT = BINARY, DATA_TYPE = FLOATING_POINT) are not read")
+    channels, frame = int(_number(header, "CHANNELS")), int(_number(header, "PTS_PER_FRAME"))
+    frames = int(_number(header, "FRAMES"))
+    group = int(_number(header, "PTS_PER_GROUP", float(frame)))
+    if not (
+        1 <= channels <= _MOST_CHANNELS
+        and frame >= 1
+        and frames >= 1
+        and group >= frame
+        and group % frame == 0
+    ):
+        what = f"{channels} channels, {frames} frames of {frame} points, groups of {group} points contradict each other"
+        raise ValueError(what)
+    dtype = np.dtype(_ORDERS[order] + _TYPES[kind])
+    start, groups = int(_number(header, "NUM_HEADER_BLOCKS")) * _BLOCK, -(-frames * frame // group)
+    needed = start + groups * group * channels * dtype.itemsize
+    size = path.stat().st_size
+    if size < needed:
+        raise ValueError(f"is cut off: {size} bytes, where its header announces {needed}")
+    return _Layout(path, dtype, start, channels, group, groups, frames * frame)
+
+
+def _load(
+    layout: _Layout, scales: Sequence[float], time: NDArray[np.float64], index: int
+) -> NDArray[np.generic]:
+    """Return the time (index 0) or a channel, in its unit."""
+    if index == 0:
+        return time
+    width = layout.group * layout.channels * layout.kind.itemsize
+    raw = np.empty((layout.groups, layout.group), dtype=layout.kind)
+    with layout.path.open("rb") as file:
+        for i in range(layout.groups):
+            file.seek(layout.start + i * width + (index - 1) * layout.group * layout.kind.itemsize)
+            raw[i] = np.frombuffer(file.read(layout.group * layout.kind.itemsize), dtype=layout.kind)
+    points = raw.reshape(-1)[: layout.points]
+    return points if layout.kind.kind == "f" else points * scales[index - 1]
+
+
+def _recognises(head: bytes, suffix: str) -> bool:
+    return head.startswith(b"FORMAT\0") or (
+        head.startswith(b"FORMAT ") and b"NUM_HEADER_BLOCKS" in head[:512]
+    )
+
+
+READER = Reader(name="an RPC III file", recognises=_recognises, opened=_opened)

@@ -1,0 +1,90 @@
+"""Excel workbooks (.xlsx, .xlsm), by openpyxl: each worksheet is a table as in a text file, header and all."""
+
+from __future__ import annotations
+
+import datetime
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from bushcli.recording.reader import Part, Reader
+
+#: Cells of a workbook that are read; two million rows of three columns, as of a text file.
+_MOST_CELLS = 6_000_000
+#: Bytes that the workbook may have when it is unpacked.
+_MOST_BYTES = 1_000_000_000
+#: Columns that are looked at, and empty rows after which a sheet has ended.
+_WIDEST, _GAP = 1_000, 10_000
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Sequence[Part]]:
+    from openpyxl import load_workbook
+
+    with zipfile.ZipFile(path) as packed:
+        if sum(item.file_size for item in packed.infolist()) > _MOST_BYTES:
+            raise ValueError(f"unpacks to more than {_MOST_BYTES / 1e6:g} MB")
+    # By its name alone, the file would be judged by its suffix.
+    with path.open("rb") as stream:
+        book = load_workbook(stream, read_only=True, data_only=True)
+        try:
+            yield _sheets(book)
+        finally:
+            book.close()
+
+
+def _sheets(book: Any) -> list[Part]:
+    parts, left = [], _MOST_CELLS
+    for sheet in book.worksheets:
+        # What is written in the file about its extent may be wrong.
+        sheet.reset_dimensions()
+        cells: list[tuple[int, list[str]]] = []
+        empty, stamps = 0, dict[int, datetime.datetime]()
+        for number, row in enumerate(sheet.iter_rows(values_only=True, max_col=_WIDEST), start=1):
+            fields = [_field(value, column, stamps) for column, value in enumerate(row)]
+            left -= 1 + _filled(fields)
+            if left < 0:
+                raise ValueError(f"has more than {_MOST_CELLS / 1e6:g} million cells")
+            if any(fields):
+                cells.append((number, fields))
+                empty = 0
+            elif (empty := empty + 1) > _GAP:
+                break
+        if cells:
+            width = max(_filled(fields) for _, fields in cells)
+            parts.append(Part(sheet.title, cells=[(n, (f + [""] * width)[:width]) for n, f in cells]))
+    return parts
+
+
+def _filled(fields: Sequence[str]) -> int:
+    return max((i + 1 for i, field in enumerate(fields) if field), default=0)
+
+
+def _field(value: Any, column: int, stamps: dict[int, datetime.datetime]) -> str:
+    """Return a cell as text; a date or a time in seconds since the first one of its column."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value)
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, datetime.timedelta):
+        return repr(value.total_seconds())
+    if isinstance(value, datetime.time):
+        value = datetime.datetime.combine(datetime.date(1970, 1, 1), value)
+    if isinstance(value, datetime.datetime):
+        return repr((value - stamps.setdefault(column, value)).total_seconds())
+    return " ".join(str(value).split())
+
+
+READER = Reader(
+    name="an Excel workbook",
+    recognises=lambda head, suffix: (
+        head.startswith(b"PK\x03\x04")
+        and (suffix in (".xlsx", ".xlsm") or b"[Content_Types].xml" in head or b"xl/" in head)
+    ),
+    opened=_opened,
+    library="openpyxl",
+)

@@ -1,0 +1,138 @@
+"""Zwick testXpert II and III (.zs2), by zs2decode: one table per specimen.
+
+The file stores channels by number; the channel manager names them. It does not say in what unit the numbers are, so
+that the case file has to, where the name of a channel does not.
+
+References
+----------
+Petrich, zs2decode, https://zs2decode.readthedocs.io (structure of the file; path of the channels).
+"""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bushcli.recording.header import heading
+from bushcli.recording.reader import Part, Reader, numbered
+
+#: Bytes of the stream within; that of a series of ten specimens has some ten million.
+_MOST_BYTES = 400_000_000
+_MARK = b"\xaf\xbe\xad\xde"
+#: Parameter that holds the name of a specimen.
+_SPECIMEN = 48154
+#: What the table says for a unit that the file does not tell; no unit is called so.
+UNKNOWN = "unknown"
+
+
+@dataclass
+class _Node:
+    """A chunk with those inside it."""
+
+    name: str
+    value: Any = None
+    inside: list[_Node] = field(default_factory=list)
+
+    def get(self, path: str) -> _Node | None:
+        """Return the first chunk along names, or None."""
+        node: _Node | None = self
+        for name in path.split("/"):
+            node = next((one for one in node.inside if one.name == name), None) if node else None
+        return node
+
+    def every(self, name: str) -> Iterator[_Node]:
+        """Yield all chunks of a name, at any depth."""
+        waiting = [self]
+        while waiting:
+            node = waiting.pop()
+            if node.name == name:
+                yield node
+            waiting.extend(reversed(node.inside))
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Sequence[Part]]:
+    from zs2decode import parser
+
+    with gzip.open(path) as packed:
+        stream = packed.read(_MOST_BYTES + 1)
+    if len(stream) > _MOST_BYTES:
+        raise ValueError(f"unpacks to more than {_MOST_BYTES / 1e6:g} MB")
+    if not stream.startswith(_MARK):
+        raise ValueError("the mark of a zs2 file is missing")
+    root = _tree(parser.parse_chunks(parser.data_stream_to_chunks(bytearray(stream))))
+    names = {
+        _value(channel, "ID"): _value(channel, "Name/Text")
+        for manager in root.every("ChannelManager")
+        for channel in manager.inside
+        if channel.get("ID") and channel.get("Name/Text")
+    }
+    blocks = [node for node in root.every("SingleGroupDataBlock") if node.get("DataChannels")]
+    labels = _labels(root, len(blocks))
+    yield [part for block, name in zip(blocks, labels, strict=True) for part in _parts(block, name, names)]
+
+
+def _tree(chunks: Sequence[Sequence[Any]]) -> _Node:
+    """Return chunks, each with its address, name, type and value, as a tree."""
+    root = _Node("")
+    above = [root]
+    for _, name, kind, value in chunks:
+        if kind == "end":
+            above.pop()
+            if not above:
+                break
+            continue
+        node = _Node(name, value)
+        above[-1].inside.append(node)
+        if kind == "DD":
+            above.append(node)
+    return root
+
+
+def _value(node: _Node, path: str) -> Any:
+    found = node.get(path)
+    return None if found is None else found.value
+
+
+def _labels(root: _Node, count: int) -> list[str]:
+    """Return the names of the specimens, or numbers where there is not one name for each."""
+    found = []
+    for context in root.every("ParameterListe"):
+        for parameter in context.inside:
+            texts = _value(parameter, "QS_TextPar") if _value(parameter, "ID") == _SPECIMEN else None
+            if isinstance(texts, (list, tuple)) and texts and str(texts[0]).strip():
+                found.append(str(texts[0]).strip())
+    return numbered(found if len(found) == count else [f"specimen {i + 1}" for i in range(count)])
+
+
+def _parts(block: _Node, name: str, names: dict[Any, Any]) -> Iterator[Part]:
+    channels = [one for one in block.get("DataChannels").inside if one.get("DataArray")]  # type: ignore[union-attr]
+    arrays = [np.asarray(_value(channel, "DataArray"), dtype=float).reshape(-1) for channel in channels]
+    titles = [str(names.get(_value(channel, "TrsChannelId")) or "") for channel in channels]
+    lengths = dict.fromkeys(len(values) for values in arrays if len(values))
+    for samples in lengths:
+        at = [i for i, values in enumerate(arrays) if len(values) == samples]
+        part = name if len(lengths) == 1 else f"{name}, {samples} samples"
+        units = ["" if heading(titles[i]).written else UNKNOWN for i in at]
+        taken = [arrays[i] for i in at]
+        yield Part(part, [titles[i] for i in at], units, samples, taken.__getitem__)
+
+
+def _recognises(head: bytes, suffix: str) -> bool:
+    if not head.startswith(b"\x1f\x8b"):
+        return False
+    import zlib
+
+    try:
+        return zlib.decompressobj(wbits=31).decompress(head, 4) == _MARK
+    except zlib.error:
+        return suffix == ".zs2"
+
+
+READER = Reader(name="a Zwick file (zs2)", recognises=_recognises, opened=_opened, library="zs2decode")

@@ -1,0 +1,120 @@
+"""Columns -> samples: the time repaired or made up, rows that only repeat others left out, each time said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.clock import clock, missing_time
+from bushcli.recording.columns import Column
+from bushcli.recording.held import updates
+from bushcli.recording.source import Source
+from bushcli.recording.table import Table
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Repair:
+    """What was changed in a recording when it was read.
+
+    Attributes
+    ----------
+    kind : {"time", "stuck", "columns"}
+        "columns" says how a column was found; the others are faults of the data.
+    text : str
+        With the numbers of samples concerned.
+    """
+
+    kind: Literal["time", "stuck", "columns"]
+    text: str
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples in internal units, and what was changed of them.
+
+    Attributes
+    ----------
+    displacement, force : (n,) arrays
+    time : (n,) array or None
+        s.
+    repeated : tuple of int
+        Rows, from 0, that were left out because they repeat the row before them, time and all.
+    repairs : tuple of Repair
+    """
+
+    displacement: Array
+    force: Array
+    time: Array | None
+    repeated: tuple[int, ...] = ()
+    repairs: tuple[Repair, ...] = ()
+
+
+def timed(
+    table: Table, source: Source, stamps: Column | None, displacement: Array, force: Array, fewest: int
+) -> Samples:
+    """Return the samples with their times, repaired or made up as the case says.
+
+    Parameters
+    ----------
+    table : Table
+    source : Source
+    stamps : Column or None
+        Times of the file.
+    displacement, force : (n,) arrays
+    fewest : int
+        Number of samples that must remain.
+
+    Raises
+    ------
+    RecordingError
+    """
+    if stamps is None:
+        time, text = missing_time(source, table, displacement)
+        return Samples(displacement, force, time, (), (Repair("columns", text),) if text else ())
+    for key in ("sample_rate", "rate"):
+        if getattr(source, key) is not None:
+            what = f"{key} has no meaning: {table.label(stamps.index)} gives the time"
+            raise RecordingError(Problem(table.where, what, "", f"delete {key} from the case file"))
+    found = clock(table, stamps, displacement, force)
+    kept = found.kept
+    if kept.sum() < fewest:
+        what = f"has only {kept.sum()} different rows"
+        raise RecordingError(Problem(table.where, what, "", f"at least {fewest}"))
+    repeated = tuple(int(i) for i in np.flatnonzero(~kept))
+    repairs = tuple(Repair("time", text) for text in found.repairs)
+    return Samples(displacement[kept], force[kept], found.time, repeated, repairs)
+
+
+def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewest: int) -> Samples:
+    """Leave out the rows between the updates of a channel that was logged more slowly than the others.
+
+    Parameters
+    ----------
+    table : Table
+    samples : Samples
+    moved, forced : Column
+        As they were read.
+    fewest : int
+        Number of samples that must remain.
+    """
+    for values, other, one in (
+        (samples.force, samples.displacement, forced),
+        (samples.displacement, samples.force, moved),
+    ):
+        kept = updates(values, other)
+        if kept is None or kept.sum() < fewest:
+            continue
+        text = (
+            f"{table.label(one.index)} is written anew every {len(kept) / kept.sum():.3g} rows only; the "
+            f"{int((~kept).sum())} of {len(kept)} rows between, which repeat it, are left out"
+        )
+        time = None if samples.time is None else samples.time[kept]
+        repairs = (*samples.repairs, Repair("stuck", text))
+        return Samples(samples.displacement[kept], samples.force[kept], time, samples.repeated, repairs)
+    return samples

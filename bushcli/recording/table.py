@@ -1,0 +1,245 @@
+"""A table of measured columns, whatever file it came from: names, units as written, numbers on demand."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.fields import is_number, says_missing, sentinel, to_float
+
+Array = NDArray[np.float64]
+
+#: A slip or a code for an error; far below the largest float, so that products of measured values stay finite.
+LARGEST = 1e100
+#: Characters of a name or a field that a message shows.
+SHOWN = 40
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table(ABC):
+    """Columns of equal length.
+
+    Attributes
+    ----------
+    path : Path
+    names, units : tuple of str
+        By column, as written; empty texts where there is none.
+    part : str
+        Name of the sheet or group of the file; empty where a file holds one table.
+    header_line : int
+        Line of the units, or of the names where they have no row of their own; 0 where lines have no meaning.
+    """
+
+    path: Path
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    part: str = ""
+    header_line: int = 0
+
+    @abstractmethod
+    def __len__(self) -> int:
+        """Return the number of rows."""
+
+    @abstractmethod
+    def line(self, row: int) -> int:
+        """Return the number, from 1, by which a user finds a row (from 0): its line, or its sample."""
+
+    @abstractmethod
+    def text(self, row: int, column: int) -> str:
+        """Return a field as it is written in the file.
+
+        Parameters
+        ----------
+        row, column : int
+            From 0.
+        """
+
+    @abstractmethod
+    def numbers(self, column: int, accepted: Collection[float] = ()) -> Array:
+        """Return a column as numbers, (n,).
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+        accepted : collection of float
+            Numbers that look like codes for missing values and were measured.
+
+        Raises
+        ------
+        RecordingError
+            At the first field that is no finite number or looks like a code for a missing value.
+        """
+
+    @property
+    def where(self) -> str:
+        """The file, with the sheet or group."""
+        return f"{self.path} ({self.part})" if self.part else str(self.path)
+
+    def place(self, row: int) -> str:
+        """Return the file with the line or sample of a row (from 0)."""
+        return f"{self.path}:{self.line(row)}"
+
+    def label(self, column: int) -> str:
+        """Return how a message names a column (from 0): ``column 2 (force_N)``."""
+        name = self.names[column]
+        return f"column {column + 1} ({name[:SHOWN]})" if name else f"column {column + 1}"
+
+    def refuse_code(self, row: int, column: int, value: float) -> RecordingError:
+        """Return the error for a value that looks like a code for a missing one.
+
+        Parameters
+        ----------
+        row, column : int
+            From 0.
+        value : float
+            The number, in the unit of the file.
+        """
+        what = f"{self.label(column)}: {self.text(row, column)} looks like a code for a missing value"
+        expected = (
+            "if it is one, delete the row or put # in front of it; if it was measured, "
+            f"accept = [{value:g}] in the table of the case file"
+        )
+        return RecordingError(Problem(self.place(row), what, "", expected))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArrayTable(Table):
+    """Columns that a file holds as numbers.
+
+    Attributes
+    ----------
+    columns : tuple of (n,) arrays or None
+        None where a column was not loaded, because neither its name nor the case file asks for it.
+    """
+
+    columns: tuple[NDArray[np.generic] | None, ...] = field(repr=False)
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return next((len(column) for column in self.columns if column is not None), 0)
+
+    def line(self, row: int) -> int:
+        """Return the number of the sample, from 1."""
+        return row + 1
+
+    def place(self, row: int) -> str:
+        """Return the file with the group and the number of the sample."""
+        return f"{self.where}, sample {row + 1}"
+
+    def text(self, row: int, column: int) -> str:
+        """Return a number in the shortest form that gives it back."""
+        values = self.columns[column]
+        return "" if values is None else str(values[row])
+
+    def numbers(self, column: int, accepted: Collection[float] = ()) -> Array:
+        """Return a column as numbers; see `Table.numbers`.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+        accepted : collection of float
+            Numbers that look like codes for missing values and were measured.
+        """
+        raw = self.columns[column]
+        if raw is None:
+            what = f"{self.label(column)} was not loaded: the file is large"
+            raise RecordingError(
+                Problem(self.where, what, "", "name the column in `columns` of the case file")
+            )
+        values = raw.astype(np.float64)
+        bad = ~(np.abs(values) <= LARGEST)
+        if bad.any():
+            row = int(np.argmax(bad))
+            what = f"{self.label(column)}: {self.text(row, column)} is not a finite number"
+            if bad.sum() > 1:
+                what += f", and so in {int(bad.sum()) - 1} more samples"
+            expected = "delete these samples, or export the file without them"
+            raise RecordingError(Problem(self.place(row), what, "", expected))
+        # A code has three nines or is a limit of 16 or 32 bits: only such values are written out.
+        texts = [""] * len(values)
+        for row in np.flatnonzero(np.abs(values) >= 999.0):
+            texts[row] = f"{raw[row]!s}"
+        code = sentinel(texts, values, accepted) if any(texts) else None
+        if code is not None:
+            raise self.refuse_code(code, column, float(values[code]))
+        return values
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextTable(Table):
+    """The rows of a text file or a spreadsheet, as texts.
+
+    Attributes
+    ----------
+    rows : list of list of str
+        Fields without surrounding spaces; every row has at least ``len(names)`` fields.
+    lines : list of int
+        Line number of each row, from 1.
+    decimal : str
+    """
+
+    rows: list[list[str]] = field(repr=False)
+    lines: list[int] = field(repr=False)
+    decimal: str
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.rows)
+
+    def line(self, row: int) -> int:
+        """Return the line number of a row (from 0)."""
+        return self.lines[row]
+
+    def text(self, row: int, column: int) -> str:
+        """Return a field as it is written.
+
+        Parameters
+        ----------
+        row, column : int
+            From 0.
+        """
+        fields = self.rows[row]
+        return fields[column] if column < len(fields) else ""
+
+    def numbers(self, column: int, accepted: Collection[float] = ()) -> NDArray[np.float64]:
+        """Return a column as numbers; see `Table.numbers`.
+
+        Parameters
+        ----------
+        column : int
+            From 0.
+        accepted : collection of float
+            Numbers that look like codes for missing values and were measured.
+        """
+        fields = [row[column] if column < len(row) else "" for row in self.rows]
+        values = np.empty(len(fields))
+        for i, written in enumerate(fields):
+            if not is_number(written, self.decimal):
+                what = f'"{written[:SHOWN]}" is not a number' if written else "is empty"
+                raise self._refused(i, column, what)
+            if says_missing(written):
+                raise self._refused(i, column, f"{written} is a missing value")
+            values[i] = to_float(written, self.decimal)
+            if not np.isfinite(values[i]):
+                raise self._refused(i, column, f"{written[:SHOWN]} is not a finite number")
+            if abs(values[i]) > LARGEST:
+                raise self._refused(i, column, f"{written[:SHOWN]} is no measurement")
+        code = sentinel(fields, values, accepted)
+        if code is not None:
+            raise self.refuse_code(code, column, values[code])
+        return values
+
+    def _refused(self, row: int, column: int, what: str) -> RecordingError:
+        sign = "comma" if self.decimal == "," else "point"
+        expected = f"numbers with a decimal {sign} and without thousands separators"
+        if "missing value" in what:
+            expected = "delete the row, or put # and a blank in front of it"
+        return RecordingError(Problem(self.place(row), f"{self.label(column)}: {what}", "", expected))

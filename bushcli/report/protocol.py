@@ -1,0 +1,91 @@
+"""The protocol of a case's tests as text and as JSON: cycles, rates and holds, standards, open questions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.padding import Padding
+from rich.text import Text
+
+from bushcli.report.quantity import number, quantities
+from bushcli.standards import Clause, Lack, Observed
+from bushcli.standards.protocol import Protocol
+
+_MARKS = {True: "yes", False: "no", None: "not known"}
+
+
+def protocol_json(found: Protocol) -> dict[str, Any]:
+    """Return the protocol as JSON-ready data, keys that `bushcli check` adds to its result."""
+    return {
+        "protocol": [_observed(one) for one in (*found.recordings, *found.coupons)],
+        "standards": [
+            {"channel": channel, "standard": name, "clauses": [vars(clause) for clause in asked]}
+            for channel, name, asked in found.judged
+        ],
+        "open_questions": [vars(lack) | {"channels": list(lack.channels)} for lack in found.lacks],
+        "remarks": [{"channel": channel, "text": text} for channel, text in found.remarks],
+    }
+
+
+def _observed(one: Observed) -> dict[str, Any]:
+    shown = quantities(one.mode)
+    return {
+        "channel": one.channel,
+        "cycles": len(one.amplitudes),
+        "conditioning": one.conditioning,
+        "amplitudes": [shown.per_internal * value for value in one.amplitudes],
+        "rates": [shown.per_internal * rate for rate in one.rates],
+        "holds_s": list(one.holds),
+        "rests_s": list(one.rests),
+        "timed": one.timed,
+        "from_rest": one.from_rest,
+        "unloads": one.unloads,
+    }
+
+
+def protocol_parts(found: Protocol) -> list[object]:
+    """Return the parts of the summary of a case that say what its tests are."""
+    parts: list[object] = []
+    if found.remarks:
+        parts += _titled("How the files were read", [f"{channel}: {text}" for channel, text in found.remarks])
+    if found.recordings or found.coupons:
+        parts += _titled("What the tests are", [_line(one) for one in (*found.recordings, *found.coupons)])
+    for channel, name, asked in found.judged:
+        parts += _titled(f"{channel} and {name}", [_clause(clause) for clause in asked])
+    if found.lacks:
+        parts += _titled("What the recordings leave open", [_lack(lack) for lack in found.lacks])
+    return parts
+
+
+def _titled(title: str, lines: Sequence[str]) -> list[object]:
+    return [Text(), Text(title, "bold"), *(Padding(Text(line), (0, 0, 0, 2)) for line in lines)]
+
+
+def _line(one: Observed) -> str:
+    shown = quantities(one.mode)
+    unit = f"{shown.displacement_unit}/s" if shown.displacement_unit else "1/s"
+    cycles = len(one.amplitudes)
+    words = [f"{cycles} cycle{'s' if cycles != 1 else ''}"]
+    if one.conditioning:
+        words[0] += f" after {one.conditioning} for conditioning"
+    if not one.timed:
+        words.append("no time")
+    elif one.rates:
+        rates = " and ".join(number(shown.per_internal * rate) for rate in one.rates)
+        words.append(f"ramps at {rates} {unit}")
+    for held, where in ((one.holds, "hold"), (one.rests, "rest")):
+        if held:
+            plural = f"{where}s" if len(held) > 1 else where
+            words.append(f"{len(held)} {plural} of up to {number(max(held))} s")
+    words += [] if one.unloads else ["not unloaded"]
+    words += [] if one.from_rest else ["begins away from rest"]
+    return f"{one.channel}: {', '.join(words)}"
+
+
+def _clause(clause: Clause) -> str:
+    return f"{_MARKS[clause.met]}: {clause.text} (found: {clause.found})"
+
+
+def _lack(lack: Lack) -> str:
+    return f"{lack.question} ({', '.join(lack.channels)}): {lack.why}. To tell it, {lack.remedy}."

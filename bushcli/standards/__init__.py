@@ -1,0 +1,11 @@
+"""What a test was, beside what standards ask for and what each question to a recording needs.
+
+`observed` says what is in a recording: cycles, rates, holds, rest. `library` has one file per standard; a case names
+the one that a recording claims to follow. `questions` says which effects the recordings of a case cannot tell, and why.
+"""
+
+from bushcli.standards.observed import Observed, observe
+from bushcli.standards.questions import Lack, lacking
+from bushcli.standards.standard import Clause, Standard, clauses, standards
+
+__all__ = ["Clause", "Lack", "Observed", "Standard", "clauses", "lacking", "observe", "standards"]

@@ -1,0 +1,1 @@
+"""One file per standard; `bushcli.standards.standard` finds them."""

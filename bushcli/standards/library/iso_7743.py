@@ -1,0 +1,39 @@
+"""ISO 7743: compression of rubber. Four cycles without a pause to 25 % at 10 mm/min; the last one counts.
+
+References
+----------
+ISO 7743:2017, Rubber, vulcanized or thermoplastic: determination of compression stress-strain properties (methods A
+to C).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bushcli.recording.source import Source
+from bushcli.standards.observed import Observed
+from bushcli.standards.standard import Clause, Standard, cycles_clause, speed_clause
+
+CYCLES, STRAIN, SPEED = 4, 0.25, 10.0
+
+
+def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
+    yield cycles_clause(seen, CYCLES, f"{CYCLES} cycles in succession, of which the last counts")
+    largest = max(seen.amplitudes)
+    yield Clause(f"compression to {STRAIN:.0%}", f"{largest:.1%}", abs(largest - STRAIN) <= 0.1 * STRAIN)
+    yield speed_clause(seen, source, [(SPEED, 0.1 * SPEED)])
+    longest = max((*seen.holds, *seen.rests), default=0.0)
+    yield Clause(
+        "no pause between the cycles",
+        f"the longest is {longest:.3g} s",
+        longest <= 1.0 if seen.timed else None,
+    )
+
+
+STANDARD = Standard(
+    name="ISO 7743",
+    title="Compression stress-strain properties",
+    source="ISO 7743:2017",
+    modes=frozenset({"uniaxial"}),
+    judge=_judge,
+)

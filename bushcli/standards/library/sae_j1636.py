@@ -1,0 +1,51 @@
+"""SAE J1636: load and deformation tests of elastomeric components.
+
+It asks for a stated test rather than for one set of numbers: cycles before the one that counts, preload, ramp rates,
+hold times, test levels. Three to ten cycles are usual before a component is steady.
+
+References
+----------
+SAE J1636 (1993, 2017), Recommended guidelines for load/deformation testing of elastomeric components. Its text is not
+public; what is used here is in public summaries of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bushcli.recording.source import Source
+from bushcli.standards.observed import Observed
+from bushcli.standards.standard import Clause, Standard, cycles_clause
+
+#: Cycles before the one that counts.
+FEWEST = 3
+
+
+def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
+    yield cycles_clause(
+        seen, FEWEST + 1, f"{FEWEST} to 10 cycles to the same travel before the one that counts"
+    )
+    marked = f"conditioning = {seen.conditioning}" if seen.conditioning else "conditioning is not given"
+    yield Clause(
+        "which cycles only condition the part is stated",
+        marked,
+        seen.conditioning > 0 or source.cycles is not None,
+    )
+    rates = ", ".join(f"{rate:.3g}" for rate in seen.rates)
+    yield Clause(
+        "one ramp rate", f"{rates} per s" if rates else "no time", len(seen.rates) == 1 if rates else None
+    )
+    yield Clause(
+        "the test begins unloaded or at a stated preload",
+        "at rest" if seen.from_rest else "away from rest",
+        seen.from_rest,
+    )
+
+
+STANDARD = Standard(
+    name="SAE J1636",
+    title="Load/deformation testing of elastomeric components",
+    source="public summaries of SAE J1636",
+    modes=frozenset({"axial", "radial", "torsional", "conical"}),
+    judge=_judge,
+)

@@ -1,0 +1,65 @@
+"""The protocol of a case's tests: what they are, what their standards ask for, what they leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from bushcli.case import Case
+from bushcli.recording import Recording
+from bushcli.standards.observed import Observed, observe
+from bushcli.standards.questions import Lack, lacking
+from bushcli.standards.standard import Clause, clauses
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """What the tests of a case are.
+
+    Attributes
+    ----------
+    recordings, coupons : tuple of Observed
+        In the order of the case.
+    judged : tuple of (str, str, tuple of Clause)
+        Channel, standard and what it asks for, of each recording and coupon that names one.
+    lacks : tuple of Lack
+        Questions that the recordings leave open.
+    remarks : tuple of (str, str)
+        Channel, and how its file was read where that is not plain.
+    """
+
+    recordings: tuple[Observed, ...]
+    coupons: tuple[Observed, ...]
+    judged: tuple[tuple[str, str, tuple[Clause, ...]], ...]
+    lacks: tuple[Lack, ...]
+    remarks: tuple[tuple[str, str], ...]
+
+    @property
+    def violated(self) -> bool:
+        """Whether a recording does not meet a standard that it names."""
+        return any(clause.met is False for _, _, asked in self.judged for clause in asked)
+
+
+def protocol(case: Case, curves: Sequence[Recording], coupons: Sequence[Recording]) -> Protocol:
+    """Return the protocol of a case's tests.
+
+    Parameters
+    ----------
+    case : Case
+    curves, coupons : sequence of Recording
+        As they were read, in the order of the case.
+    """
+    seen, tested = tuple(map(observe, curves)), tuple(map(observe, coupons))
+    sources = (*case.recordings, *case.coupons)
+    judged = tuple(
+        (one.channel, source.standard, clauses(one, source))
+        for one, source in zip((*seen, *tested), sources, strict=True)
+        if source.standard is not None
+    )
+    remarks = tuple(
+        (curve.name, repair.text)
+        for curve in (*curves, *coupons)
+        for repair in curve.repairs
+        if repair.kind == "columns"
+    )
+    return Protocol(seen, tested, judged, lacking(seen, tested), remarks)

@@ -1,0 +1,132 @@
+"""What the recordings of a case cannot tell, for which question, and the test that would.
+
+Each line follows from the effects' formulas (docs/effects.md): viscosity changes the loop with the rate and relaxes in
+a hold, friction does neither; Mullins softening shows where a first loading is beside a second one to the same travel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from bushcli.standards.observed import ALIKE, DIFFERENT_RATE, Observed
+from cases.mode import modes
+
+#: Seconds from which on a hold shows relaxation beyond the ramp before it.
+_HOLD = 10.0
+
+
+@dataclass(frozen=True)
+class Lack:
+    """A question that recordings leave open.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Those that lack it.
+    question : str
+        What cannot be told.
+    why : str
+        What the recordings have.
+    remedy : str
+        The recording that would tell.
+    """
+
+    channels: tuple[str, ...]
+    question: str
+    why: str
+    remedy: str
+
+
+def lacking(seen: Sequence[Observed], coupons: Sequence[Observed] = ()) -> tuple[Lack, ...]:
+    """Return what recordings of a bushing, and tests of its rubber, leave open.
+
+    Parameters
+    ----------
+    seen : sequence of Observed
+        Recordings of the bushing.
+    coupons : sequence of Observed
+        Material tests.
+    """
+    return (*_of_rates(seen), *_of_cycles(seen), *_of_modes(seen), *_of_coupons(coupons))
+
+
+def _of_rates(seen: Sequence[Observed]) -> Iterator[Lack]:
+    """Yield what time, rates and holds leave open."""
+    if not seen:
+        return
+    names = tuple(one.channel for one in seen)
+    question = "whether viscosity or friction opens the loops"
+    if not any(one.timed for one in seen):
+        yield Lack(names, question, "there is no time", "record the time, or give sample_rate")
+        return
+    if any(hold >= _HOLD for one in seen for hold in one.holds):
+        return
+    by_mode: dict[str, list[float]] = {}
+    for one in seen:
+        by_mode.setdefault(one.mode, []).extend(one.rates)
+    if any(rates and max(rates) >= DIFFERENT_RATE * min(rates) for rates in by_mode.values()):
+        return
+    yield Lack(
+        names,
+        question,
+        f"each mode has one rate, and no hold lasts {_HOLD:g} s",
+        "record a channel once more at a tenth of the rate, or hold it at its largest travel for some minutes",
+    )
+
+
+def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
+    """Yield what the number and sizes of the cycles leave open."""
+    flat = tuple(one.channel for one in seen if not one.unloads)
+    if flat:
+        why, remedy = "the load is never taken back", "record the way back as well"
+        yield Lack(flat, "damping, set and softening", why, remedy)
+    single = tuple(one.channel for one in seen if one.unloads and one.alike < 2 and not _grows(one))
+    if single:
+        yield Lack(
+            single,
+            "Mullins softening",
+            "no travel is reached twice",
+            "record two or more cycles to the same travel, the first one of a new part included",
+        )
+    known = tuple(one.channel for one in seen if one.conditioning and not _grows(one))
+    if known:
+        yield Lack(
+            known,
+            "Mullins softening",
+            "the first cycles condition the part, and the others go no further",
+            "let later cycles go further than the conditioning did, or compare the first cycles too",
+        )
+    begun = tuple(one.channel for one in seen if not one.from_rest)
+    if begun:
+        why, remedy = "the recording begins away from rest", "begin at zero displacement and force"
+        yield Lack(begun, "offset and permanent set", why, remedy)
+
+
+def _grows(one: Observed) -> bool:
+    """Whether a later cycle goes further than the first."""
+    return bool(one.amplitudes) and max(one.amplitudes) > (1.0 + ALIKE) * one.amplitudes[0]
+
+
+def _of_modes(seen: Sequence[Observed]) -> Iterator[Lack]:
+    """Yield what a single mode of a bushing leaves open."""
+    found = {one.mode for one in seen if modes()[one.mode].specimen == "bushing"}
+    if len(found) == 1:
+        other = "radial" if found != {"radial"} else "axial"
+        yield Lack(
+            tuple(one.channel for one in seen),
+            "whether the rubber is another batch, or geometry, compressibility or the rig differ",
+            f"there is one mode only, {found.pop()}",
+            f"record a second mode, such as {other}",
+        )
+
+
+def _of_coupons(coupons: Sequence[Observed]) -> Iterator[Lack]:
+    found = {one.mode for one in coupons}
+    if found == {"uniaxial"}:
+        yield Lack(
+            tuple(one.channel for one in coupons),
+            "the law in shear and equibiaxial tension",
+            "the rubber was tested uniaxially only",
+            "add a planar or an equibiaxial test, or use a law of I1 alone (yeoh)",
+        )

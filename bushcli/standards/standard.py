@@ -1,0 +1,125 @@
+"""The type of a standard: what it asks of a test, as far as a recording shows it."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cache
+
+from bushcli.recording.source import Source
+from bushcli.standards.observed import Observed
+
+
+@dataclass(frozen=True)
+class Clause:
+    """One requirement, and whether a recording meets it.
+
+    Attributes
+    ----------
+    text : str
+        What is asked for.
+    found : str
+        What the recording has.
+    met : bool or None
+        None where the recording cannot show it.
+    """
+
+    text: str
+    found: str
+    met: bool | None
+
+
+@dataclass(frozen=True)
+class Standard:
+    """A standard for tests of rubber.
+
+    Attributes
+    ----------
+    name, title : str
+    source : str
+        What the requirements here were taken from.
+    modes : frozenset of str
+        Modes that it covers.
+    judge : callable
+        What was observed, and the source -> clauses.
+    """
+
+    name: str
+    title: str
+    source: str
+    modes: frozenset[str]
+    judge: Callable[[Observed, Source], Iterable[Clause]]
+
+
+@cache
+def standards() -> dict[str, Standard]:
+    """Return all standards found in ``bushcli/standards/library``, by name."""
+    package = importlib.import_module("bushcli.standards.library")
+    found = [
+        importlib.import_module(f"{package.__name__}.{module.name}").STANDARD
+        for module in pkgutil.iter_modules(package.__path__)
+    ]
+    return {standard.name: standard for standard in sorted(found, key=lambda one: one.name)}
+
+
+def clauses(seen: Observed, source: Source) -> tuple[Clause, ...]:
+    """Return what the standard that a source names asks for; nothing where it names none.
+
+    Parameters
+    ----------
+    seen : Observed
+    source : Source
+    """
+    if source.standard is None:
+        return ()
+    standard = standards()[source.standard]
+    if seen.mode not in standard.modes:
+        text, found = f"a test in mode {' or '.join(sorted(standard.modes))}", f"mode {seen.mode}"
+        return (Clause(text, found, False),)
+    return tuple(standard.judge(seen, source))
+
+
+def speed_clause(seen: Observed, source: Source, wanted: Iterable[tuple[float, float]]) -> Clause:
+    """Return the clause on the speed of the grips or plates.
+
+    Parameters
+    ----------
+    seen : Observed
+    source : Source
+        Its gauge length turns a strain rate into a speed.
+    wanted : iterable of (float, float)
+        Speed and its tolerance, mm/min.
+    """
+    text = " or ".join(f"{speed:g} ± {slack:g} mm/min" for speed, slack in wanted)
+    length = source.specimen.gauge_length
+    if not seen.rates:
+        return Clause(f"speed {text}", "no time", None)
+    if length is None:
+        shown = ", ".join(f"{rate:.3g}" for rate in seen.rates)
+        return Clause(
+            f"speed {text}", f"{shown} strain per second, and no gauge_length to turn it into a speed", None
+        )
+    speeds = [60.0 * rate * length for rate in seen.rates]
+    met = all(any(abs(speed - want) <= slack for want, slack in wanted) for speed in speeds)
+    return Clause(f"speed {text}", ", ".join(f"{speed:.3g} mm/min" for speed in speeds), met)
+
+
+def cycles_clause(seen: Observed, least: int, text: str) -> Clause:
+    """Return the clause on the number of cycles of the same amplitude.
+
+    Parameters
+    ----------
+    seen : Observed
+    least : int
+        Number of cycles asked for.
+    text : str
+        What is asked for.
+    """
+    known = f", {seen.conditioning} of them marked as conditioning" if seen.conditioning else ""
+    return Clause(
+        text,
+        f"{seen.alike} cycle{'s' if seen.alike != 1 else ''} to the largest travel{known}",
+        seen.alike >= least,
+    )

@@ -1,0 +1,262 @@
+"""Recordings of a case: patterns of files, modes from their names, machine units, tolerance; `bushcli init --from`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from bushcli.case import load_case, resolved
+from bushcli.cli import main
+from bushcli.errors import CaseError
+from bushcli.recording import read_recording
+from bushcli.recording.guess import mode_of_name
+
+CASE = """
+[geometry]
+shape = "plain"
+inner_radius = 12.0
+outer_radius = 22.0
+length = 40.0
+[material]
+law = "yeoh"
+"""
+Q = np.concatenate([np.linspace(0, 4, 21), np.linspace(3.8, 0, 20)])
+
+
+def rig(path: Path, head: str = "time_s,displacement_mm,force_N", scale: float = 100.0) -> Path:
+    rows = "\n".join(f"{0.1 * i:.1f},{q:.4f},{scale * q:.4f}" for i, q in enumerate(Q))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"{head}\n{rows}\n", encoding="utf-8")
+    return path
+
+
+def case(folder: Path, text: str) -> Path:
+    path = folder / "case.toml"
+    path.write_text(CASE + text, encoding="utf-8")
+    return path
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(main, [str(word) for word in words])
+
+
+@pytest.mark.parametrize(
+    ("name", "specimen", "mode"),
+    [
+        ("run_03_axial", "bushing", "axial"),
+        ("B12-AX-23C", "bushing", "axial"),
+        ("Radialsteifigkeit_quer", "bushing", "radial"),
+        ("torsion2", "bushing", "torsional"),
+        ("Kardanisch", "bushing", "conical"),
+        ("Zug_S2", "coupon", "uniaxial"),
+        ("pure_shear_1", "coupon", "planar"),
+        ("Biax", "coupon", "equibiaxial"),
+        ("axial_radial", "bushing", None),
+        ("run_03", "bushing", None),
+        ("faxes", "bushing", None),
+        ("axial", "coupon", None),
+    ],
+)
+def test_modes_of_names(name, specimen, mode):
+    assert mode_of_name(name, specimen) == mode
+
+
+def test_a_pattern_stands_for_its_files_in_natural_order(tmp_path):
+    for i in (1, 2, 10):
+        rig(tmp_path / "runs" / f"axial_{i}.csv")
+    rig(tmp_path / "runs" / "radial_1.csv")
+    found = load_case(case(tmp_path, '[[recordings]]\nfile = "runs/*.csv"\n'))
+    assert [(s.name, s.mode) for s in found.recordings] == [
+        ("axial_1", "axial"), ("axial_2", "axial"), ("axial_10", "axial"), ("radial_1", "radial"),
+    ]  # fmt: skip
+    assert all(len(read_recording(source).force) == len(Q) for source in found.recordings)
+
+
+def test_a_file_whose_name_is_a_pattern_is_taken_as_it_is(tmp_path):
+    rig(tmp_path / "axial[1].csv")
+    found = load_case(case(tmp_path, '[[recordings]]\nfile = "axial[1].csv"\n'))
+    assert [s.name for s in found.recordings] == ["axial"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('file = "none_*.csv"\nmode = "axial"', "stands for no file"),
+        ('file = "**/*.csv"', r"is no pattern that is followed"),
+        ('file = "/etc/*.conf"', r"is no pattern that is followed"),
+        ('file = "run_*.csv"', r'mode is missing, and the name "run_1.csv" does not tell it \(axial'),
+        ('file = "run_1.csv"', r'mode is missing, and the name "run_1.csv" does not tell it'),
+        ('file = "run_*.csv"\nmode = "axial"\nname = "a"', "one name for the 2 files"),
+        ('file = "run_1.csv"\nmode = "axial"\ngauge_length = 20.0', "gauge_length is of a material test"),
+        ('file = "run_1.csv"\nmode = "axial"\nrate = 1.0\nsample_rate = 2.0', "rate and sample_rate both"),
+        ('file = "run_1.csv"\nmode = "axial"\ngroup = 0', "group = 0"),
+        ('file = "run_1.csv"\nmode = "axial"\nsample_rate = -1.0', "sample_rate = -1.0 must be greater"),
+        ('file = "run_1.csv"\nmode = "axial"\nstandard = "ISO 7734"', 'did you mean "ISO 7743"'),
+    ],
+)
+def test_what_cannot_be_is_refused(tmp_path, text, message):
+    rig(tmp_path / "run_1.csv")
+    rig(tmp_path / "run_2.csv")
+    with pytest.raises(CaseError, match=message):
+        load_case(case(tmp_path, f"[[recordings]]\n{text}\n"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("width = 4.0", "thickness is missing"),
+        ("thickness = 4.0", "width is missing"),
+        ("area = 8.0\ndiameter = 3.0", "area and diameter"),
+        ("area = 8.0\nwidth = 2.0\nthickness = 4.0", "area and width and thickness"),
+        ("area = -8.0", "must be greater than 0"),
+        ('stress = "cauchy"', "is not allowed"),
+    ],
+)
+def test_a_cross_section_is_given_once(tmp_path, text, message):
+    rig(tmp_path / "zug.csv")
+    with pytest.raises(CaseError, match=message):
+        load_case(case(tmp_path, f'[[coupons]]\nfile = "zug.csv"\ngauge_length = 20.0\n{text}\n'))
+
+
+@pytest.mark.parametrize(
+    "text", ["area = 8.0", "width = 4.0\nthickness = 2.0", "diameter = 3.1915382432114616"]
+)
+def test_machine_units_of_a_case(tmp_path, text):
+    rig(tmp_path / "zug.csv")
+    found = load_case(case(tmp_path, f'[[coupons]]\nfile = "zug.csv"\ngauge_length = 20.0\n{text}\n'))
+    recording = read_recording(found.coupons[0])
+    assert found.coupons[0].mode == "uniaxial"
+    np.testing.assert_allclose(recording.displacement, Q / 20.0, atol=1e-6)
+    np.testing.assert_allclose(recording.force, 100.0 * Q / 8.0, atol=1e-4)
+    shown = resolved(found)["coupons"][0]
+    assert shown["gauge_length"] == 20.0
+    assert shown["area"] == pytest.approx(8.0)
+
+
+# -- tolerance ---------------------------------------------------------------------------------------------------------
+
+
+def test_the_tolerance_is_ten_percent_where_none_is_given(tmp_path):
+    assert (
+        load_case(
+            case(
+                tmp_path,
+                '[[load_cases]]\nmode = "axial"\namplitude = 1.0\n[material.parameters]\nC10=0.5\nC20=0.0\nC30=0.0',
+            )
+        ).tolerance.percent
+        == 10.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [("15.0", "15 %"), ("12", "12 %"), ('{class = "D2", percent = 15.0}', "D2 (15 %)")]
+)
+def test_a_tolerance_is_read(tmp_path, value, text):
+    rig(tmp_path / "axial.csv")
+    path = case(tmp_path, '[[recordings]]\nfile = "axial.csv"\n')
+    assert load_case(path, [f"tolerance={value}"]).tolerance.text == text
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ('"D2"', r'depends on hardness and wall thickness .*tolerance = \{class = "D2", percent = 15\}'),
+        ('"E2"', "is not a number"),
+        ("0", "must be greater than 0"),
+        ("500", "must be at most 100"),
+        ('{class = "D2"}', "percent is missing"),
+        ('{class = "D7", percent = 3}', 'did you mean "D1"'),
+    ],
+)
+def test_a_tolerance_that_says_nothing_is_refused(tmp_path, value, message):
+    rig(tmp_path / "axial.csv")
+    path = case(tmp_path, '[[recordings]]\nfile = "axial.csv"\n')
+    with pytest.raises(CaseError, match=message):
+        load_case(path, [f"tolerance={value}"])
+
+
+# -- init --from -------------------------------------------------------------------------------------------------------
+
+
+def test_a_case_from_files_is_accepted_by_check(tmp_path):
+    rig(tmp_path / "lab" / "run1_axial.csv", "Prüfzeit [s],Standardweg [mm],Standardkraft [N]")
+    rig(tmp_path / "lab" / "run2.csv", scale=400.0)
+    rig(tmp_path / "lab" / "torsion.csv", "t_s,Winkel [deg],Moment [Nmm]", scale=2000.0)
+    rig(tmp_path / "lab" / "Zug_S2.csv", "Zeit [s],Traversenweg [mm],Kraft [N]", scale=2.0)
+    rig(tmp_path / "lab" / "biax.csv", "time_s,strain,stress [MPa]", scale=0.4)
+    files = sorted((tmp_path / "lab").iterdir())
+    done = run("init", "--from", *files, tmp_path / "new")
+    assert done.exit_code == 0, done.output
+    text = (tmp_path / "new" / "case.toml").read_text(encoding="utf-8")
+    assert "<-- mode: the file's name does not tell it; axial, radial would do" in text
+    assert "<-- gauge_length, area" in text
+    checked = run("check", tmp_path / "new" / "case.toml", "--json", "-q")
+    assert checked.exit_code == 0, checked.output
+    found = json.loads(checked.output)
+    assert {entry["name"]: entry["mode"] for entry in found["recordings"]} == {
+        "run1_axial": "axial", "run2": "axial", "torsional": "torsional",
+    }  # fmt: skip
+    assert [entry["mode"] for entry in found["coupons"]] == ["uniaxial", "equibiaxial"]
+
+
+def test_columns_that_could_both_be_meant_are_chosen_and_said(tmp_path):
+    rows = "\n".join(f"{q:.3f},{100 * q:.3f},{110 * q:.3f}" for q in Q)
+    (tmp_path / "axial.csv").write_text(f"Weg [mm],Kraft A [N],Kraft B [N]\n{rows}\n")
+    done = run("init", "--from", tmp_path / "axial.csv", tmp_path)
+    assert done.exit_code == 0, done.output
+    text = (tmp_path / "case.toml").read_text(encoding="utf-8")
+    assert "columns = { force = 2 }" in text
+    assert '<-- columns: the force could be any of 2 ("Kraft A [N]"), 3 ("Kraft B [N]")' in text
+    assert run("check", tmp_path / "case.toml", "-q").exit_code == 0
+
+
+def test_stress_and_strain_are_of_a_coupon_whatever_else_is_in_the_file(tmp_path):
+    rows = "\n".join(
+        f"{0.4 * q:.4f}\t{60 * q:.3f}\t{25 * q:.4f}\t{25 * q:.4f}\t{i}\t{200 + q:.4f}"
+        for i, q in enumerate(Q)
+    )
+    head = "#  Querschnitt: 150\n# [N/mm**2]\t[N]\t[%-ext]\t[%-trav]\t[s]\t[mm]"
+    (tmp_path / "viscoel1.dat").write_text(f"{head}\n{rows}\n")
+    assert run("init", "--from", tmp_path / "viscoel1.dat", tmp_path).exit_code == 0
+    [source] = load_case(tmp_path / "case.toml").coupons
+    recording = read_recording(source)
+    np.testing.assert_allclose(recording.displacement, 0.25 * Q, atol=1e-4)
+    np.testing.assert_allclose(recording.force, 0.4 * Q, atol=1e-4)
+    assert "are identical and taken as one" in (tmp_path / "case.toml").read_text()
+
+
+def test_what_cannot_be_read_is_said_for_each_file(tmp_path):
+    (tmp_path / "notes.txt").write_text("nothing to see\n")
+    done = run("init", "--from", tmp_path / "notes.txt", tmp_path / "absent.csv", tmp_path / "new")
+    assert done.exit_code == 2
+    assert "notes.txt: has no table" in done.output
+    assert "absent.csv: no such file" in done.output
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_case_that_is_there_is_not_replaced(tmp_path):
+    rig(tmp_path / "axial.csv")
+    case(tmp_path, "# mine\n")
+    done = run("init", "--from", tmp_path / "axial.csv", tmp_path)
+    assert done.exit_code == 2
+    assert "exists already" in done.output
+    assert "# mine" in (tmp_path / "case.toml").read_text()
+
+
+def test_a_name_that_would_break_the_file_is_written_in_quotes(tmp_path):
+    rig(tmp_path / 'a"b = 1\\axial.csv')
+    folder = tmp_path / 'new "case"'
+    done = run("init", "--from", tmp_path / 'a"b = 1\\axial.csv', folder)
+    assert done.exit_code == 0, done.output
+    assert run("check", folder / "case.toml", "-q").exit_code == 0
+
+
+def test_init_without_files_takes_one_folder(tmp_path):
+    assert run("init", tmp_path / "a").exit_code == 0
+    refused = run("init", tmp_path / "b", tmp_path / "c")
+    assert refused.exit_code == 2
+    assert "unexpected extra argument" in refused.output
