@@ -21,6 +21,7 @@ from bushcli.cli.case import check, direct, mesh
 from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.run import unwritable
+from bushcli.cli.study import study
 from bushcli.cli.tool import doctor, init, list_
 from bushcli.errors import nearest, printable
 
@@ -86,7 +87,7 @@ def main() -> None:
     """
 
 
-for _command in (init, check, mesh, fit, direct, inverse, diagnose, list_, doctor):
+for _command in (init, check, mesh, fit, direct, inverse, diagnose, study, list_, doctor):
     main.add_command(_command)
 
 __all__ = ["main"]

@@ -18,8 +18,10 @@ from bushcli.report.output import (
     write_inverse,
     write_meshes,
     write_refused,
+    write_study,
 )
 from bushcli.report.ranking import rank
+from bushcli.report.study import study_json, study_text
 from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
 from bushcli.report.verdict import judge
 
@@ -40,6 +42,8 @@ __all__ = [
     "mesh_json",
     "mesh_text",
     "rank",
+    "study_json",
+    "study_text",
     "write_beginning",
     "write_check",
     "write_diagnosis",
@@ -48,4 +52,5 @@ __all__ = [
     "write_inverse",
     "write_meshes",
     "write_refused",
+    "write_study",
 ]

@@ -6,7 +6,7 @@ tool would replace but has not written itself is refused (`bushcli.report.folder
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +28,13 @@ from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Response
+from bushcli.study.study import Study
 from geometry.errors import GeometryError
 from geometry.shape import Shape
 
 REPORT = "report.html"
+#: The designs of a study.
+DESIGNS = "designs.parquet"
 _FIELDS = (".xdmf", ".h5")
 #: The case file that `bushcli mesh PART` writes.
 BEGINNING = "case.toml"
@@ -227,6 +230,36 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
     return _write(directory, files, found.case)
 
 
+def write_study(
+    directory: Path, result: Mapping[str, Any], found: Study, rows: Callable[[Path], None]
+) -> tuple[Path, ...]:
+    """Write a study: result.json, the designs as Parquet, pictures, report.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `study_json` returned.
+    found : Study
+        The study.
+    rows : callable
+        Writes the designs at a path.
+
+    Raises
+    ------
+    InputError
+        As `write_direct`.
+    """
+    from bushcli.report.figures.study import study_figures
+    from bushcli.report.study_html import study_html
+
+    pictures = study_figures(found)
+    files: dict[str, Content] = {RESULT: result, DESIGNS: rows, **drawn(pictures)}
+    files[REPORT] = text_file(study_html(result, found, pictures))
+    return _write(directory, files, found.case)
+
+
 def write_meshes(
     directory: Path,
     meshes: Sequence[Meshed],
@@ -329,7 +362,8 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         if command == "mesh"
         else []
     )
-    refuse_others(directory, [RESULT, REPORT, *curves, *meshes], _inputs(case))
+    designs = [DESIGNS] if command == "study" else []
+    refuse_others(directory, [RESULT, REPORT, *designs, *curves, *meshes], _inputs(case))
 
 
 def _inputs(case: Case | None) -> list[Path]:

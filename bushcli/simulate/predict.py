@@ -30,9 +30,9 @@ from cases.march import Progress as StepProgress
 from cases.mode import modes
 from cases.model import Model
 from cases.program import Program, path
-from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
+from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from cases.stability import stable
-from cases.stretches import Surface, principal_stretches, surface
+from cases.stretches import Surface, stretch_points, stretches_at, surface
 from forms.law import law
 
 Array = NDArray[np.float64]
@@ -52,6 +52,8 @@ def predict(
     fields: Path | None = None,
     progress: Progress | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
+    prepared: Prepare = prepare,
+    pictures: bool = True,
 ) -> Response:
     """Simulate every load case and every recording of a case.
 
@@ -69,6 +71,10 @@ def predict(
         Called after each step of the march.
     comm : MPI.Comm
         Ranks that share each model.
+    prepared : Prepare
+        Makes the finite-element models.
+    pictures : bool
+        Whether to keep the deformed surface of each channel.
 
     Returns
     -------
@@ -97,7 +103,7 @@ def predict(
     channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     for channel in channels:
         check_play(case, channel.name, channel.mode, channel.displacement)
-    run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
+    run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm, prepared, pictures)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in conditions(channel))
     return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
@@ -164,10 +170,12 @@ class _Run:
     fields: Path | None
     progress: Progress | None
     comm: MPI.Comm
+    prepared: Prepare
+    pictures: bool
 
     def model(self, mode: str, factor: float = 1.0) -> Model:
         refinement = replace(self.case.mesh.refinement, factor=factor)
-        return prepare(self.case.geometry, modes()[mode], self.rubber, refinement, self.comm)
+        return self.prepared(self.case.geometry, modes()[mode], self.rubber, refinement, self.comm)
 
     def simulate(self, channel: _Channel) -> Simulated:
         """March one channel, and examine the stretches and the stability of its states."""
@@ -217,7 +225,7 @@ class _Run:
             stretches=stretches,
             unstable=unstable,
             seconds={"mesh_and_forms": ready - begin, "march": done - ready},
-            surface=_picture(model, history),
+            surface=_picture(model, history) if self.pictures else None,
             mesh_error=error,
             step_error=step_error,
             along=answer is not None and channel.recording is not None,
@@ -242,6 +250,7 @@ class _Run:
             channel.displacement,
             None if channel.whole is None else displacement_noise(channel.whole),
             self.comm,
+            self.prepared,
         )
 
     def _mesh_error(self, channel: _Channel, force: Array) -> float:
@@ -292,9 +301,9 @@ def _stability(model: Model, history: History, rubber: Rubber) -> tuple[tuple[fl
     assert history.states is not None
     low, high, bad, total = 1.0, 1.0, 0, 0
     count = len(history.states)
+    points = stretch_points(model)
     for i in np.unique(np.linspace(0, count - 1, min(STABILITY_STATES, count)).round().astype(int)):
-        model.state.x.array[:] = history.states[i]
-        values = principal_stretches(model).reshape(-1, 3)
+        values = stretches_at(points, history.states[i]).reshape(-1, 3)
         if len(values):
             low, high = min(low, float(values.min())), max(high, float(values.max()))
             bad += int(np.count_nonzero(~stable(rubber.law, rubber.parameters, values)))
