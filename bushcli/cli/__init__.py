@@ -18,6 +18,7 @@ import click
 
 from bushcli import __version__
 from bushcli.cli.case import check, direct, mesh
+from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.run import unwritable
@@ -87,7 +88,7 @@ def main() -> None:
     """
 
 
-for _command in (init, check, mesh, fit, direct, inverse, diagnose, study, list_, doctor):
+for _command in (init, check, mesh, fit, direct, inverse, diagnose, study, design, list_, doctor):
     main.add_command(_command)
 
 __all__ = ["main"]

@@ -3,6 +3,7 @@
 Only `output` writes files. Matplotlib and Jinja are loaded when something is written, not before.
 """
 
+from bushcli.report.design import design_json, design_text
 from bushcli.report.diagnosis import diagnosis_text
 from bushcli.report.diagnosis_json import diagnosis_json
 from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
@@ -12,6 +13,7 @@ from bushcli.report.output import (
     check_output,
     write_beginning,
     write_check,
+    write_design,
     write_diagnosis,
     write_direct,
     write_fit,
@@ -30,6 +32,8 @@ __all__ = [
     "case_json",
     "case_text",
     "check_output",
+    "design_json",
+    "design_text",
     "diagnosis_json",
     "diagnosis_text",
     "direct_json",
@@ -46,6 +50,7 @@ __all__ = [
     "study_text",
     "write_beginning",
     "write_check",
+    "write_design",
     "write_diagnosis",
     "write_direct",
     "write_fit",

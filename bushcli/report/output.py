@@ -28,6 +28,7 @@ from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Response
+from bushcli.study.design import Design
 from bushcli.study.study import Study
 from geometry.errors import GeometryError
 from geometry.shape import Shape
@@ -258,6 +259,28 @@ def write_study(
     files: dict[str, Content] = {RESULT: result, DESIGNS: rows, **drawn(pictures)}
     files[REPORT] = text_file(study_html(result, found, pictures))
     return _write(directory, files, found.case)
+
+
+def write_design(directory: Path, result: Mapping[str, Any], found: Design) -> tuple[Path, ...]:
+    """Write a design for target rates: result.json, report.
+
+    Parameters
+    ----------
+    directory : Path
+        Folder for the result; created if necessary.
+    result : mapping of str to object
+        What `design_json` returned.
+    found : Design
+        The design.
+
+    Raises
+    ------
+    InputError
+        As `write_direct`.
+    """
+    from bushcli.report.design_html import design_html
+
+    return _write(directory, {RESULT: result, REPORT: text_file(design_html(result, found))}, found.case)
 
 
 def write_meshes(

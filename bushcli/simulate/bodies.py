@@ -95,6 +95,24 @@ class Bodies:
         kept.model.set_parameters(rubber.parameters, rubber.bulk_modulus)
         return kept.model
 
+    def relocated(self, model: Model, shape: Shape, refinement: Refinement) -> bool:
+        """Move a model of these to another shape; False where that takes other elements, and nothing is done.
+
+        Parameters
+        ----------
+        model : Model
+            As this object returned it.
+        shape : Shape
+        refinement : Refinement
+            Of the model.
+        """
+        kept = next(one for one in self._kept.values() if one.model is model)
+        mesh = model.mesh
+        wanted = elements_of(shape, mesh.dimension, mesh.mirrors, refinement)
+        if wanted is None or wanted != elements_of(mesh.shape, mesh.dimension, mesh.mirrors, refinement):
+            return shape == mesh.shape
+        return shape == mesh.shape or _moved(kept, shape, refinement)
+
 
 class _Whole:
     """A shape that is not structured: only itself will do."""

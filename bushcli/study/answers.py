@@ -138,7 +138,7 @@ def answered(
     """
     channels = {channel.name: channel for channel in response.channels}
     return {
-        one.name: _of_document(one.kind, document or {})
+        one.name: number_at(one.kind, document or {})
         if one.of_result
         else _of_curve(one, channels[one.channel])
         for one in answers
@@ -199,8 +199,20 @@ def _finite(asked: Answer, value: float) -> float:
     return value
 
 
-def _of_document(key: str, document: Mapping[str, Any]) -> float:
-    """Return the number at a dotted key; entries of lists go by number or by name."""
+def number_at(key: str, document: Mapping[str, Any]) -> float:
+    """Return the number at a dotted key of JSON-ready data; entries of lists go by number or by name.
+
+    Parameters
+    ----------
+    key : str
+        "load_cases[0].stiffness.secant", or "load_cases.axial.stiffness.secant".
+    document : mapping
+
+    Raises
+    ------
+    NoAnswer
+        There is none.
+    """
     value: Any = document
     for part in re.sub(r"\[(\d+)\]", r".\1", key).split("."):
         if isinstance(value, Mapping) and part in value:
