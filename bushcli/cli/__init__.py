@@ -24,6 +24,7 @@ from bushcli.cli.identification import fit, inverse
 from bushcli.cli.run import unwritable
 from bushcli.cli.study import study
 from bushcli.cli.tool import doctor, init, list_
+from bushcli.cli.view import view
 from bushcli.errors import nearest, printable
 
 
@@ -88,7 +89,7 @@ def main() -> None:
     """
 
 
-for _command in (init, check, mesh, fit, direct, inverse, diagnose, study, design, list_, doctor):
+for _command in (init, check, mesh, fit, direct, inverse, diagnose, study, design, view, list_, doctor):
     main.add_command(_command)
 
 __all__ = ["main"]
