@@ -244,33 +244,6 @@ class Model:
             self.take_parameters()
             self.internal.commit(self.state.x.array)
 
-    # -- another shape -------------------------------------------------------------------------------------------
-
-    def relocate(self, mesh: NamedMesh, constrained: Array) -> None:
-        """Go on with other coordinates of the same mesh, which its nodes have already, without building anything again.
-
-        Parameters
-        ----------
-        mesh
-            The mesh, with the shape that it has now.
-        constrained : shape (n, 3)
-            Where the constrained unknowns are now, mm.
-
-        Raises
-        ------
-        ValueError
-            The model has features, some of which know the mesh as it was.
-        """
-        if self.features:
-            raise ValueError("a model with features cannot be moved to another shape")
-        self.mesh = mesh
-        for part in self.body.parts:
-            part.points.locate(mesh)
-        self.motion.relocate(constrained)
-        self.__dict__.pop("volume", None)
-        self._taken = ()
-        self.take_parameters()
-
     # -- the motion ----------------------------------------------------------------------------------------------
 
     def impose(self, q: float) -> None:

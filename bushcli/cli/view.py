@@ -14,6 +14,8 @@ from bushcli.cli.run import DONE, finish
 from bushcli.errors import InputError, Problem
 
 LOCAL = "127.0.0.1"
+# As `bushcli.report` names it, which takes half a second to load.
+REPORT = "report.html"
 
 
 @click.command()
@@ -38,8 +40,6 @@ def view(output: Path, serve: bool, port: int) -> None:
 
 def _page(output: Path) -> Path:
     """Return the page of a folder of results."""
-    from bushcli.report.output import REPORT
-
     page = output / REPORT if output.is_dir() else output
     if page.is_file() and page.suffix == ".html":
         return page.absolute()

@@ -13,15 +13,14 @@ from bushcli.report.output import (
     check_output,
     write_beginning,
     write_check,
-    write_design,
     write_diagnosis,
     write_direct,
     write_fit,
     write_inverse,
     write_meshes,
     write_refused,
-    write_study,
 )
+from bushcli.report.output_study import write_design, write_study
 from bushcli.report.ranking import rank
 from bushcli.report.study import study_json, study_text
 from bushcli.report.text import case_text, direct_text, fit_text, mesh_text

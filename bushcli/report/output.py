@@ -6,7 +6,7 @@ tool would replace but has not written itself is refused (`bushcli.report.folder
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +28,6 @@ from bushcli.runtime.names import file_names
 from bushcli.simulate.meshes import Meshed
 from bushcli.simulate.misfit import Misfit
 from bushcli.simulate.response import Response
-from bushcli.study.design import Design
-from bushcli.study.study import Study
 from geometry.errors import GeometryError
 from geometry.shape import Shape
 
@@ -231,58 +229,6 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
     return _write(directory, files, found.case)
 
 
-def write_study(
-    directory: Path, result: Mapping[str, Any], found: Study, rows: Callable[[Path], None]
-) -> tuple[Path, ...]:
-    """Write a study: result.json, the designs as Parquet, pictures, report.
-
-    Parameters
-    ----------
-    directory : Path
-        Folder for the result; created if necessary.
-    result : mapping of str to object
-        What `study_json` returned.
-    found : Study
-        The study.
-    rows : callable
-        Writes the designs at a path.
-
-    Raises
-    ------
-    InputError
-        As `write_direct`.
-    """
-    from bushcli.report.figures.study import study_figures
-    from bushcli.report.study_html import study_html
-
-    pictures = study_figures(found)
-    files: dict[str, Content] = {RESULT: result, DESIGNS: rows, **drawn(pictures)}
-    files[REPORT] = text_file(study_html(result, found, pictures))
-    return _write(directory, files, found.case)
-
-
-def write_design(directory: Path, result: Mapping[str, Any], found: Design) -> tuple[Path, ...]:
-    """Write a design for target rates: result.json, report.
-
-    Parameters
-    ----------
-    directory : Path
-        Folder for the result; created if necessary.
-    result : mapping of str to object
-        What `design_json` returned.
-    found : Design
-        The design.
-
-    Raises
-    ------
-    InputError
-        As `write_direct`.
-    """
-    from bushcli.report.design_html import design_html
-
-    return _write(directory, {RESULT: result, REPORT: text_file(design_html(result, found))}, found.case)
-
-
 def write_meshes(
     directory: Path,
     meshes: Sequence[Meshed],
@@ -386,10 +332,10 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         else []
     )
     designs = [DESIGNS] if command == "study" else []
-    refuse_others(directory, [RESULT, REPORT, *designs, *curves, *meshes], _inputs(case))
+    refuse_others(directory, [RESULT, REPORT, *designs, *curves, *meshes], inputs_of(case))
 
 
-def _inputs(case: Case | None) -> list[Path]:
+def inputs_of(case: Case | None) -> list[Path]:
     """Return the files that a case reads."""
     if case is None:
         return []
@@ -400,4 +346,4 @@ def _inputs(case: Case | None) -> list[Path]:
 def _write(
     directory: Path, files: Mapping[str, Content], case: Case | None, beside: Iterable[str] = ()
 ) -> tuple[Path, ...]:
-    return write_files(directory, files, _inputs(case), beside)
+    return write_files(directory, files, inputs_of(case), beside)

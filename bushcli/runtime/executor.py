@@ -40,7 +40,15 @@ class Here(Executor):
     """Works in this process, at once."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Return a future that has its result already."""
+        """Return a future that has its result already.
+
+        Parameters
+        ----------
+        fn : callable
+            What is to be done.
+        *args, **kwargs : object
+            Its arguments.
+        """
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))

@@ -19,6 +19,7 @@ from cases.contact import plates
 from cases.feature import Installed
 from cases.mode import Mode
 from cases.model import Model, setting_for
+from cases.relocation import relocate
 from cases.simulate import Rubber, prepare
 from geometry.morph import Morph, elements_of
 from geometry.shape import Refinement, Shape
@@ -140,5 +141,5 @@ def _moved(kept: _Kept, shape: Shape, refinement: Refinement) -> bool:
     model.mesh.mesh.geometry.x[:] = kept.morph.points(shape, kept.nodes)
     held = model.motion.constrained.x.copy()
     held[there] = kept.morph.points(shape, kept.held)
-    model.relocate(replace(model.mesh, shape=shape), held)
+    relocate(model, replace(model.mesh, shape=shape), held)
     return True

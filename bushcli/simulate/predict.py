@@ -15,8 +15,8 @@ from bushcli.case import Case, LoadCase, Material, load_case_names
 from bushcli.effects.active import acting, require_time, require_values
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.errors import InputError, Problem
+from bushcli.faults import DataFault, find_faults
 from bushcli.faults import condition as fault_condition
-from bushcli.faults import find_faults
 from bushcli.recording import Recording, displacement_noise, matching, read_program, read_recording
 from bushcli.recording.curve import Curve
 from bushcli.runtime.names import file_names
@@ -88,7 +88,15 @@ def predict(
     """
     material = material or case.material
     check_material(case, material)
-    # All input is read before anything is solved: a bad file must not cost a march.
+    channels, faults = _channels(case)
+    run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm, prepared, pictures)
+    simulated = tuple(run.simulate(channel) for channel in channels)
+    found = tuple(condition for channel in simulated for condition in conditions(channel))
+    return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
+
+
+def _channels(case: Case) -> tuple[list[_Channel], tuple[DataFault, ...]]:
+    """Return what is to be simulated, and faults of the recordings; a bad file must not cost a march."""
     require_values(case.effects, case.path.name)
     recordings = [read_recording(source) for source in case.recordings]
     wholes = (
@@ -103,10 +111,7 @@ def predict(
     channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     for channel in channels:
         check_play(case, channel.name, channel.mode, channel.displacement)
-    run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm, prepared, pictures)
-    simulated = tuple(run.simulate(channel) for channel in channels)
-    found = tuple(condition for channel in simulated for condition in conditions(channel))
-    return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
+    return channels, faults
 
 
 def rubber_of(material: Material) -> Rubber:

@@ -89,7 +89,7 @@ def answer(case: Case, text: str) -> Answer:
     at = _AT.match(spec)
     channel, _, kind = (at[1], "", at[2]) if at else spec.rpartition(".")
     if at is None and (channel not in channels or kind not in ALONE):
-        if channel in channels or kind in (*ALONE, *AT):
+        if channel in channels or (kind in (*ALONE, *AT) and not set(".[") & set(channel)):
             close = nearest(channel, channels) if channel not in channels else ""
             what = "is no answer" if channel in channels else f"there is no channel {channel}"
             raise InputError(Problem(f"--answer {text}", what, close, EXAMPLES))

@@ -2,10 +2,6 @@
 
 The residuals are the relative deviations from the targets, or the deviations over those allowed; the unknowns are
 scaled to their bounds. Starts beyond the first come from a Latin hypercube and are solved side by side.
-
-References
-----------
-Branch, Coleman and Li (1999), SIAM J. Sci. Comput. 21:1-23, doi:10.1137/S1064827595289108 (bounded trust region).
 """
 
 from __future__ import annotations
@@ -21,19 +17,15 @@ from bushcli.case import Case
 from bushcli.case.tolerance import Tolerance
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
-from bushcli.runtime.executor import Died, Pool
-from bushcli.study.rates import Rates, rates
+from bushcli.runtime.executor import Pool
+from bushcli.study.rates import rates
+from bushcli.study.search import MOST_EVALUATIONS, End, search
 from bushcli.study.target import Target
 from bushcli.study.task import Task
 from bushcli.study.variable import SIGMAS, Variable
-from cases.march import NotConverged
-from geometry.errors import GeometryError
 
 Array = NDArray[np.float64]
 
-# Steps of the scaled unknowns, and changes of the cost, at which the search has converged.
-XTOL, FTOL = 1e-8, 1e-10
-MOST_EVALUATIONS = 60
 # Deviation from a target that counts as reached, where none is allowed by the user: a share.
 REACHED = 1e-3
 # Share of the range between bounds within which a value is at its bound; smallest singular value of the scaled
@@ -129,16 +121,6 @@ class Design:
     conditions: tuple[Condition, ...] = field(default_factory=tuple)
 
 
-@dataclass(frozen=True)
-class _End:
-    """Where a search has ended: values, cost (a square of shares), evaluations, whether it converged."""
-
-    values: Array
-    cost: float
-    evaluations: int
-    converged: bool
-
-
 def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
     """Return the bounds of the keys, in their units.
 
@@ -200,26 +182,31 @@ def design(
     """
     low, high = bounds_of(variables)
     begins = _begins(np.clip(start, low, high), low, high, starts, seed)
-    ends: list[_End] = []
-    lost = 0
-    for _, end in pool.answers(search, [(task, tuple(targets), begin, low, high) for begin in begins]):
-        lost += isinstance(end, Died | str)
-        if isinstance(end, _End):
-            ends.append(end)
-        elif isinstance(end, str):
-            reason = end
-        else:
-            reason = str(end)
-        if notify is not None:
-            notify(len(ends) + lost, starts, lost)
-    if not ends:
-        what = f"no design could be simulated from the start: {reason}"
-        raise InputError(Problem("design", what, "", "other bounds, or --starts"))
+    ends = _ends(pool, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
     # Ties go to the first start, whatever the order in which they came.
     best = min(ends, key=lambda end: (round(end.cost, 14), *end.values))
     return _result(
         case, task, variables, targets, best, sum(e.evaluations for e in ends), start, tolerances or {}
     )
+
+
+def _ends(
+    pool: Pool, questions: Sequence[tuple[object, ...]], notify: Callable[[int, int, int], None] | None
+) -> list[End]:
+    """Return where the searches ended, of those that could begin."""
+    ends: list[End] = []
+    lost, reason = 0, ""
+    for _, end in pool.answers(search, questions):
+        if isinstance(end, End):
+            ends.append(end)
+        else:
+            lost, reason = lost + 1, str(end)
+        if notify is not None:
+            notify(len(ends) + lost, len(questions), lost)
+    if not ends:
+        what = f"no design could be simulated from the start: {reason}"
+        raise InputError(Problem("design", what, "", "other bounds, or --starts"))
+    return ends
 
 
 def _begins(first: Array, low: Array, high: Array, count: int, seed: int) -> list[Array]:
@@ -231,68 +218,12 @@ def _begins(first: Array, low: Array, high: Array, count: int, seed: int) -> lis
     return [first, *(low + unit * (high - low))]
 
 
-def search(task: Task, targets: Sequence[Target], begin: Array, low: Array, high: Array) -> _End | str:
-    """Search from one start, in whatever process; return why nothing was found where the start cannot be simulated.
-
-    Parameters
-    ----------
-    task : Task
-    targets : sequence of Target
-    begin, low, high : shape (keys,)
-        Start and bounds, in the units of the keys.
-    """
-    from scipy.optimize import least_squares
-
-    scale = high - low
-    wanted = np.array([one.value for one in targets])
-    allowed = np.array([one.value if math.isnan(one.deviation) else one.deviation for one in targets])
-    known: dict[bytes, Rates | None] = {}
-    reason = ""
-
-    def at(unit: Array) -> Rates | None:
-        nonlocal reason
-        if unit.tobytes() not in known:
-            values = [float(v) for v in low + unit * scale]
-            try:
-                known[unit.tobytes()] = rates(task, targets, values, task.keys)
-            except (InputError, GeometryError, NotConverged, ValueError) as error:
-                reason = str(error).splitlines()[0]
-                known[unit.tobytes()] = None
-        return known[unit.tobytes()]
-
-    def residual(unit: Array) -> Array:
-        found = at(unit)
-        # The search shortens a step to where nothing can be simulated.
-        return np.full(len(targets), np.inf) if found is None else (found.value - wanted) / allowed
-
-    def slope(unit: Array) -> Array:
-        found = at(unit)
-        assert found is not None
-        return found.slope * scale / allowed[:, None]
-
-    # The first unknowns are strictly inside.
-    unit = np.clip((begin - low) / scale, 1e-3, 1.0 - 1e-3)
-    if at(unit) is None:
-        return reason
-    found = least_squares(
-        residual,
-        unit,
-        slope,
-        bounds=(0.0, 1.0),
-        xtol=XTOL,
-        ftol=FTOL,
-        gtol=None,
-        max_nfev=MOST_EVALUATIONS,
-    )
-    return _End(low + found.x * scale, 2.0 * float(found.cost), len(known), bool(found.status > 0))
-
-
 def _result(
     case: Case,
     task: Task,
     variables: Sequence[Variable],
     targets: Sequence[Target],
-    end: _End,
+    end: End,
     evaluations: int,
     start: Sequence[float],
     tolerances: Mapping[str, Tolerance],

@@ -160,10 +160,9 @@ def study(
     """
     limits = limits or {}
     known = [one.name for one in task.answers]
-    for name in limits:
-        if name not in known:
-            what = "is not asked for"
-            raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
+    for name in (name for name in limits if name not in known):
+        what = "is not asked for"
+        raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
     first = checked(task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}
     kinds = columns_of(keys, known, curve_columns(first) if task.curves else ())
@@ -171,6 +170,14 @@ def study(
     resumed = len(rows.done)
     with closing(rows):
         _solve(task, plan, pool, rows, notify)
+    return _summed_up(case, task, plan, rows, limits, resumed), rows
+
+
+def _summed_up(
+    case: Case, task: Task, plan: Plan, rows: Rows, limits: Mapping[str, Limits], resumed: int
+) -> Study:
+    """Return what the rows say together."""
+    known = [one.name for one in task.answers]
     found = columns(rows, plan.keys, known)
     summaries = {
         name: one
@@ -194,7 +201,7 @@ def study(
         resumed=resumed,
         seconds=seconds,
         conditions=_conditions(plan, lost, summaries, doubted),
-    ), rows
+    )
 
 
 def _solve(task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None) -> None:
@@ -280,7 +287,7 @@ def _conditions(
         if name != "not_converged":
             found.append(
                 Condition(
-                    f"designs_{name}",
+                    "designs_doubtful",
                     f'{count} of {len(plan.rows)} designs have the condition "{name}"',
                     "see the column `conditions`; `bushcli direct --set ...` of one of them says more",
                 )

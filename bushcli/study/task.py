@@ -161,7 +161,7 @@ def _simulated(task: Task, row: Row, values: Sequence[Value]) -> Row:
         case, material = task.load(values)
         response = predict(case, material, comm=MPI.COMM_SELF, prepared=_bodies, pictures=False)
     except (InputError, GeometryError, ValueError) as error:
-        return failed(row, "input", str(error).splitlines()[0])
+        return failed(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
     except Exception as error:  # noqa: BLE001 - one design must not end the study
         return failed(row, "error", f"{type(error).__name__}: {error}".splitlines()[0])
     if task.curves:

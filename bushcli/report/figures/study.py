@@ -52,7 +52,7 @@ def study_figures(found: Study) -> tuple[Picture, ...]:
         made.append(
             picture(f"band-{_file(one.channel)}", "band", title, band_figure(found, one), one.channel)
         )
-    if found.samples and any(found.samples.values()):
+    if found.summaries and any(found.samples.values()):
         title = "Answers against what is varied"
         made.append(picture("scatter", "scatter", title, scatter_figure(found, units)))
         made.append(picture("spread", "histogram", "Spread of the answers", spread_figure(found, units)))
