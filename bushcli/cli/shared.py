@@ -25,6 +25,11 @@ def shares_work(command: F) -> F:
         type=click.IntRange(1, 256),
         help="Processes of this machine that share the work; as many as it has processors if not given.",
     )(command)
+    return scheduled(command)
+
+
+def scheduled(command: F) -> F:
+    """Give a command the option ``--scheduler``."""
     return click.option(
         "--scheduler",
         metavar="ADDRESS",

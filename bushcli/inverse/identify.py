@@ -29,6 +29,7 @@ from bushcli.inverse.result import EndPoint, Estimate, Evaluation, Fit, Profile,
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions, history_not_kept, profiles_cut_short, start_replaced
+from bushcli.runtime.executor import Pool
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
@@ -71,7 +72,12 @@ def fit_coupons(
 
 
 def identify(
-    task: Task, *, journal: Path | None = None, resume: bool = False, progress: Progress | None = None
+    task: Task,
+    *,
+    journal: Path | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+    pool: Pool | None = None,
 ) -> Fit:
     """Identify a law's parameters from the recordings or the coupons of a case.
 
@@ -85,6 +91,8 @@ def identify(
         Go on with the evaluations that the journal holds.
     progress
         Called after each evaluation.
+    pool
+        Processes that share the starts, in place of the task's workers.
 
     Returns
     -------
@@ -116,12 +124,12 @@ def identify(
             minima.append(first.minimum)
             initial, instead, states = first.initial, first.instead, first.states
             found = {0: problem.states}
-            points = _further_starts(task, problem, initial, lower, upper)
+            points = _further_starts(task, problem, initial, lower, upper, pool)
             given = [
                 Assignment(number, point, states, minima[0].cost, journal, resume)
                 for number, point in enumerate(points, 1)
             ]
-            _refine(task, problem, given, minima, found, progress)
+            _refine(task, problem, given, minima, found, progress, pool)
             problem.states = found[_best(minima)]
     except KeyboardInterrupt:
         interrupted = True
@@ -160,14 +168,16 @@ def _best(minima: Sequence[Minimum]) -> int:
     return int(np.argmin(costs))
 
 
-def _further_starts(task: Task, problem: Problem, initial: Array, lower: Array, upper: Array) -> list[Array]:
+def _further_starts(
+    task: Task, problem: Problem, initial: Array, lower: Array, upper: Array, pool: Pool | None
+) -> list[Array]:
     """More starts, found on a coarse mesh; none where one start is asked for."""
     if task.starts <= 1 and not task.globally:
         return []
     shear = task.law.shear_modulus(**problem.law_parameters(initial))
     low, high = starts.box(initial, lower, upper, abs(shear))
     found: list[Array] = []
-    with coarse_costs(task) as costs:
+    with coarse_costs(task, pool) as costs:
         if task.globally:
             found.append(starts.evolved(costs, low, high, task.seed))
         if task.starts > 1:
@@ -182,6 +192,7 @@ def _refine(
     minima: list[Minimum],
     states: dict[int, Array],
     progress: Progress | None,
+    pool: Pool | None,
 ) -> None:
     """Refine further starts, and take over what they found as if the problem had searched itself."""
 
@@ -200,7 +211,7 @@ def _refine(
         states[len(minima)] = found.states
         minima.append(found.minimum)
 
-    refined(task, problem.channels, given, done, forward)
+    refined(task, problem.channels, given, done, forward, pool)
 
 
 def _result(

@@ -99,29 +99,29 @@ def test_a_grid_is_what_single_runs_are(cli, case, tmp_path):
     assert "pull" in page
 
 
-def test_tolerances_of_the_case_are_varied_by_themselves(cli, case, tmp_path):
+def test_tolerances_of_the_case_are_varied_by_themselves(inside, case, tmp_path):
     out = tmp_path / "out"
     options = ["--designs", 12, "--vary", "hardness=60 +- 5", "--limits", "axial.initial=120 +- 30 %"]
-    done = cli("study", case, *options, "--workers", 1, "-o", out, "-q", "--json")
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout)
+    done = inside("study", case, *options, "--workers", 1, "-o", out, "-q", "--json")
+    assert done.exit_code == 0, done.output
+    result = json.loads(done.output)
     assert set(result["variables"]) == {"hardness", "geometry.outer_radius"}
     assert all(17.8 <= row["geometry.outer_radius"] <= 18.2 for row in designs(out))
     answer = result["answers"]["axial.initial"]
     assert answer["influences"]["hardness"]["pearson"] > 0.95
     assert 0.0 <= answer["yield"]["lower"] <= answer["yield"]["share"] <= answer["yield"]["upper"] <= 1.0
     # Every other command takes the nominal value.
-    plain = cli("check", case, "--json")
-    assert json.loads(plain.stdout)["case"]["geometry"]["outer_radius"] == 18.0
+    plain = inside("check", case, "--json", "-q")
+    assert json.loads(plain.output)["case"]["geometry"]["outer_radius"] == 18.0
 
 
-def test_designs_that_fail_are_named_and_the_others_go_on(cli, case, tmp_path):
+def test_designs_that_fail_are_named_and_the_others_go_on(inside, case, tmp_path):
     out = tmp_path / "out"
-    done = cli(
+    done = inside(
         "study", case, "--vary", "geometry.outer_radius=8,18,8.5", "--workers", 1, "-o", out, "--strict"
     )
-    assert done.returncode == 1
-    assert "Designs without a result" in done.stdout
+    assert done.exit_code == 1
+    assert "Designs without a result" in done.output
     failure = json.loads((out / "result.json").read_text())["failures"][0]
     assert (failure["count"], failure["designs"]) == (2, [0, 2])
     assert "inner_radius = 9 must be smaller than outer_radius = 8" in failure["reason"]
@@ -203,14 +203,27 @@ def test_killed_and_resumed_nothing_is_lost_and_nothing_twice(cli, case, tmp_pat
     assert "holds another study: vary differ" in again.stderr
 
 
-def test_sobol_indices(cli, case, tmp_path):
+def test_sobol_indices(inside, case, tmp_path):
     out = tmp_path / "out"
     varied = ["--vary", "geometry.length=33:35", "--vary", "material.parameters.C10=0.15:0.25"]
-    done = cli(
-        "study", case, *varied, "--sampling", "saltelli", "--designs", 100, "-o", out, "--json", "--no-curves"
+    done = inside(
+        "study",
+        case,
+        *varied,
+        "--sampling",
+        "saltelli",
+        "--designs",
+        100,
+        "-o",
+        out,
+        "--json",
+        "-q",
+        "--no-curves",
+        "--workers",
+        1,
     )
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout)
+    assert done.exit_code == 0, done.output
+    result = json.loads(done.output)
     # Three keys: those two and the toleranced radius; 16 times five designs.
     assert result["designs"] == 80
     influences = result["answers"]["axial.initial"]["influences"]
@@ -218,13 +231,15 @@ def test_sobol_indices(cli, case, tmp_path):
     assert influences["geometry.length"]["total"] < 0.2
 
 
-def test_a_design_has_its_target_rates(cli, case, tmp_path):
+def test_a_design_has_its_target_rates(inside, case, tmp_path):
     out = tmp_path / "out"
     targets = ["--target", "axial=117", "--target", "radial=796"]
     varied = ["--vary", "geometry.outer_radius=16:20", "--vary", "geometry.length=25:45"]
-    done = cli("design", case, *targets, *varied, "--tolerance", "hardness=60 +- 5", "-o", out, "--json")
-    assert done.returncode == 0, done.stderr
-    result = json.loads(done.stdout)
+    done = inside(
+        "design", case, *targets, *varied, "--tolerance", "hardness=60 +- 5", "-o", out, "--json", "-q"
+    )
+    assert done.exit_code == 0, done.output
+    result = json.loads(done.output)
     assert result["met"], result
     assert result["targets"]["axial"]["value"] == pytest.approx(117.0, rel=1e-5)
     assert result["targets"]["axial"]["tolerances"]["worst"] > 15.0
@@ -235,16 +250,16 @@ def test_a_design_has_its_target_rates(cli, case, tmp_path):
     # The same from another command: a march to 0.02 mm.
     options = [option for text in result["set"] for option in ("--set", text)]
     options += ["--set", "load_cases.0.amplitude=0.02"]
-    direct = json.loads(cli("direct", case, *options, "--json").stdout)
+    direct = json.loads(inside("direct", case, *options, "--json", "-q").output)
     assert direct["load_cases"][0]["stiffness"]["secant"] == pytest.approx(117.0, rel=1e-4)
 
 
-def test_a_target_out_of_reach_is_reported(cli, case):
-    done = cli(
-        "design", case, "--target", "axial=500", "--vary", "geometry.length=30:40", "--strict", "--json"
+def test_a_target_out_of_reach_is_reported(inside, case):
+    done = inside(
+        "design", case, "--target", "axial=500", "--vary", "geometry.length=30:40", "--strict", "--json", "-q"
     )
-    assert done.returncode == 1, done.stderr
-    result = json.loads(done.stdout)
+    assert done.exit_code == 1, done.output
+    result = json.loads(done.output)
     assert not result["met"]
     assert result["design"]["geometry.length"]["at_bound"]
     assert result["problems"][0]["name"] == "target_missed"
