@@ -7,7 +7,7 @@ import platform
 import sys
 from pathlib import Path
 
-from benchmarks import compare, direct, effects, real
+from benchmarks import compare, direct, effects, real, study
 
 SECTIONS = {
     "targets": direct.targets,
@@ -17,6 +17,7 @@ SECTIONS = {
     "effects": effects.cost,
     "alike": effects.alike,
     "real": real.real,
+    "study": study.study,
 }
 
 
