@@ -70,9 +70,7 @@ def _throughput(load: tuple[str, float, int], designs: int) -> str:
     # Of all children so far: the largest of them.
     largest = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     per = 1e3 * result["seconds_of_designs"] / designs
-    return (
-        f"| {load[0]} | {designs} | {WORKERS} | {wall:.1f} s | {per:.1f} ms | {largest:.0f} MB |", flush=True
-    )
+    return f"| {load[0]} | {designs} | {WORKERS} | {wall:.1f} s | {per:.1f} ms | {largest:.0f} MB |"
 
 
 def _overhead(load: tuple[str, float, int], designs: int = 60) -> str:
