@@ -14,8 +14,9 @@ from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.inverse import Fit
+    from bushcli.inverse import Fit, Task
     from bushcli.inverse.local import Loss, Method
+    from bushcli.runtime.executor import Pool
 
 weighted = click.option(
     "--weighting",
@@ -144,8 +145,7 @@ def inverse(
     which --resume continues after an interruption. --scheduler shares the starts among the workers of Dask, which
     keep no such files.
     """
-    from bushcli import report
-    from bushcli.inverse import Task, identify
+    from bushcli.inverse import Task
 
     case = run.load()
     if resume and run.output is None:
@@ -168,20 +168,27 @@ def inverse(
                 seed=seed,
                 workers=workers,
             )
-            run.say(f"identifying {law} from {len(case.recordings) - len(held_out)} recordings")
-            journal = run.output / f"history-{law}.jsonl" if run.output else None
-            with run.timed(law):
-                fits.append(
-                    identify(
-                        task,
-                        journal=journal,
-                        resume=resume,
-                        progress=search_progress(run, task.turned),
-                        pool=shared,
-                    )
-                )
+            fits.append(_identified(run, task, resume, shared))
             if any(condition.name == "interrupted" for condition in fits[-1].conditions):
                 break
+    return _reported(run, case, fits, strict)
+
+
+def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
+    """Identify one law, and keep its evaluations where there is an output."""
+    from bushcli.inverse import identify
+
+    run.say(f"identifying {task.model} from {len(task.case.recordings) - len(task.hold_out)} recordings")
+    journal = run.output / f"history-{task.model}.jsonl" if run.output else None
+    progress = search_progress(run, task.turned)
+    with run.timed(task.model):
+        return identify(task, journal=journal, resume=resume, progress=progress, pool=shared)
+
+
+def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
+    """Print and save identified laws, and return the exit code."""
+    from bushcli import report
+
     fits.sort(key=report.rank)
     result = report.inverse_json(case, fits, run.timings())
     run.show(report.inverse_text(fits))
