@@ -93,7 +93,7 @@ def _overhead(load: tuple[str, float, int], designs: int = 60) -> str:
     with tempfile.TemporaryDirectory() as folder:
         file = _case(Path(folder), load)
         case = load_case(file)
-        chosen = plan([of_tolerance(key, one) for key, one in case.tolerances.items()], "lhs", designs)
+        chosen = plan([of_tolerance(key, one) for key, one in case.toleranced.items()], "lhs", designs)
         task = Task(file, (), chosen.keys, default_answers(case))
         evaluate(task, 0, chosen.rows)
         module.predict = watched  # type: ignore[assignment]

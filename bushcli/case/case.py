@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bushcli.case.tolerance import Tolerance
+from bushcli.case.toleranced import Toleranced
 from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
 from bushcli.recording.source import Source
@@ -113,7 +113,7 @@ class Case:
     effects : tuple of ActiveEffect
         What is added to the plain model, each effect once, or once in each rig; parameters that are not given have no
         value.
-    tolerances : mapping of str to Tolerance
+    toleranced : mapping of str to Toleranced
         By dotted key, of the numbers that were given with one.
     """
 
@@ -126,7 +126,7 @@ class Case:
     recordings: tuple[Source, ...] = ()
     coupons: tuple[Source, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
-    tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
+    toleranced: Mapping[str, Toleranced] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -202,7 +202,7 @@ def resolved(case: Case) -> dict[str, Any]:
         "recordings": [_source(source, folder) for source in case.recordings],
         "coupons": [_source(source, folder) for source in case.coupons],
         "effects": [_effect(active, case) for active in case.effects],
-    } | ({"tolerances": {key: vars(one) for key, one in case.tolerances.items()}} if case.tolerances else {})
+    } | ({"toleranced": {key: vars(one) for key, one in case.toleranced.items()}} if case.toleranced else {})
 
 
 def _geometry(shape: Shape, folder: Path) -> dict[str, Any]:

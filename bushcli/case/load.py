@@ -14,7 +14,7 @@ from bushcli.case.case import Case
 from bushcli.case.finding import Finding, Keys
 from bushcli.case.limits import DEEPEST, LARGEST_CASE, MOST_PROBLEMS, is_too_deep, too_deep_line
 from bushcli.case.override import Override, apply
-from bushcli.case.tolerance import nominal
+from bushcli.case.toleranced import nominal
 from bushcli.errors import CaseError, Problem, nearest
 from bushcli.runtime.bounded import TooLarge, read_bounded
 from geometry.shape import shapes
@@ -40,12 +40,12 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
         raise CaseError(
             Problem(str(path), f"has tables more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
-    data, tolerances = nominal(data)
+    data, deviating = nominal(data)
     builder = Builder(path.parent)
     case = builder.case(data, path)
     if case is None:
         raise CaseError(*_problems(builder.findings, path, done))
-    return replace(case, tolerances=tolerances)
+    return replace(case, toleranced=deviating)
 
 
 def shape_of_part(path: Path) -> str | None:

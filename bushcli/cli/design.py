@@ -14,7 +14,7 @@ from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.case.tolerance import Tolerance
+    from bushcli.case.toleranced import Toleranced
     from bushcli.study.task import Task
     from bushcli.study.variable import Variable
 
@@ -111,7 +111,7 @@ def design(
     return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE
 
 
-def _task(run: Run, case: Case, variables: list[Variable], tolerances: dict[str, Tolerance]) -> Task:
+def _task(run: Run, case: Case, variables: list[Variable], tolerances: dict[str, Toleranced]) -> Task:
     from bushcli.study.hardness import HARDNESS
     from bushcli.study.task import Task
 
@@ -147,18 +147,18 @@ def case_data(case: Case) -> dict[str, object]:
     return resolved(case)
 
 
-def _tolerances(case: Case, given: tuple[str, ...]) -> dict[str, Tolerance]:
+def _tolerances(case: Case, given: tuple[str, ...]) -> dict[str, Toleranced]:
     """Return the tolerances of the case file and of ``--tolerance``, by key."""
-    from bushcli.case.tolerance import Tolerance, tolerance
+    from bushcli.case.toleranced import Toleranced, toleranced
     from bushcli.study.answers import NoAnswer, number_at
 
-    found = dict(case.tolerances)
+    found = dict(case.toleranced)
     for text in given:
         key, _, spec = (part.strip() for part in text.partition("="))
-        one = tolerance(spec)
+        one = toleranced(spec)
         try:
             if one is None:
-                one = Tolerance(number_at(key, case_data(case)), float(spec))
+                one = Toleranced(number_at(key, case_data(case)), float(spec))
         except NoAnswer:
             wanted = f'"{key}=NOMINAL +- DEVIATION"'
             raise InputError(Problem(f"--tolerance {text}", f"the case has no {key}", "", wanted)) from None

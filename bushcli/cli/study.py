@@ -61,7 +61,7 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
     "limited",
     multiple=True,
     metavar="ANSWER=LIMITS",
-    help='Report the share within them: 300:400, or "350 +- 15 %".',
+    help='Report the share within them: 300:400, "350 +- 15 %", or 350 with the usual 10 %.',
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sample.")
 @click.option("--no-curves", is_flag=True, help="Keep no curves, only the answers.")
@@ -91,8 +91,8 @@ def study(
     they come, and in DIR/designs.parquet at the end. Under `mpirun -n N` the first process leads and the others share
     the work; --scheduler shares it among the workers of Dask.
     """
+    from bushcli.study.limits import limits_of
     from bushcli.study.rows import parquet
-    from bushcli.study.study import limits_of
     from bushcli.study.study import study as simulate
 
     parquet()
@@ -139,7 +139,7 @@ def _plan(
     fixed = sampling == "grid" or (sampling is None and given and all(one.values for one in given))
     if not fixed:
         keys = {one.key for one in given}
-        given += [of_tolerance(key, one) for key, one in case.tolerances.items() if key not in keys]
+        given += [of_tolerance(key, one) for key, one in case.toleranced.items() if key not in keys]
     return plan(given, sampling, designs, seed)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.case.tolerance import Tolerance
+from bushcli.case.toleranced import Toleranced
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.executor import Pool
@@ -150,7 +150,7 @@ def design(
     start: Sequence[float],
     starts: int = 1,
     seed: int = 0,
-    tolerances: Mapping[str, Tolerance] | None = None,
+    tolerances: Mapping[str, Toleranced] | None = None,
     notify: Callable[[int, int, int], None] | None = None,
 ) -> Design:
     """Find the design whose rates are nearest to the targets.
@@ -170,7 +170,7 @@ def design(
         Where the first search begins, in the units of the keys.
     starts, seed : int
         Number of searches, and seed of the points at which the others begin.
-    tolerances : mapping of str to Tolerance or None
+    tolerances : mapping of str to Toleranced or None
         By key, of which the nominal value counts only where the key is not searched.
     notify : callable or None
         Called with the number of searches done, of all, and of those that failed.
@@ -226,7 +226,7 @@ def _result(
     end: End,
     evaluations: int,
     start: Sequence[float],
-    tolerances: Mapping[str, Tolerance],
+    tolerances: Mapping[str, Toleranced],
 ) -> Design:
     values = [float(value) for value in end.values]
     others = {key: one.nominal for key, one in tolerances.items() if key not in task.keys}
@@ -247,7 +247,7 @@ def _result(
 
 
 def _spread(
-    one: Target, value: float, slopes: Mapping[str, float], tolerances: Mapping[str, Tolerance]
+    one: Target, value: float, slopes: Mapping[str, float], tolerances: Mapping[str, Toleranced]
 ) -> Spread | None:
     if not tolerances:
         return None

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from bushcli.case import Case, resolved
-from bushcli.case.tolerance import tolerance
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.executor import Died, Pool
@@ -315,25 +314,3 @@ def _conditions(
             )
         )
     return tuple(found)
-
-
-def limits_of(text: str) -> tuple[str, Limits]:
-    """Return answer and limits of ``ANSWER=LOW:HIGH`` or ``ANSWER=VALUE +- DEVIATION``, the latter also in percent.
-
-    Raises
-    ------
-    InputError
-        It is neither.
-    """
-    name, equals, spec = text.rpartition("=")
-    found = tolerance(spec)
-    if equals and name.strip() and found is not None:
-        return name.strip(), Limits(found.low, found.high)
-    try:
-        low, high = map(float, spec.split(":"))
-    except ValueError:
-        low = high = math.nan
-    if not equals or not name.strip() or not low < high:
-        wanted = 'e.g. "axial.initial=350 +- 15 %" or axial.initial=300:400'
-        raise InputError(Problem(f"--limits {text}", "has no limits", "", wanted))
-    return name.strip(), Limits(low, high)

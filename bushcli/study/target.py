@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from bushcli.case.tolerance import tolerance
+from bushcli.case.toleranced import toleranced
 from bushcli.errors import InputError, Problem, nearest
 from cases.mode import modes
 
@@ -77,7 +77,7 @@ def target(text: str) -> Target:
     if (kind == "initial") == bool(at):
         what = "has a travel, which an initial stiffness has not" if at else f"{kind} needs a travel"
         raise InputError(Problem(where, what, "", EXAMPLES))
-    found = tolerance(wanted)
+    found = toleranced(wanted)
     try:
         value, deviation = (found.nominal, found.deviation) if found else (float(wanted), math.nan)
         q = float(travel) if at else math.nan

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.case.tolerance import Tolerance, tolerance
+from bushcli.case.toleranced import Toleranced, toleranced
 from bushcli.errors import InputError, Problem
 
 Array = NDArray[np.float64]
@@ -111,14 +111,14 @@ def of_values(key: str, spec: str, values: tuple[Value, ...]) -> Variable:
     )
 
 
-def of_tolerance(key: str, found: Tolerance) -> Variable:
+def of_tolerance(key: str, found: Toleranced) -> Variable:
     """Return the variable that a number with a tolerance is: a normal distribution, cut off at the limits.
 
     Parameters
     ----------
     key : str
         As in `Variable`.
-    found : Tolerance
+    found : Toleranced
         Nominal value and limits.
     """
     from scipy.special import ndtr
@@ -145,7 +145,7 @@ def _wrong(text: str, what: str, expected: str) -> InputError:
 
 
 def _tolerance(key: str, spec: str) -> Variable | None:
-    found = tolerance(spec)
+    found = toleranced(spec)
     return None if found is None else of_tolerance(key, found)
 
 

@@ -5,8 +5,8 @@ from scipy import stats
 from bushcli.case import Material
 from bushcli.study.analysis import Columns, Limits, failures, summary, within
 from bushcli.study.hardness import hardened, youngs_modulus
+from bushcli.study.limits import limits_of
 from bushcli.study.plan import plan
-from bushcli.study.study import limits_of
 from bushcli.study.variable import variable
 from forms.law import laws
 
@@ -83,7 +83,12 @@ def test_reasons_that_differ_in_numbers_are_one():
 
 @pytest.mark.parametrize(
     ("text", "low", "high"),
-    [("k=300:400", 300.0, 400.0), ("k=350 +- 10 %", 315.0, 385.0), ("a.b=1 +- 0.5", 0.5, 1.5)],
+    [
+        ("k=300:400", 300.0, 400.0),
+        ("k=350 +- 10 %", 315.0, 385.0),
+        ("k=350", 315.0, 385.0),
+        ("a.b=1 +- 0.5", 0.5, 1.5),
+    ],
 )
 def test_limits(text, low, high):
     name, found = limits_of(text)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bushcli.case.tolerance import Tolerance, nominal, tolerance
+from bushcli.case.toleranced import Toleranced, nominal, toleranced
 from bushcli.errors import InputError
 from bushcli.study.plan import from_list, plan
 from bushcli.study.variable import variable
@@ -13,24 +13,27 @@ U = np.linspace(0.001, 0.999, 999)
 @pytest.mark.parametrize(
     ("text", "found"),
     [
-        ("22.0 +- 0.1", Tolerance(22.0, 0.1)),
-        ("22±.1", Tolerance(22.0, 0.1)),
-        ("350 +/- 10 %", Tolerance(350.0, 35.0)),
-        ("-3e1 +- 1", Tolerance(-30.0, 1.0)),
+        ("22.0 +- 0.1", Toleranced(22.0, 0.1)),
+        ("22±.1", Toleranced(22.0, 0.1)),
+        ("350 +/- 10 %", Toleranced(350.0, 35.0)),
+        ("-3e1 +- 1", Toleranced(-30.0, 1.0)),
         ("22 +- 0", None),
         ("22", None),
         ("bushing 3 +- 4", None),
     ],
 )
 def test_tolerances(text, found):
-    assert tolerance(text) == found
+    assert toleranced(text) == found
 
 
 def test_a_case_keeps_plain_numbers_and_the_tolerances_by_key():
     data = {"title": "1 +- 2", "geometry": {"length": "40 +- 0.3"}, "load_cases": [{"amplitude": "8 +- 1"}]}
     plain, found = nominal(data)
     assert plain == {"title": "1 +- 2", "geometry": {"length": 40.0}, "load_cases": [{"amplitude": 8.0}]}
-    assert found == {"geometry.length": Tolerance(40.0, 0.3), "load_cases[0].amplitude": Tolerance(8.0, 1.0)}
+    assert found == {
+        "geometry.length": Toleranced(40.0, 0.3),
+        "load_cases[0].amplitude": Toleranced(8.0, 1.0),
+    }
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ _WORDS = ("title", "name", "file")
 
 
 @dataclass(frozen=True)
-class Tolerance:
+class Toleranced:
     """A number that is made within limits.
 
     Attributes
@@ -41,7 +41,7 @@ class Tolerance:
         return self.nominal + self.deviation
 
 
-def tolerance(text: str) -> Tolerance | None:
+def toleranced(text: str) -> Toleranced | None:
     """Return a number with a tolerance, such as "22.0 +- 0.1" or "350 ± 15 %"; None for any other text."""
     found = _TOLERANCE.match(text)
     if found is None:
@@ -49,10 +49,10 @@ def tolerance(text: str) -> Tolerance | None:
     nominal, deviation = float(found[1]), float(found[2])
     if found[3]:
         deviation *= 0.01 * abs(nominal)
-    return Tolerance(nominal, deviation) if deviation > 0.0 else None
+    return Toleranced(nominal, deviation) if deviation > 0.0 else None
 
 
-def nominal(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Tolerance]]:
+def nominal(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Toleranced]]:
     """Return a case's tables with plain numbers, and the tolerances by key.
 
     Parameters
@@ -62,7 +62,7 @@ def nominal(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Tolerance]]
     """
     found = {}
     for table, key, keys, value in list(_texts(data)):
-        one = tolerance(value)
+        one = toleranced(value)
         if one is not None:
             table[key] = one.nominal
             found[dotted(keys)] = one
