@@ -7,7 +7,7 @@ import platform
 import sys
 from pathlib import Path
 
-from benchmarks import compare, direct, effects, processes, real
+from benchmarks import compare, direct, effects, processes, real, study
 
 SECTIONS = {
     "processes": processes.processes,
@@ -18,6 +18,7 @@ SECTIONS = {
     "effects": effects.cost,
     "alike": effects.alike,
     "real": real.real,
+    "study": study.study,
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -135,6 +135,10 @@ class Motion:
         ]
         busy = fem.locate_dofs_topological(part, tdim, mesh.cells.find(mesh.region["rubber"]))
         return [int(d) for d in np.setdiff1d(np.concatenate(idle), busy)]
+
+    def relocate(self, x: Array) -> None:
+        """Take the constrained unknowns to be at other points, shape (n, 3), mm."""
+        self.constrained = replace(self.constrained, x=x)
 
     # -- how they move -------------------------------------------------------------------------------------------
 

@@ -108,10 +108,6 @@ class Points:
         elements = [space.sub(i).element.basix_element for i in range(2)]
         self._N, slopes = _tabulated(elements[0], rule.points)
         self._pressure, _ = _tabulated(elements[1], rule.points)
-        self._x, slope = _geometry(mesh, cells, rule.points)
-        self._measure = np.abs(np.linalg.det(slope)) * rule.weights
-        # d(reference)_i / dx_j.
-        self._inverse: Array = np.asarray(np.linalg.inv(slope), dtype=np.float64)
         self._half_plane = setting.gradients[-1][1] != "d2"
         # The shape functions themselves are asked for in the half-plane only.
         functions = np.stack([*slopes, self._N] if self._half_plane else [*slopes], axis=1)
@@ -120,6 +116,14 @@ class Points:
         self._names = tuple(dict.fromkeys(table for _, table in setting.gradients))
         self._component = np.array([i for i, _ in setting.gradients], dtype=np.int32)
         self._table = np.array([self._names.index(table) for _, table in setting.gradients], dtype=np.int32)
+        self.locate(mesh)
+
+    def locate(self, mesh: NamedMesh) -> None:
+        """Take the geometry from the nodes of the mesh as they are now; the stress-free body is the mesh."""
+        self._x, slope = _geometry(mesh, self.cells, self.rule.points)
+        self._measure = np.abs(np.linalg.det(slope)) * self.rule.weights
+        # d(reference)_i / dx_j.
+        self._inverse: Array = np.asarray(np.linalg.inv(slope), dtype=np.float64)
         self.move(Place.rest(self._x.shape))
 
     def move(self, place: Place, swelling: float = 1.0) -> None:

@@ -34,12 +34,27 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
     Array
         Shape (cells, p, 3), in ascending order.
     """
+    return stretches_at(stretch_points(model, points, region), model.state.x.array)
+
+
+def stretch_points(model: Model, points: Array | None = None, region: str = "rubber") -> Points:
+    """Points at which `principal_stretches` looks, for several states of a model.
+
+    Parameters
+    ----------
+    model, points, region
+        As there.
+    """
     mesh = model.mesh
     if points is None:
         degree = 2 if mesh.simplices else 3
         points, _ = basix.make_quadrature(mesh.mesh.basix_cell(), degree)
-    at = _points(model, region, points)
-    g = at.gradients(model.state.x.array).reshape(*at.shape, at.rows)
+    return _points(model, region, points)
+
+
+def stretches_at(at: Points, x: Array) -> Array:
+    """Principal stretches at points, shape (cells, p, 3), ascending, for a vector x of the unknowns of this rank."""
+    g = at.gradients(x).reshape(*at.shape, at.rows)
     rows = at.setting.deformation(list(np.moveaxis(g, -1, 0)))
     F = np.stack([np.stack([np.broadcast_to(f, at.shape) for f in row], axis=-1) for row in rows], axis=-2)
     return np.asarray(np.sqrt(np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)))

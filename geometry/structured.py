@@ -6,11 +6,10 @@ Runs inside a session that `geometry.mesh` has opened.
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 
-from geometry.blocks import Array, Blocks
+from geometry.blocks import Array, Blocks, Interval
 
 
 def mesh_blocks(blocks: Blocks, order: int) -> dict[int, dict[str, int]]:
@@ -26,15 +25,15 @@ def mesh_blocks(blocks: Blocks, order: int) -> dict[int, dict[str, int]]:
     from gmsh import model
 
     dimension = len(blocks.axes)
-    # One unit of the index box is one element; `positions` maps indices to parameters, linearly inside an
+    # One unit of the index box is one element; `vertices` maps indices to parameters, linearly inside an
     # element, so that mid-side nodes stay in the middle of graded elements.
-    positions = [_positions(axis) for axis in blocks.axes]
+    vertices = [positions(axis) for axis in blocks.axes]
     breaks = [np.cumsum([0, *(interval.elements for interval in axis)]) for axis in blocks.axes]
     solids = []
     for index in itertools.product(*(range(len(axis)) for axis in blocks.axes)):
         low = np.array([breaks[a][i] for a, i in enumerate(index)], dtype=float)
         high = np.array([breaks[a][i + 1] for a, i in enumerate(index)], dtype=float)
-        name = blocks.region(_parameters(0.5 * (low + high), positions))
+        name = blocks.region(parameters(0.5 * (low + high), vertices))
         if name is None:
             continue
         size = high - low
@@ -46,8 +45,8 @@ def mesh_blocks(blocks: Blocks, order: int) -> dict[int, dict[str, int]]:
         model.occ.fragment(solids[:1], solids[1:])
     model.occ.synchronize()
     names = {
-        dimension: _name_regions(blocks, positions, dimension),
-        dimension - 1: _name_faces(blocks, positions, dimension),
+        dimension: _name_regions(blocks, vertices, dimension),
+        dimension - 1: _name_faces(blocks, vertices, dimension),
     }
     for _, curve in model.getEntities(1):
         box = np.array(model.getBoundingBox(1, curve))
@@ -63,7 +62,7 @@ def mesh_blocks(blocks: Blocks, order: int) -> dict[int, dict[str, int]]:
     tags, coordinates, _ = model.mesh.getNodes()
     indices = coordinates.reshape(-1, 3)[:, :dimension]
     points = np.zeros((len(tags), 3))
-    points[:, :dimension] = blocks.chart(_parameters(indices, positions))
+    points[:, :dimension] = blocks.chart(parameters(indices, vertices))
     for tag, point in zip(tags, points, strict=True):
         model.mesh.setNode(tag, point, [])
     if blocks.closed:
@@ -71,43 +70,53 @@ def mesh_blocks(blocks: Blocks, order: int) -> dict[int, dict[str, int]]:
     return names
 
 
-def _positions(axis: tuple[Any, ...]) -> Array:
+def positions(axis: tuple[Interval, ...]) -> Array:
+    """Return the vertices of all elements along an axis, in parameters, shape (elements + 1,)."""
     return np.concatenate([axis[0].vertices(), *(interval.vertices()[1:] for interval in axis[1:])])
 
 
-def _parameters(indices: Array, positions: list[Array]) -> Array:
-    columns = [np.interp(indices[..., a], np.arange(len(p)), p) for a, p in enumerate(positions)]
+def parameters(indices: Array, vertices: list[Array]) -> Array:
+    """Return the parameters, (n, d), of places that are counted in elements.
+
+    Parameters
+    ----------
+    indices : shape (n, d)
+        Numbers of elements from the start of each axis; halves are the middles of elements.
+    vertices : list of Array
+        Of each axis, as `positions` returned them.
+    """
+    columns = [np.interp(indices[..., a], np.arange(len(p)), p) for a, p in enumerate(vertices)]
     return np.stack(columns, axis=-1)
 
 
-def _middle(dimension: int, tag: int, positions: list[Array]) -> tuple[Array, Array]:
+def _middle(dimension: int, tag: int, vertices: list[Array]) -> tuple[Array, Array]:
     """Extent (in elements) and midpoint (in parameters) of an entity."""
     from gmsh import model
 
-    box = np.array(model.getBoundingBox(dimension, tag)).reshape(2, 3)[:, : len(positions)]
-    return box[1] - box[0], _parameters(box.mean(axis=0), positions)
+    box = np.array(model.getBoundingBox(dimension, tag)).reshape(2, 3)[:, : len(vertices)]
+    return box[1] - box[0], parameters(box.mean(axis=0), vertices)
 
 
-def _name_regions(blocks: Blocks, positions: list[Array], dimension: int) -> dict[str, int]:
+def _name_regions(blocks: Blocks, vertices: list[Array], dimension: int) -> dict[str, int]:
     from gmsh import model
 
     members: dict[str, list[int]] = {}
     for _, tag in model.getEntities(dimension):
-        name = blocks.region(_middle(dimension, tag, positions)[1])
+        name = blocks.region(_middle(dimension, tag, vertices)[1])
         assert name is not None
         members.setdefault(name, []).append(tag)
     return {name: model.addPhysicalGroup(dimension, tags, name=name) for name, tags in members.items()}
 
 
-def _name_faces(blocks: Blocks, positions: list[Array], dimension: int) -> dict[str, int]:
+def _name_faces(blocks: Blocks, vertices: list[Array], dimension: int) -> dict[str, int]:
     from gmsh import model
 
-    ends = [(p[0], p[-1]) for p in positions]
+    ends = [(p[0], p[-1]) for p in vertices]
     members: dict[str, list[int]] = {}
     for _, tag in model.getEntities(dimension - 1):
         if len(model.getAdjacencies(dimension - 1, tag)[0]) != 1:
             continue
-        extent, middle = _middle(dimension - 1, tag, positions)
+        extent, middle = _middle(dimension - 1, tag, vertices)
         axis = int(np.argmin(extent))
         if blocks.closed and axis == 1 and np.isclose(middle[1], ends[1]).any():
             continue

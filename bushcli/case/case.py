@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from bushcli.case.tolerance import DEFAULT, Tolerance
+from bushcli.case.toleranced import Toleranced
 from bushcli.case.unit import written
 from bushcli.effects.active import ActiveEffect
 from bushcli.recording.source import Source
@@ -121,6 +122,8 @@ class Case:
         value.
     tolerance : Tolerance
         Band within which a simulated channel is accepted.
+    toleranced : mapping of str to Toleranced
+        By dotted key, of the numbers that were given with one.
     """
 
     title: str
@@ -133,6 +136,7 @@ class Case:
     coupons: tuple[Source, ...] = ()
     effects: tuple[ActiveEffect, ...] = ()
     tolerance: Tolerance = DEFAULT
+    toleranced: Mapping[str, Toleranced] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[tuple[str, str], ...]:
@@ -209,7 +213,7 @@ def resolved(case: Case) -> dict[str, Any]:
         "recordings": [_source(source, folder) for source in case.recordings],
         "coupons": [_source(source, folder) for source in case.coupons],
         "effects": [_effect(active, case) for active in case.effects],
-    }
+    } | ({"toleranced": {key: vars(one) for key, one in case.toleranced.items()}} if case.toleranced else {})
 
 
 def _geometry(shape: Shape, folder: Path) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from bushcli.case.case import Case
 from bushcli.case.finding import Finding, Keys
 from bushcli.case.limits import DEEPEST, LARGEST_CASE, MOST_PROBLEMS, is_too_deep, too_deep_line
 from bushcli.case.override import Override, apply
+from bushcli.case.toleranced import nominal
 from bushcli.errors import CaseError, Problem, nearest
 from bushcli.runtime.bounded import TooLarge, read_bounded
 from geometry.shape import shapes
@@ -38,11 +40,12 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
         raise CaseError(
             Problem(str(path), f"has tables more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
+    data, deviating = nominal(data)
     builder = Builder(path.parent)
     case = builder.case(data, path)
     if case is None:
         raise CaseError(*_problems(builder.findings, path, done))
-    return case
+    return replace(case, toleranced=deviating)
 
 
 def shape_of_part(path: Path) -> str | None:

@@ -17,10 +17,13 @@ import click
 
 from bushcli import __version__
 from bushcli.cli.case import check, direct, mesh
+from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.run import unwritable
+from bushcli.cli.study import study
 from bushcli.cli.tool import doctor, init, list_
+from bushcli.cli.view import view
 from bushcli.errors import nearest, printable
 
 
@@ -90,7 +93,7 @@ def main() -> None:
     """
 
 
-for _command in (init, check, mesh, fit, direct, inverse, diagnose, list_, doctor):
+for _command in (init, check, mesh, fit, direct, inverse, diagnose, study, design, view, list_, doctor):
     main.add_command(_command)
 
 __all__ = ["main"]

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 import click
 
 from bushcli.cli.progress import search_progress
 from bushcli.cli.run import DONE, INTERRUPTED, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+from bushcli.cli.shared import pool, scheduled
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
     from bushcli.case import Case
-    from bushcli.inverse import Fit
+    from bushcli.inverse import Fit, Task
     from bushcli.inverse.local import Loss, Method
+    from bushcli.runtime.executor import Pool
 
 weighted = click.option(
     "--weighting",
@@ -113,6 +116,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     show_default=True,
     help="Processes that share the starts.",
 )
+@scheduled
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the start points.")
 @click.option(
     "--resume", is_flag=True, help="Go on with the evaluations of the last run into the same -o DIR."
@@ -130,6 +134,7 @@ def inverse(
     starts: int,
     globally: bool,
     workers: int,
+    scheduler: str | None,
     seed: int,
     resume: bool,
     strict: bool,
@@ -137,38 +142,54 @@ def inverse(
     """Identify the law of CASE from its recordings.
 
     Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW, from
-    which --resume continues after an interruption.
+    which --resume continues after an interruption. --scheduler shares the starts among the workers of Dask, which
+    keep no such files.
     """
-    from bushcli import report
-    from bushcli.inverse import Task, identify
+    from bushcli.inverse import Task
 
     case = run.load()
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
-    fits, interrupted = [], False
-    for law in _laws(case, models):
-        task = Task(
-            case,
-            law,
-            fixed=fixed,
-            bulk_modulus=bulk_modulus,
-            hold_out=held_out,
-            method=method,
-            loss=loss,
-            starts=starts,
-            globally=globally,
-            seed=seed,
-            workers=workers,
-        )
-        run.say(f"identifying {law} from {len(case.recordings) - len(held_out)} recordings")
-        journal = run.output / f"history-{law}" if run.output else None
-        with run.timed(law):
-            fits.append(
-                identify(task, journal=journal, resume=resume, progress=search_progress(run, task.turned))
+    if scheduler and workers > 1:
+        raise InputError(Problem("--workers", "has no meaning beside --scheduler, which has its own workers"))
+    fits = []
+    with pool(None, scheduler) if scheduler else nullcontext() as shared:
+        for law in _laws(case, models):
+            task = Task(
+                case,
+                law,
+                fixed=fixed,
+                bulk_modulus=bulk_modulus,
+                hold_out=held_out,
+                method=method,
+                loss=loss,
+                starts=starts,
+                globally=globally,
+                seed=seed,
+                workers=workers,
             )
-        interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
-        if interrupted:
-            break
+            fits.append(_identified(run, task, resume, shared))
+            if any(condition.name == "interrupted" for condition in fits[-1].conditions):
+                break
+    return _reported(run, case, fits, strict)
+
+
+def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
+    """Identify one law, and keep its evaluations where there is an output."""
+    from bushcli.inverse import identify
+
+    run.say(f"identifying {task.model} from {len(task.case.recordings) - len(task.hold_out)} recordings")
+    journal = run.output / f"history-{task.model}" if run.output else None
+    progress = search_progress(run, task.turned)
+    with run.timed(task.model):
+        return identify(task, journal=journal, resume=resume, progress=progress, pool=shared)
+
+
+def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
+    """Print and save identified laws, and return the exit code."""
+    from bushcli import report
+
+    interrupted = any(condition.name == "interrupted" for condition in fits[-1].conditions)
     fits.sort(key=report.rank)
     result = report.inverse_json(case, fits, run.timings())
     run.show(report.inverse_text(fits))

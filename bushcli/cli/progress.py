@@ -57,6 +57,61 @@ def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], N
         yield advance
 
 
+@contextmanager
+def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], None] | None]:
+    """Show how much of a long list of work is done, and the time left: a bar on a terminal, lines when piped.
+
+    Parameters
+    ----------
+    run : Run
+        Options of the command; with ``--quiet`` there is no progress.
+    what : str
+        What is counted: "designs".
+    """
+    if run.quiet or not speaks():
+        yield None
+        return
+    begin, first, shown = time.perf_counter(), -1, -1
+
+    def left(done: int, total: int) -> float:
+        """Return seconds; what was there before this run took no time."""
+        nonlocal first
+        if first < 0:
+            first = max(0, done - 1)
+        return (time.perf_counter() - begin) / max(done - first, 1) * (total - done)
+
+    if not on_terminal(sys.stderr) or run.verbose:
+
+        def line(done: int, total: int, failed: int) -> None:
+            nonlocal shown
+            remaining, tenth = left(done, total), 10 * done // total
+            if tenth != shown or run.verbose:
+                shown = tenth
+                lost = f", {failed} failed" if failed else ""
+                run.say(f"{what}: {done}/{total}{lost}, {remaining:.0f} s left")
+
+        yield line
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn(f"{what:12s}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}{task.fields[lost]},"),
+        TimeRemainingColumn(compact=True),
+        TextColumn("left"),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        shared = bar.add_task(what, total=None, lost="")
+
+        def advance(done: int, total: int, failed: int) -> None:
+            lost = f", {failed} failed" if failed else ""
+            bar.update(shared, completed=done, total=total, lost=lost)
+
+        yield advance
+
+
 def search_progress(run: Run, turned: Mapping[str, EffectParameter]) -> Callable[[Evaluation], None] | None:
     """Return a function that prints one line for each evaluation of an identification.
 

@@ -30,6 +30,7 @@ from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions, history_not_kept, profiles_cut_short, start_replaced
+from bushcli.runtime.executor import Pool
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
@@ -70,7 +71,12 @@ def fit_coupons(
 
 
 def identify(
-    task: Task, *, journal: Path | None = None, resume: bool = False, progress: Progress | None = None
+    task: Task,
+    *,
+    journal: Path | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+    pool: Pool | None = None,
 ) -> Fit:
     """Identify a law's parameters from the recordings or the coupons of a case.
 
@@ -84,6 +90,8 @@ def identify(
         Go on with the evaluations that the journal holds.
     progress
         Called after each evaluation.
+    pool
+        Processes that share the starts, in place of the task's workers.
 
     Returns
     -------
@@ -100,7 +108,7 @@ def identify(
     start, lower, upper = (task.law, task.vectors())[1]
     saved = Journal(journal, task.identity(), resume) if journal is not None else None
     problem, held_out = task.problem(journal=saved, progress=progress)
-    run = _Run(task, problem, held_out, start, lower, upper, journal, resume, progress)
+    run = _Run(task, problem, held_out, start, lower, upper, journal, resume, progress, pool)
     interrupted = False
     try:
         run.search()
@@ -140,6 +148,7 @@ class _Run:
     journal: Path | None
     resume: bool
     progress: Progress | None
+    pool: Pool | None
     minima: list[Minimum] = field(default_factory=list)
     instead: Array | None = None
 
@@ -163,12 +172,12 @@ class _Run:
         self.minima.append(first.minimum)
         self.instead = first.instead
         states = {0: problem.states}
-        points = _further_starts(task, problem, first.initial, self.lower, self.upper)
+        points = _further_starts(task, problem, first.initial, self.lower, self.upper, self.pool)
         given = [
             Assignment(number, point, first.states, self.minima[0].cost, self.journal, self.resume)
             for number, point in enumerate(points, 1)
         ]
-        _refine(task, problem, given, self.minima, states, self.progress)
+        _refine(task, problem, given, self.minima, states, self.progress, self.pool)
         problem.states = states[_best(self.minima)]
 
     def result(self, interrupted: bool, begin: float) -> Fit:
@@ -242,14 +251,16 @@ def _best(minima: Sequence[Minimum]) -> int:
     return int(np.argmin(costs))
 
 
-def _further_starts(task: Task, problem: Problem, initial: Array, lower: Array, upper: Array) -> list[Array]:
+def _further_starts(
+    task: Task, problem: Problem, initial: Array, lower: Array, upper: Array, pool: Pool | None
+) -> list[Array]:
     """More starts, found on a coarse mesh; none where one start is asked for."""
     if task.starts <= 1 and not task.globally:
         return []
     shear = task.law.shear_modulus(**problem.law_parameters(initial))
     low, high = starts.box(initial, lower, upper, abs(shear))
     found: list[Array] = []
-    with coarse_costs(task) as costs:
+    with coarse_costs(task, pool) as costs:
         if task.globally:
             found.append(starts.evolved(costs, low, high, task.seed))
         if task.starts > 1:
@@ -264,6 +275,7 @@ def _refine(
     minima: list[Minimum],
     states: dict[int, Array],
     progress: Progress | None,
+    pool: Pool | None,
 ) -> None:
     """Refine further starts, and take over what they found as if the problem had searched itself."""
 
@@ -282,7 +294,7 @@ def _refine(
         states[len(minima)] = found.states
         minima.append(found.minimum)
 
-    refined(task, problem.channels, given, done, forward)
+    refined(task, problem.channels, given, done, forward, pool)
 
 
 def _profiled(

@@ -8,10 +8,11 @@ hopeless ones are measured by.
 from __future__ import annotations
 
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,8 @@ from bushcli.inverse.problem import Problem, Progress
 from bushcli.inverse.result import Evaluation
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
+from bushcli.runtime.canonical import canonical
+from bushcli.runtime.executor import Died, Pool
 
 Array = NDArray[np.float64]
 
@@ -156,8 +159,11 @@ def _least(costs: Sequence[float]) -> float:
 
 
 @contextmanager
-def coarse_costs(task: Task) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
-    """Cost of many parameter sets on the coarse mesh, by as many processes as the task has workers."""
+def coarse_costs(task: Task, pool: Pool | None = None) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
+    """Cost of many parameter sets on the coarse mesh, by as many processes as the task has workers, or by a pool."""
+    if pool is not None:
+        yield lambda points: [float(cost) for cost in _asked(pool, _cost_there, task, points)]
+        return
     if task.workers == 1:
         coarse, _ = task.problem(coarse=True)
         yield lambda points: [coarse.cost(x) for x in points]
@@ -172,8 +178,9 @@ def refined(
     given: Sequence[Assignment],
     done: Callable[[Refined], None],
     progress: Progress | None,
+    pool: Pool | None = None,
 ) -> None:
-    """Refine starts, one after the other or shared among the task's workers.
+    """Refine starts, one after the other or shared among the task's workers, or among those of a pool.
 
     Parameters
     ----------
@@ -187,12 +194,20 @@ def refined(
         Called with what came of each start, in their order.
     progress : Progress | None
         Called after each evaluation; with several workers, when its start is finished.
+    pool
+        Processes that may be on other machines; a start whose process has died is left out. They keep no journals.
 
     Raises
     ------
     KeyboardInterrupt
         After `done` has had what the running starts had found.
     """
+    if pool is not None:
+        alone = [replace(one, journal=None, resume=False) for one in given]
+        for found in _asked(pool, _refined_there, task, alone):
+            if isinstance(found, Refined):
+                _hand_over(found, done, progress)
+        return
     if task.workers == 1 or len(given) < 2:
         for one in given:
             found = refine(task, channels, one, progress)
@@ -214,6 +229,39 @@ def refined(
             for future in left:
                 _collect(future, done, progress)
             raise
+
+
+def _asked(pool: Pool, work: Callable[..., Any], task: Task, given: Sequence[Any]) -> list[Any]:
+    """Return the answers in the order of the questions; nan where the process has died."""
+    found: dict[int, Any] = {}
+    for (_, number, _), answer in pool.answers(work, [(task, i, one) for i, one in enumerate(given)]):
+        found[number] = float("nan") if isinstance(answer, Died) else answer
+    return [found[i] for i in range(len(given))]
+
+
+# Channels that this process has made for a pool: of one task, coarse or fine.
+_there: dict[bytes, list[Channel]] = {}
+_one_at_a_time = threading.Lock()
+
+
+def _channels_there(task: Task, coarse: bool) -> list[Channel]:
+    from mpi4py import MPI
+
+    key = canonical((task, coarse))
+    if key not in _there:
+        _there.clear()
+        _there[key] = task.channels(coarse=coarse, comm=MPI.COMM_SELF)[0]
+    return _there[key]
+
+
+def _cost_there(task: Task, _: int, x: Array) -> float:
+    with _one_at_a_time:
+        return task.pose(_channels_there(task, coarse=True)).cost(x)
+
+
+def _refined_there(task: Task, _: int, given: Assignment) -> Refined:
+    with _one_at_a_time:
+        return refine(task, _channels_there(task, coarse=False), given)
 
 
 def _collect(future: Future[Refined], done: Callable[[Refined], None], progress: Progress | None) -> None:

@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bushcli.report.design import design_json, design_text
     from bushcli.report.diagnosis import diagnosis_text
     from bushcli.report.diagnosis_document import diagnosis_json
     from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
@@ -25,8 +26,10 @@ if TYPE_CHECKING:
         write_meshes,
         write_refused,
     )
+    from bushcli.report.output_study import write_design, write_study
     from bushcli.report.protocol import protocol_json, protocol_parts
     from bushcli.report.ranking import rank
+    from bushcli.report.study import study_json, study_text
     from bushcli.report.text import case_text, direct_text, fit_text, mesh_text
     from bushcli.report.verdict import judge
 
@@ -35,6 +38,8 @@ __all__ = [
     "case_json",
     "case_text",
     "check_output",
+    "design_json",
+    "design_text",
     "diagnosis_json",
     "diagnosis_text",
     "direct_json",
@@ -49,18 +54,23 @@ __all__ = [
     "protocol_json",
     "protocol_parts",
     "rank",
+    "study_json",
+    "study_text",
     "write_beginning",
     "write_check",
+    "write_design",
     "write_diagnosis",
     "write_direct",
     "write_fit",
     "write_inverse",
     "write_meshes",
     "write_refused",
+    "write_study",
 ]
 
 # Where each name is. Loaded when it is first used: no command needs the reports of all others (0.8 s).
 _MODULES = {
+    "design": ("design_json", "design_text"),
     "diagnosis": ("diagnosis_text",),
     "diagnosis_document": ("diagnosis_json",),
     "document": ("case_json", "direct_json", "fit_json", "mesh_json"),
@@ -77,8 +87,10 @@ _MODULES = {
         "write_meshes",
         "write_refused",
     ),
+    "output_study": ("write_design", "write_study"),
     "protocol": ("protocol_json", "protocol_parts"),
     "ranking": ("rank",),
+    "study": ("study_json", "study_text"),
     "text": ("case_text", "direct_text", "fit_text", "mesh_text"),
     "verdict": ("judge",),
 }

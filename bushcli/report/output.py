@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from geometry.shape import Shape
 
 REPORT = "report.html"
+#: The designs of a study.
+DESIGNS = "designs.parquet"
 _FIELDS = (".xdmf", ".h5")
 #: The case file that `bushcli mesh PART` writes.
 BEGINNING = "case.toml"
@@ -331,10 +333,11 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
         if command == "mesh"
         else []
     )
-    refuse_others(directory, [RESULT, REPORT, *curves, *meshes], _inputs(case))
+    designs = [DESIGNS] if command == "study" else []
+    refuse_others(directory, [RESULT, REPORT, *designs, *curves, *meshes], inputs_of(case))
 
 
-def _inputs(case: Case | None) -> list[Path]:
+def inputs_of(case: Case | None) -> list[Path]:
     """Return the files that a case reads."""
     if case is None:
         return []
@@ -345,4 +348,4 @@ def _inputs(case: Case | None) -> list[Path]:
 def _write(
     directory: Path, files: Mapping[str, Content], case: Case | None, beside: Iterable[str] = ()
 ) -> tuple[Path, ...]:
-    return write_files(directory, files, _inputs(case), beside)
+    return write_files(directory, files, inputs_of(case), beside)

@@ -53,13 +53,23 @@ class Workers:
         if self.count == 1 or self._executor is not None:
             yield self
             return
-        self._executor = ProcessPoolExecutor(self.count, get_context("spawn"), initializer=_begin)
+        self.start()
         try:
             yield self
         except BaseException:
             self.stop()
             raise
-        self._executor.shutdown()
+        self.close()
+
+    def start(self) -> Executor:
+        """Start the processes, and return their executor; `close` or `stop` ends them."""
+        self._executor = _Processes(self.count, get_context("spawn"), initializer=_begin)
+        return self._executor
+
+    def close(self) -> None:
+        """End the processes when they have answered everything."""
+        if self._executor is not None:
+            self._executor.shutdown()
 
     def stop(self) -> None:
         """End all processes, whatever they are doing; afterwards nothing can be run."""
@@ -119,8 +129,7 @@ class Workers:
         self, executor: Executor, file: Path | None, work: Work, question: tuple[Any, ...]
     ) -> Future[Any]:
         if isinstance(executor, ProcessPoolExecutor):
-            with _deaf():
-                return executor.submit(_answer, self.store, file, work, question)
+            return executor.submit(_answer, self.store, file, work, question)
         future = executor.submit(_answer, None, None, work, question)
         store = self.store
         if file is not None and store is not None:
@@ -183,6 +192,15 @@ def _deaf() -> Iterator[None]:
             signal.signal(one, handler or signal.SIG_DFL)
     if received:
         signal.raise_signal(received[0])
+
+
+class _Processes(ProcessPoolExecutor):
+    """Starts its processes, which it does when it is given work, out of reach of Ctrl-C."""
+
+    def submit(self, fn: Work, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Hand work to a process."""
+        with _deaf():
+            return super().submit(fn, *args, **kwargs)
 
 
 def _begin() -> None:

@@ -32,9 +32,9 @@ from bushcli.simulate.stiffness import check_state, matrices
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, modes
 from cases.model import Model
-from cases.simulate import Rubber, is_odd, prepare
+from cases.simulate import Prepare, Rubber, is_odd, prepare
 from cases.stability import stable
-from cases.stretches import Surface, principal_stretches, surface
+from cases.stretches import Surface, stretch_points, stretches_at, surface
 from forms.law import law
 
 Array = NDArray[np.float64]
@@ -53,6 +53,8 @@ def predict(
     comm: MPI.Comm = MPI.COMM_WORLD,
     stiffness: bool = False,
     stiffness_at: float | None = None,
+    prepared: Prepare = prepare,
+    pictures: bool = True,
 ) -> Response:
     """Simulate every load case and every recording of a case.
 
@@ -74,6 +76,10 @@ def predict(
         Take the 6 x 6 stiffness matrix at rest and at the end of every channel.
     stiffness_at : float or None
         And at this displacement: mm or degrees, s of a path.
+    prepared : Prepare
+        Makes the finite-element models.
+    pictures : bool
+        Whether to keep the deformed surface of each channel.
 
     Returns
     -------
@@ -87,18 +93,28 @@ def predict(
     """
     material = material or case.material
     check_material(case, material)
-    # All input is read before anything is solved: a bad file must not cost a march.
-    require_values(case.effects, case.path.name)
     channels, faults = _channels(case)
     check_state(channels, stiffness_at)
-    run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm, stiffness, stiffness_at)
+    run = _Run(
+        case,
+        rubber_of(material),
+        mesh_check,
+        fields,
+        progress,
+        comm,
+        prepared,
+        pictures,
+        stiffness,
+        stiffness_at,
+    )
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in conditions(channel))
     return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
 
 
 def _channels(case: Case) -> tuple[list[Channel], tuple[DataFault, ...]]:
-    """Return what is to be simulated, and faults of the recordings."""
+    """Return what is to be simulated, and faults of the recordings; a bad file must not cost a march."""
+    require_values(case.effects, case.path.name)
     recordings = [read_recording(source) for source in case.recordings]
     whole = bool(case.effects)
     wholes = [read_recording(source, whole=True) for source in case.recordings] if whole else recordings
@@ -129,6 +145,8 @@ class _Run:
     fields: Path | None
     progress: Progress | None
     comm: MPI.Comm
+    prepared: Prepare
+    pictures: bool
     stiffness: bool = False
     stiffness_at: float | None = None
     paths: dict[tuple[str, float], SixSimulation] = field(default_factory=dict)
@@ -137,7 +155,7 @@ class _Run:
         refinement = replace(self.case.mesh.refinement, factor=factor)
         features = installed(acting(self.case.effects, channel.name, channel.mode))
         mode = mode or mode_of(channel.mode, channel.six)
-        return prepare(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
+        return self.prepared(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
 
     def matrices(self, channel: Channel) -> dict[str, tuple[float, Array]]:
         """Return the stiffness matrices that are asked for."""
@@ -197,7 +215,7 @@ class _Run:
             stretches=stretches,
             unstable=unstable,
             seconds={"mesh_and_forms": ready - begin, "march": done - ready},
-            surface=_picture(model, history),
+            surface=_picture(model, history) if self.pictures else None,
             mesh_error=error,
             step_error=step_error,
             along=answer is not None and channel.recording is not None,
@@ -238,6 +256,7 @@ class _Run:
             channel.displacement,
             None if channel.whole is None else displacement_noise(channel.whole),
             self.comm,
+            self.prepared,
         )
 
     def _mesh_error(self, channel: Channel, history: History, answer: Answer | None) -> float:
@@ -307,9 +326,9 @@ def _stability(model: Model, history: History, rubber: Rubber) -> tuple[tuple[fl
     assert history.states is not None
     low, high, bad, total = 1.0, 1.0, 0, 0
     count = len(history.states)
+    points = stretch_points(model)
     for i in np.unique(np.linspace(0, count - 1, min(STABILITY_STATES, count)).round().astype(int)):
-        model.state.x.array[:] = history.states[i]
-        values = principal_stretches(model).reshape(-1, 3)
+        values = stretches_at(points, history.states[i]).reshape(-1, 3)
         if len(values):
             low, high = min(low, float(values.min())), max(high, float(values.max()))
             bad += int(np.count_nonzero(~stable(rubber.law, rubber.parameters, values)))

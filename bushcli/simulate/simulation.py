@@ -213,7 +213,7 @@ class Simulation:
         self, targets: Array, inner: tuple[str, ...], keep_states: bool, progress: Steps | None
     ) -> History:
         """Return the curve of the body; the last one is reused if only the rig has changed since."""
-        asked = (self._values(), targets.tobytes(), inner)
+        asked = (self._shape, self._values(), targets.tobytes(), inner)
         known = _last.get(self.model)
         if known is not None and known[0] == asked and not keep_states and progress is None:
             return known[1]
@@ -269,7 +269,7 @@ class Simulation:
         """Return the body's response to a path; the last one is reused if only the rig has changed since."""
         rates = {name: rate.tobytes() for name, rate in path_rates.items()}
         times = None if program.time is None else program.time.tobytes()
-        asked = (self._values(), program.displacement.tobytes(), times, inner, rates)
+        asked = (self._shape, self._values(), program.displacement.tobytes(), times, inner, rates)
         can_be_reused = not keep_states and progress is None and series is None
         known = _last.get(self.model)
         if known is not None and known[0] == asked and can_be_reused:
@@ -290,6 +290,11 @@ class Simulation:
 
     def _values(self) -> tuple[float, ...]:
         return tuple(float(constant.value) for constant in self.model.constants.values())
+
+    @property
+    def _shape(self) -> Shape:
+        # A model may have been moved to another shape since (`bushcli.simulate.bodies`).
+        return self.model.mesh.shape
 
     # -- accuracy ------------------------------------------------------------------------------------------------
 

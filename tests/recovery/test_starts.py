@@ -7,6 +7,7 @@ import pytest
 
 from bushcli.inverse import Task, identify, refine, starts
 from bushcli.inverse.channel import Channel
+from bushcli.runtime.executor import processes
 
 MESH = "[mesh]\nelements_across = 2\nelements_along = 4\nelements_around = 8\n"
 
@@ -44,6 +45,14 @@ def test_the_number_of_workers_makes_no_difference(case, monkeypatch):
     np.testing.assert_array_equal([e.cost for e in shared.evaluations], [e.cost for e in alone.evaluations])
     assert (shared.sweeps, shared.forward_solves) == (alone.sweeps, alone.forward_solves)
     assert [e.number for e in told] == [e.number for e in shared.evaluations]
+
+
+def test_a_pool_of_processes_makes_no_difference(case):
+    alone = identify(Task(case, "yeoh", starts=3, seed=4))
+    with processes(2) as pool:
+        shared = identify(Task(case, "yeoh", starts=3, seed=4), pool=pool)
+    assert values(shared) == values(alone)
+    np.testing.assert_array_equal([e.cost for e in shared.evaluations], [e.cost for e in alone.evaluations])
 
 
 def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):

@@ -40,6 +40,10 @@ Kind = Literal[
     "record_map",
     "bushing_map",
     "next_test",
+    "tornado",
+    "band",
+    "scatter",
+    "histogram",
 ]
 
 # Okabe and Ito's palette, distinguishable with any colour vision: https://jfly.uni-koeln.de/color/

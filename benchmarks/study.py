@@ -1,0 +1,155 @@
+"""Throughput of studies: designs per second, cost over the march alone, memory, and reading rows back."""
+
+from __future__ import annotations
+
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+# The bushing of the other benchmarks (benchmarks/problem.py), every dimension varied.
+CASE = """
+[geometry]
+shape = "plain"
+inner_radius = "12.0 +- 0.2"
+outer_radius = "22.0 +- 0.3"
+length = "40.0 +- 3.0"
+[material]
+law = "yeoh"
+bulk_modulus = 2000.0
+[material.parameters]
+C10 = 0.5
+C20 = -0.05
+C30 = 0.01
+[[load_cases]]
+mode = "{mode}"
+amplitude = {amplitude}
+steps = {steps}
+"""
+AXIAL, RADIAL = ("axial", 8.0, 20), ("radial", 2.0, 10)
+WORKERS = 2
+
+
+def study(runs: int) -> Iterator[str]:
+    """Yield the tables of studies; `runs` plays no part, since each is long enough by itself."""
+    yield "### Studies\n"
+    yield f"| study | designs | processes | wall clock | per design | largest process |\n{'| --- ' * 6}|"
+    for load, designs in ((AXIAL, 1000), (RADIAL, 200), (AXIAL, 4000)):
+        yield _throughput(load, designs)
+    yield f"\n| one process | per design | march alone | ratio |\n{'| --- ' * 4}|"
+    for load in (AXIAL, RADIAL):
+        yield _overhead(load)
+    yield "\n" + _rows(100_000)
+
+
+def _case(folder: Path, load: tuple[str, float, int]) -> Path:
+    file = folder / "case.toml"
+    file.write_text(CASE.format(mode=load[0], amplitude=load[1], steps=load[2]))
+    return file
+
+
+def _throughput(load: tuple[str, float, int], designs: int) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        case, out = _case(Path(folder), load), Path(folder) / "out"
+        command = [sys.executable, "-m", "bushcli.cli", "study", str(case), "--designs", str(designs)]
+        begin = time.perf_counter()
+        subprocess.run(
+            [*command, "--workers", str(WORKERS), "-q", "-o", str(out), "--json"],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
+        wall = time.perf_counter() - begin
+        result = json.loads((out / "result.json").read_text())
+    assert result["failed"] == 0, result["failures"]
+    # Of all children so far: the largest of them.
+    largest = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    per = 1e3 * result["seconds_of_designs"] / designs
+    return f"| {load[0]} | {designs} | {WORKERS} | {wall:.1f} s | {per:.1f} ms | {largest:.0f} MB |"
+
+
+def _overhead(load: tuple[str, float, int], designs: int = 60) -> str:
+    """Time whole designs and the marches in them, in one process and in turn, so that other work disturbs both."""
+    from bushcli.case import load_case
+    from bushcli.study import task as module
+    from bushcli.study.answers import default_answers
+    from bushcli.study.plan import plan
+    from bushcli.study.task import SECONDS, Task, evaluate
+    from bushcli.study.variable import of_tolerance
+
+    marched = []
+    predict = module.predict
+
+    def watched(*arguments: object, **options: object) -> object:
+        found = predict(*arguments, **options)  # type: ignore[arg-type]
+        marched.append(found.channels[0].seconds["march"])
+        return found
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = _case(Path(folder), load)
+        case = load_case(file)
+        chosen = plan([of_tolerance(key, one) for key, one in case.toleranced.items()], "lhs", designs)
+        task = Task(file, (), chosen.keys, default_answers(case))
+        evaluate(task, 0, chosen.rows)
+        module.predict = watched  # type: ignore[assignment]
+        try:
+            rows = evaluate(task, 0, chosen.rows)
+        finally:
+            module.predict = predict
+    whole, march = (float(np.median(times)) for times in ([row[SECONDS] for row in rows], marched))
+    return f"| {load[0]} | {1e3 * whole:.1f} ms | {1e3 * march:.1f} ms | {whole / march:.2f} |"
+
+
+def _rows(count: int) -> str:
+    """Write and read back rows with a curve of 21 points each."""
+    from bushcli.study.analysis import columns
+    from bushcli.study.bands import band
+    from bushcli.study.rows import Rows, columns_of
+
+    kinds = columns_of({"a": True}, ["axial.initial"], ["axial.displacement", "axial.force"])
+    q = np.linspace(0.0, 8.0, 21)
+    with tempfile.TemporaryDirectory() as folder:
+        rows = Rows(Path(folder), {}, kinds, count)
+        begin = time.perf_counter()
+        for first in range(0, count, 50):
+            rows.add([_row(number, q) for number in range(first, first + 50)])
+        written = time.perf_counter() - begin
+        rows.close()
+        begin = time.perf_counter()
+        rows = Rows(Path(folder), {}, kinds, count, resume=True)
+        found = columns(rows, ["a"], ["axial.initial"])
+        read = time.perf_counter() - begin
+        band(rows, "axial")
+        banded = time.perf_counter() - begin - read
+        begin = time.perf_counter()
+        rows.write(Path(folder) / "all.parquet")
+        joined = time.perf_counter() - begin
+        size = (Path(folder) / "all.parquet").stat().st_size / 1e6
+        rows.close()
+    assert len(found.design) == count
+    return (
+        f"{count} rows with curves: saved as they come in {written:.1f} s, {1e3 * written / count:.2f} ms each; "
+        f"resumed and read for the statistics in {read:.1f} s; band of the curves {banded:.1f} s; "
+        f"one file of {size:.0f} MB in {joined:.1f} s"
+    )
+
+
+def _row(number: int, q: np.ndarray) -> dict[str, object]:
+    a = 20.0 + 4.0 * np.sin(number)
+    return {
+        "design": number,
+        "a": a,
+        "status": "ok",
+        "failure": "",
+        "reason": "",
+        "axial.initial": 10.0 * a,
+        "conditions": "",
+        "seconds": 0.03,
+        "axial.displacement": q.tolist(),
+        "axial.force": (10.0 * a * q * (1.0 - 0.01 * q)).tolist(),
+    }

@@ -1,0 +1,78 @@
+"""Numbers with a tolerance: "22.0 +- 0.1" in place of 22.0. A study varies them; other commands take the number."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from bushcli.case.finding import Keys, dotted
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_TOLERANCE = re.compile(rf"\s*({_NUMBER})\s*(?:\+-|\+/-|±)\s*({_NUMBER})\s*(%?)\s*\Z")
+# Keys whose values are words, in which such a text is a word too.
+_WORDS = ("title", "name", "file")
+
+
+@dataclass(frozen=True)
+class Toleranced:
+    """A number that is made within limits.
+
+    Attributes
+    ----------
+    nominal : float
+        In the unit of its key.
+    deviation : float
+        Largest deviation to either side, positive, in the same unit.
+    """
+
+    nominal: float
+    deviation: float
+
+    @property
+    def low(self) -> float:
+        """Lower limit."""
+        return self.nominal - self.deviation
+
+    @property
+    def high(self) -> float:
+        """Upper limit."""
+        return self.nominal + self.deviation
+
+
+def toleranced(text: str) -> Toleranced | None:
+    """Return a number with a tolerance, such as "22.0 +- 0.1" or "350 ± 15 %"; None for any other text."""
+    found = _TOLERANCE.match(text)
+    if found is None:
+        return None
+    nominal, deviation = float(found[1]), float(found[2])
+    if found[3]:
+        deviation *= 0.01 * abs(nominal)
+    return Toleranced(nominal, deviation) if deviation > 0.0 else None
+
+
+def nominal(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Toleranced]]:
+    """Return a case's tables with plain numbers, and the tolerances by key.
+
+    Parameters
+    ----------
+    data : dict
+        Tables as parsed from TOML; changed in place.
+    """
+    found = {}
+    for table, key, keys, value in list(_texts(data)):
+        one = toleranced(value)
+        if one is not None:
+            table[key] = one.nominal
+            found[dotted(keys)] = one
+    return data, found
+
+
+def _texts(value: Any, keys: Keys = ()) -> Iterator[tuple[Any, Any, Keys, str]]:
+    entries = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, item in entries:
+        if isinstance(item, dict | list):
+            yield from _texts(item, (*keys, key))
+        elif isinstance(item, str) and key not in _WORDS:
+            yield value, key, (*keys, key), item

@@ -1,0 +1,171 @@
+"""The command that finds a geometry for target rates: design."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from bushcli.cli.identification import fit_to_coupons
+from bushcli.cli.progress import work_progress
+from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, speaks
+from bushcli.cli.shared import pool, shares_work
+from bushcli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.case.toleranced import Toleranced
+    from bushcli.study.task import Task
+    from bushcli.study.variable import Variable
+
+
+@click.command()
+@click.option(
+    "--target",
+    "wanted",
+    multiple=True,
+    required=True,
+    metavar="RATE=VALUE",
+    help="Stiffness at rest, axial=350, over a travel, radial.secant@2=2500, or force, axial.force@5=1800; "
+    '"axial=350 +- 10 %" weighs it by what is allowed.',
+)
+@click.option(
+    "--vary",
+    "varied",
+    multiple=True,
+    required=True,
+    metavar="KEY=LOW:HIGH",
+    help="A key of the case with its bounds, e.g. geometry.outer_radius=20:24.",
+)
+@click.option(
+    "--tolerance",
+    "toleranced",
+    multiple=True,
+    metavar="KEY=DEVIATION",
+    help='What a key may deviate, besides those of the case file: geometry.length=0.3, or "hardness=60 +- 5".',
+)
+@click.option(
+    "--starts", type=click.IntRange(1, 1000), default=1, show_default=True, help="Number of start points."
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the start points.")
+@click.option("--strict", is_flag=True, help="Exit 1 when a target is missed.")
+@shares_work
+@on_a_case
+def design(
+    run: Run,
+    wanted: tuple[str, ...],
+    varied: tuple[str, ...],
+    toleranced: tuple[str, ...],
+    starts: int,
+    seed: int,
+    strict: bool,
+    workers: int | None,
+    scheduler: str | None,
+) -> int:
+    """Find the geometry of CASE that has the target rates, and what tolerances do to them.
+
+    Any keys with numbers may be searched within bounds. The load cases and recordings of CASE play no part.
+    """
+    from bushcli import report
+    from bushcli.study.design import bounds_of
+    from bushcli.study.design import design as find
+    from bushcli.study.target import target
+    from bushcli.study.variable import variable
+
+    targets = [target(text) for text in wanted]
+    variables = [variable(text) for text in varied]
+    bounds_of(variables)
+    keys = [one.key for one in variables]
+    twice = next((key for key in keys if keys.count(key) > 1), None)
+    if twice:
+        raise InputError(Problem(f"--vary {twice}", "is varied twice"))
+    case = run.load()
+    if case.geometry.specimen != "bushing":
+        raise InputError(Problem(case.path.name, "is a coupon, which has no geometry to design"))
+    tolerances = _tolerances(case, toleranced)
+    task = _task(run, case, variables, tolerances)
+    start = [_start(case, one) for one in variables]
+    with pool(workers if workers or scheduler or starts > 1 else 1, scheduler) as shared:
+        if shared is None:
+            # This rank has answered until the first one left the context.
+            return DONE
+        with run.timed("design"), work_progress(run, "searches") as progress:
+            found = find(
+                case,
+                task,
+                variables,
+                targets,
+                shared,
+                start=start,
+                starts=starts,
+                seed=seed,
+                tolerances=tolerances,
+                notify=progress,
+            )
+    result = report.design_json(found, run.timings())
+    run.show(report.design_text(found))
+    run.emit(result)
+    if run.output and speaks():
+        report.write_design(run.output, result, found)
+        run.say(f"wrote {run.output}")
+    return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE
+
+
+def _task(run: Run, case: Case, variables: list[Variable], tolerances: dict[str, Toleranced]) -> Task:
+    from bushcli.study.hardness import HARDNESS
+    from bushcli.study.task import Task
+
+    nominal = next((float(one.nominal) for one in variables if one.key == HARDNESS), None)
+    if HARDNESS in tolerances:
+        nominal = tolerances[HARDNESS].nominal
+    material = fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None
+    return Task(
+        case=run.path.absolute(),
+        overrides=run.overrides,
+        keys=tuple(one.key for one in variables),
+        answers=(),
+        material=material,
+        hardness=nominal,
+    )
+
+
+def _start(case: Case, one: Variable) -> float:
+    """Return the value that the case has for a key, or the middle of its bounds where it has none."""
+    from bushcli.study.answers import NoAnswer, number_at
+
+    try:
+        value = number_at(one.key, case_data(case))
+    except NoAnswer:
+        value = float("nan")
+    return value if one.low <= value <= one.high else float(one.nominal)
+
+
+def case_data(case: Case) -> dict[str, object]:
+    """Return the case as JSON-ready data."""
+    from bushcli.case import resolved
+
+    return resolved(case)
+
+
+def _tolerances(case: Case, given: tuple[str, ...]) -> dict[str, Toleranced]:
+    """Return the tolerances of the case file and of ``--tolerance``, by key."""
+    from bushcli.case.toleranced import Toleranced, toleranced
+    from bushcli.study.answers import NoAnswer, number_at
+
+    found = dict(case.toleranced)
+    for text in given:
+        key, _, spec = (part.strip() for part in text.partition("="))
+        one = toleranced(spec)
+        try:
+            if one is None:
+                one = Toleranced(number_at(key, case_data(case)), float(spec))
+        except NoAnswer:
+            wanted = f'"{key}=NOMINAL +- DEVIATION"'
+            raise InputError(Problem(f"--tolerance {text}", f"the case has no {key}", "", wanted)) from None
+        except ValueError:
+            one = None
+        if one is None or not one.deviation > 0.0:
+            wanted = 'geometry.length=0.3, or "hardness=60 +- 5"'
+            raise InputError(Problem(f"--tolerance {text}", "is no KEY=DEVIATION", "", wanted))
+        found[key] = one
+    return found

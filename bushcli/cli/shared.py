@@ -1,0 +1,73 @@
+"""Options of the commands that share their work among processes, and who does it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from bushcli.cli.run import ranks_there_are
+from bushcli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from bushcli.runtime.executor import Pool
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def shares_work(command: F) -> F:
+    """Give a command the options ``--workers`` and ``--scheduler``."""
+    command = click.option(
+        "--workers",
+        type=click.IntRange(1, 256),
+        help="Processes of this machine that share the work; as many as it has processors if not given.",
+    )(command)
+    return scheduled(command)
+
+
+def scheduled(command: F) -> F:
+    """Give a command the option ``--scheduler``."""
+    return click.option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Share the work among the workers of this Dask scheduler, e.g. tcp://127.0.0.1:8786.",
+    )(command)
+
+
+@contextmanager
+def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
+    """Yield who does the work; None on the ranks of `mpirun` that answer the first one.
+
+    Parameters
+    ----------
+    workers : int or None
+        Number of processes; None for as many as there are processors.
+    scheduler : str or None
+        Address of a Dask scheduler.
+
+    Raises
+    ------
+    InputError
+        Options contradict each other, or the scheduler does not answer.
+    """
+    from bushcli.runtime.executor import Pool, dask, processes
+    from bushcli.runtime.workers import ranks
+
+    several = ranks_there_are()
+    if workers is not None and (several > 1 or scheduler):
+        where = "mpirun" if several > 1 else "--scheduler"
+        raise InputError(Problem("--workers", f"has no meaning beside {where}, which has its own workers"))
+    if several > 1 and scheduler:
+        raise InputError(Problem("--scheduler", "has no meaning under mpirun", "", "one or the other"))
+    if several > 1:
+        with ranks() as executor:
+            yield None if executor is None else Pool(executor, several - 1)
+    elif scheduler:
+        with dask(scheduler) as found:
+            yield found
+    else:
+        with processes(workers or len(os.sched_getaffinity(0))) as found:
+            yield found

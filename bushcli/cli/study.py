@@ -1,0 +1,194 @@
+"""Commands on many designs: study, design."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from bushcli.cli.identification import fit_to_coupons
+from bushcli.cli.progress import work_progress
+from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, speaks
+from bushcli.cli.shared import pool, shares_work
+from bushcli.errors import InputError, Problem
+from bushcli.runtime.interrupt import is_interrupt
+
+if TYPE_CHECKING:
+    from bushcli.case import Case
+    from bushcli.study.plan import Plan, Sampling
+    from bushcli.study.rows import Rows
+    from bushcli.study.study import Study
+    from bushcli.study.task import Task
+
+SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
+
+
+@click.command()
+@click.option(
+    "--vary",
+    "varied",
+    multiple=True,
+    metavar="KEY=VALUES",
+    help='Values or a distribution: 20:24:5 (grid), 20,22,24, 20:24, "22 +- 0.1", "normal(22, 0.05)"; '
+    'the key "hardness" varies the moduli by Shore A.',
+)
+@click.option(
+    "--list",
+    "listed",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Designs from a CSV: keys in its first line, one design in every other.",
+)
+@click.option(
+    "--sampling",
+    type=click.Choice(SAMPLINGS),
+    help="grid if all keys have values, else lhs; saltelli for Sobol indices, corners for the limits of tolerances.",
+)
+@click.option("--designs", type=click.IntRange(1), metavar="N", help="Number of designs of a sample.")
+@click.option(
+    "--answer",
+    "asked",
+    multiple=True,
+    metavar="[NAME=]ANSWER",
+    help="axial.initial, axial.secant@3, axial.tangent@3, axial.force@3, or a key of the result of `direct`.",
+)
+@click.option(
+    "--limits",
+    "limited",
+    multiple=True,
+    metavar="ANSWER=LIMITS",
+    help='Report the share within them: 300:400, "350 +- 15 %", or 350 with the usual 10 %.',
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sample.")
+@click.option("--no-curves", is_flag=True, help="Keep no curves, only the answers.")
+@click.option("--resume", is_flag=True, help="Go on with the designs of the last run into the same -o DIR.")
+@click.option("--strict", is_flag=True, help="Exit 1 when a design fails.")
+@shares_work
+@on_a_case
+def study(
+    run: Run,
+    varied: tuple[str, ...],
+    listed: Path | None,
+    sampling: Sampling | None,
+    designs: int | None,
+    asked: tuple[str, ...],
+    limited: tuple[str, ...],
+    seed: int,
+    no_curves: bool,
+    resume: bool,
+    strict: bool,
+    workers: int | None,
+    scheduler: str | None,
+) -> int:
+    """Simulate many designs of CASE, and say what spreads, what matters, and what share is within limits.
+
+    Any keys of the case may be varied. Numbers with a tolerance in the case file, such as
+    outer_radius = "22.0 +- 0.1", are varied by themselves. With -o DIR the designs are saved in DIR/history-study as
+    they come, and in DIR/designs.parquet at the end. Under `mpirun -n N` the first process leads and the others share
+    the work; --scheduler shares it among the workers of Dask.
+    """
+    from bushcli.study.limits import limits_of
+    from bushcli.study.rows import parquet
+    from bushcli.study.study import study as simulate
+
+    parquet()
+    case = run.load()
+    if resume and run.output is None:
+        raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
+    plan = _plan(case, varied, listed, sampling, designs, seed)
+    limits = dict(limits_of(text) for text in limited)
+    with pool(workers, scheduler) as shared:
+        if shared is None:
+            # This rank has answered until the first one left the context.
+            return DONE
+        task = _task(run, case, plan, asked, curves=not no_curves)
+        with _folder(run) as folder:
+            try:
+                with run.timed("study"), work_progress(run, "designs") as progress:
+                    found, rows = simulate(
+                        case, task, plan, shared, folder, limits=limits, resume=resume, notify=progress
+                    )
+            except BaseException as error:
+                if run.output is not None and is_interrupt(error):
+                    run.say("interrupted; the designs that are done are saved for --resume")
+                raise
+            return _reported(run, found, rows, strict)
+
+
+def _plan(
+    case: Case,
+    varied: tuple[str, ...],
+    listed: Path | None,
+    sampling: Sampling | None,
+    designs: int | None,
+    seed: int,
+) -> Plan:
+    from bushcli.study.plan import from_list, plan
+    from bushcli.study.variable import of_tolerance, variable
+
+    given = [variable(text) for text in varied]
+    if listed is not None:
+        if sampling or designs:
+            name = "--sampling" if sampling else "--designs"
+            raise InputError(Problem(name, "has no meaning beside --list, which has the designs"))
+        return from_list(listed, given)
+    fixed = sampling == "grid" or (sampling is None and given and all(one.values for one in given))
+    if not fixed:
+        keys = {one.key for one in given}
+        given += [of_tolerance(key, one) for key, one in case.toleranced.items() if key not in keys]
+    return plan(given, sampling, designs, seed)
+
+
+def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool) -> Task:
+    from bushcli.report.study import described
+    from bushcli.study.answers import answer, default_answers
+    from bushcli.study.hardness import HARDNESS
+    from bushcli.study.task import Task
+
+    if not case.load_cases and not case.recordings:
+        wanted = "[[recordings]] or [[load_cases]]"
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
+    answers = tuple(answer(case, text) for text in asked) or default_answers(case)
+    material = fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None
+    hardness = next((one for one in plan.variables if one.key == HARDNESS), None)
+    if hardness is not None and not hardness.numeric:
+        raise InputError(
+            Problem(f"--vary hardness={hardness.spec}", "is no Shore A hardness", "", '"60 +- 5"')
+        )
+    return Task(
+        case=run.path.absolute(),
+        overrides=run.overrides,
+        keys=plan.keys,
+        answers=answers,
+        curves=curves,
+        material=material,
+        hardness=None if hardness is None else float(hardness.nominal),
+        describe=described if any(one.of_result for one in answers) else None,
+    )
+
+
+@contextmanager
+def _folder(run: Run) -> Iterator[Path]:
+    """Yield the folder for rows: in the output, or one that is deleted afterwards."""
+    if run.output is not None:
+        yield run.output / "history-study"
+        return
+    with tempfile.TemporaryDirectory(prefix="bushcli-study-") as folder:
+        yield Path(folder)
+
+
+def _reported(run: Run, found: Study, rows: Rows, strict: bool) -> int:
+    """Print and save a study, and return the exit code."""
+    from bushcli import report
+
+    result = report.study_json(found, run.timings())
+    run.show(report.study_text(found))
+    run.emit(result)
+    if run.output and speaks():
+        report.write_study(run.output, result, found, rows.write)
+        run.say(f"wrote {run.output}")
+    return NEGATIVE if strict and found.failed else DONE

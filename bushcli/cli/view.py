@@ -1,0 +1,105 @@
+"""The command that shows the page of a result: view."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import click
+
+from bushcli.cli.run import DONE, finish
+from bushcli.errors import InputError, Problem
+
+LOCAL = "127.0.0.1"
+# As `bushcli.report` names it, which takes half a second to load.
+REPORT = "report.html"
+
+
+@click.command()
+@click.argument("output", type=click.Path(path_type=Path))
+@click.option(
+    "--serve",
+    is_flag=True,
+    help="Serve the folder on this machine's own address instead, until Ctrl-C; for a remote machine forward the "
+    "port: ssh -L 8000:127.0.0.1:8000 MACHINE.",
+)
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8000,
+    show_default=True,
+    help="Of --serve; 0 takes a free one.",
+)
+def view(output: Path, serve: bool, port: int) -> None:
+    """Open the page of a result in the browser; OUTPUT is the folder that was given with -o, or the page itself."""
+    finish(lambda: _served(_page(output), port) if serve else _opened(_page(output)), debug=False)
+
+
+def _page(output: Path) -> Path:
+    """Return the page of a folder of results."""
+    page = output / REPORT if output.is_dir() else output
+    if page.is_file() and page.suffix == ".html":
+        return page.absolute()
+    if not output.exists():
+        raise InputError(Problem(str(output), "does not exist", "", "the folder that was given with -o"))
+    below = sorted(str(found.parent) for found in output.glob(f"*/{REPORT}")) if output.is_dir() else []
+    what = f"has no {REPORT}" if output.is_dir() else "is no page"
+    raise InputError(
+        Problem(str(output), what, "", ", ".join(below[:5]) or "a folder that was given with -o")
+    )
+
+
+def _opened(page: Path) -> int:
+    import webbrowser
+
+    if not webbrowser.open(page.as_uri()):
+        what = "no browser could be started"
+        raise InputError(Problem(str(page), what, "", "open the file yourself, or --serve"))
+    click.echo(page.as_uri())
+    return DONE
+
+
+def _served(page: Path, port: int) -> int:
+    try:
+        server = _Server((LOCAL, port), partial(_Quiet, directory=str(page.parent)))
+    except OSError as error:
+        what = f"cannot be used: {error.strerror or error}"
+        raise InputError(Problem(f"--port {port}", what, "", "another one, or 0 for a free one")) from None
+    with server:
+        click.echo(f"http://{LOCAL}:{server.server_port}/{page.name}")
+        click.echo("Ctrl-C ends it", err=True)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            return DONE
+    return DONE
+
+
+class _Server(ThreadingHTTPServer):
+    """Says nothing of a browser that goes away before it has the whole page."""
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Report what is not the browser's doing."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)
+
+
+class _Quiet(SimpleHTTPRequestHandler):
+    """Serves files and says nothing; without listings of folders."""
+
+    def send_head(self) -> Any:
+        """Refuse what was asked of another name: a page of somebody else's site could read the result through it."""
+        if self.headers.get("Host", "").rsplit(":", 1)[0] not in (LOCAL, "localhost"):
+            self.send_error(403)
+            return None
+        return super().send_head()
+
+    def log_message(self, format: str, *arguments: Any) -> None:
+        """Say nothing."""
+
+    def list_directory(self, path: Any) -> None:
+        """Refuse: only what the page refers to is of use."""
+        self.send_error(404)

@@ -1,0 +1,223 @@
+"""Pictures of a study: tornado, band of the curves, scatter and spread of the answers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from bushcli.report.figures.picture import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    RED,
+    Picture,
+    legend,
+    literal,
+    new_figure,
+    picture,
+    style,
+)
+from bushcli.report.quantity import number, quantities
+from bushcli.study.analysis import Summary
+from bushcli.study.bands import Band
+from bushcli.study.study import Study
+
+# Bars of a tornado; panels of the scatter plots, across and down; words of a value are cut to so many characters.
+MOST_KEYS, ACROSS, DOWN, LONGEST = 12, 6, 6, 18
+
+
+def study_figures(found: Study) -> tuple[Picture, ...]:
+    """Return all pictures of a study.
+
+    Parameters
+    ----------
+    found : Study
+    """
+    units = {one.name: one.unit for one in found.task.answers}
+    made: list[Picture] = []
+    drawn = {name: one for name, one in found.summaries.items() if one.influences}
+    if drawn:
+        title = "Change of each answer by each key alone"
+        made.append(picture("tornado", "tornado", title, tornado_figure(drawn, units)))
+    for one in found.bands:
+        title = f"{one.channel}: curves of {one.count} designs"
+        made.append(
+            picture(f"band-{_file(one.channel)}", "band", title, band_figure(found, one), one.channel)
+        )
+    if found.summaries and any(found.samples.values()):
+        title = "Answers against what is varied"
+        made.append(picture("scatter", "scatter", title, scatter_figure(found, units)))
+        made.append(picture("spread", "histogram", "Spread of the answers", spread_figure(found, units)))
+    return tuple(made)
+
+
+def _file(channel: str) -> str:
+    return "".join(c if c.isalnum() or c in "-_" else "_" for c in channel)[:50]
+
+
+def _label(name: str, unit: str) -> str:
+    return literal(f"{name} [{unit}]" if unit else name)
+
+
+def tornado_figure(summaries: Mapping[str, Summary], units: Mapping[str, str]) -> Figure:
+    """Draw a panel per answer: a bar per key from its 5 % to its 95 % quantile, the longest on top.
+
+    Parameters
+    ----------
+    summaries : mapping of str to Summary
+        By answer.
+    units : mapping of str to str
+        By answer.
+    """
+    keys = max(min(len(one.influences), MOST_KEYS) for one in summaries.values())
+    columns = min(2, len(summaries))
+    rows = -(-len(summaries) // columns)
+    with style():
+        figure = new_figure(5.4 * columns, rows * (1.15 + 0.42 * keys))
+        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes, (name, one) in zip(panels, summaries.items(), strict=False):
+            _tornado(axes, one)
+            axes.set_xlabel(_label(name, units[name]))
+        for axes in panels[len(summaries) :]:
+            axes.set_visible(False)
+        return figure
+
+
+def _tornado(axes: Axes, found: Summary) -> None:
+    ordered = sorted(found.influences.items(), key=lambda pair: -abs(pair[1].swing[1] - pair[1].swing[0]))
+    chosen = ordered[:MOST_KEYS]
+    for i, (_, one) in enumerate(chosen):
+        for change, colour in zip(one.swing, (ORANGE, BLUE), strict=True):
+            axes.barh(i, change, left=found.mean, color=colour, height=0.6)
+    labels = [
+        key if math.isnan(one.total) else f"{key}\nSobol {one.first:.2f}, total {one.total:.2f}"
+        for key, one in chosen
+    ]
+    axes.set_yticks(range(len(chosen)), [literal(label) for label in labels], fontsize=9)
+    axes.axvline(found.mean, color=BLACK, lw=0.8)
+    if found.limits is not None:
+        _limits(axes, found)
+    axes.invert_yaxis()
+    axes.tick_params(axis="y", length=0)
+    ends = [Patch(color=ORANGE, label="key at its 5 %"), Patch(color=BLUE, label="at its 95 %")]
+    axes.legend(handles=ends, loc="lower right", fontsize=8)
+
+
+def _limits(axes: Axes, found: Summary) -> None:
+    assert found.limits is not None
+    for value in (found.limits.low, found.limits.high):
+        axes.axvline(value, color=RED, lw=1.1, ls="--")
+
+
+def band_figure(found: Study, one: Band) -> Figure:
+    """Draw the median curve, and where 90 % and all curves lie.
+
+    Parameters
+    ----------
+    found : Study
+    one : Band
+        Of one channel; mm or degrees, N or N mm.
+    """
+    shown = quantities(dict(found.case.channels)[one.channel])
+    q, (least, low, middle, high, most) = one.displacement, one.force
+    with style():
+        figure = new_figure(5.6, 4.2)
+        axes = figure.subplots()
+        if (np.diff(q) > 0).all() or (np.diff(q) < 0).all():
+            axes.fill_between(q, least, most, color=LIGHT, lw=0, label="all designs")
+            axes.fill_between(q, low, high, color=BLUE, alpha=0.35, lw=0, label="5 to 95 %")
+        else:
+            # A loop has no area between two of its curves.
+            for values, colour, label in ((least, GREY, "all designs"), (low, BLUE, "5 to 95 %")):
+                axes.plot(q, values, color=colour, lw=0.9, ls="--", label=label)
+            for values, colour in ((most, GREY), (high, BLUE)):
+                axes.plot(q, values, color=colour, lw=0.9, ls="--")
+        axes.plot(q, middle, color=BLUE, label="median")
+        axes.set_xlabel(shown.displacement_label)
+        axes.set_ylabel(shown.force_label)
+        axes.set_title(literal(f"{one.channel}: {one.count} designs"))
+        legend(axes, loc="upper left")
+        return figure
+
+
+def scatter_figure(found: Study, units: Mapping[str, str]) -> Figure:
+    """Draw each answer against each key, a dot per design.
+
+    Parameters
+    ----------
+    found : Study
+    units : mapping of str to str
+        By answer.
+    """
+    names = [name for name in found.summaries if name in found.samples][:DOWN]
+    keys = [key for key in found.plan.keys if len(set(found.samples[key])) > 1][:ACROSS] or [
+        found.plan.keys[0]
+    ]
+    with style():
+        figure = new_figure(1.1 + 2.6 * len(keys), 0.7 + 2.1 * len(names))
+        panels = figure.subplots(len(names), len(keys), squeeze=False, sharex="col", sharey="row")
+        for i, name in enumerate(names):
+            for j, key in enumerate(keys):
+                _scatter(panels[i][j], found, name, key)
+            panels[i][0].set_ylabel(_label(name, units[name]))
+        for j, key in enumerate(keys):
+            panels[-1][j].set_xlabel(literal(key))
+        return figure
+
+
+def _scatter(axes: Axes, found: Study, name: str, key: str) -> None:
+    x, y = found.samples[key], found.samples[name]
+    words = any(isinstance(value, str) for value in x)
+    at = [str(value)[:LONGEST] for value in x] if words else x
+    axes.scatter(at, y, s=7, color=BLUE, alpha=0.55, lw=0, rasterized=True)
+    limits = found.summaries[name].limits
+    if limits is not None:
+        for value in (limits.low, limits.high):
+            axes.axhline(value, color=RED, lw=1.0, ls="--")
+    influence = found.summaries[name].influences.get(key)
+    if influence is not None:
+        axes.set_title(f"rank correlation {influence.spearman:.2f}", fontsize=8.5, fontweight="normal", pad=3)
+
+
+def spread_figure(found: Study, units: Mapping[str, str]) -> Figure:
+    """Draw a histogram per answer, with its limits.
+
+    Parameters
+    ----------
+    found : Study
+    units : mapping of str to str
+        By answer.
+    """
+    names = [name for name in found.summaries if name in found.samples][: 2 * DOWN]
+    columns = min(3, len(names))
+    rows = -(-len(names) // columns)
+    with style():
+        figure = new_figure(3.7 * columns, 0.4 + 2.5 * rows)
+        panels = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes, name in zip(panels, names, strict=False):
+            one = found.summaries[name]
+            values = np.array(found.samples[name], dtype=float)
+            bins = max(5, min(40, round(math.sqrt(len(values)))))
+            if np.ptp(values) <= 1e-9 * abs(float(values.mean())):
+                bins = 1
+            axes.hist(values, bins=bins, color=BLUE, alpha=0.8)
+            axes.axvline(one.quantiles[1], color=BLACK, lw=1.2)
+            if one.limits is not None:
+                _limits(axes, one)
+                colour = GREEN if one.limits.share > 0.99 else RED
+                axes.set_title(f"{100 * one.limits.share:.1f} % within", fontsize=10, color=colour)
+            else:
+                axes.set_title(f"median {number(one.quantiles[1], 4)}", fontsize=10)
+            axes.set_xlabel(_label(name, units[name]))
+            axes.set_ylabel("designs")
+        for axes in panels[len(names) :]:
+            axes.set_visible(False)
+        return figure

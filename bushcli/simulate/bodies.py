@@ -1,0 +1,145 @@
+"""Finite-element models that are used again for the next design: only what has changed is made anew.
+
+Other parameters of the law are numbers in the model. Other dimensions of a structured shape are other coordinates of
+its nodes (`geometry.morph`): neither Gmsh nor the set-up of elements, constraints and matrices runs again. Everything
+else, such as another number of elements or an effect on the body, makes another model.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from cases.contact import plates
+from cases.feature import Installed
+from cases.mode import Mode
+from cases.model import Model, setting_for
+from cases.relocation import relocate
+from cases.simulate import Rubber, prepare
+from geometry.morph import Morph, elements_of
+from geometry.shape import Refinement, Shape
+
+Array = NDArray[np.float64]
+
+# Models at a time: a range of lengths has some ten numbers of elements along the axis, in each mode.
+MOST = 24
+
+
+@dataclass
+class _Kept:
+    """A model with the places of its nodes and of its constrained unknowns in the box of elements."""
+
+    model: Model
+    morph: Morph | None = None
+    nodes: Array | None = None
+    held: Array | None = None
+
+
+class Bodies:
+    """As `cases.simulate.prepare`, with models that were made before.
+
+    A model that it returned is changed by the next call: march it before.
+
+    Attributes
+    ----------
+    made, moved : int
+        Number of models that were built, and of calls that were served by one that was there.
+    """
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[Hashable, _Kept] = OrderedDict()
+        self.made = self.moved = 0
+
+    def __call__(
+        self,
+        shape: Shape,
+        mode: Mode,
+        rubber: Rubber,
+        refinement: Refinement,
+        comm: MPI.Comm,
+        features: Sequence[Installed] = (),
+    ) -> Model:
+        """Return the model of a shape under a mode, with these parameters.
+
+        Parameters
+        ----------
+        shape, mode, rubber, refinement, comm, features
+            As for `cases.simulate.prepare`.
+        """
+        if features or plates(shape):
+            self.made += 1
+            return prepare(shape, mode, rubber, refinement, comm, features)
+        dimension = 2 if mode.section is not None and shape.axisymmetric else 3
+        mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
+        elements = elements_of(shape, dimension, mirrors, refinement)
+        metals = tuple(
+            (name, one.youngs_modulus, one.poissons_ratio) for name, one in shape.elastic_sleeves.items()
+        )
+        law = rubber.law.name, tuple(rubber.parameters)
+        key = (elements or _Whole(shape), mode.name, law, metals, refinement)
+        kept = self._kept.get(key)
+        if kept is None:
+            self.made += 1
+            kept = self._kept[key] = _Kept(prepare(shape, mode, rubber, refinement, comm))
+            if len(self._kept) > MOST:
+                self._kept.popitem(last=False)
+            return kept.model
+        self._kept.move_to_end(key)
+        self.moved += 1
+        if shape != kept.model.mesh.shape and not _moved(kept, shape, refinement):
+            kept.model = prepare(shape, mode, rubber, refinement, comm)
+        kept.model.set_parameters(rubber.parameters, rubber.bulk_modulus)
+        return kept.model
+
+    def relocated(self, model: Model, shape: Shape, refinement: Refinement) -> bool:
+        """Move a model of these to another shape; False where that takes other elements, and nothing is done.
+
+        Parameters
+        ----------
+        model : Model
+            As this object returned it.
+        shape : Shape
+        refinement : Refinement
+            Of the model.
+        """
+        kept = next(one for one in self._kept.values() if one.model is model)
+        mesh = model.mesh
+        wanted = elements_of(shape, mesh.dimension, mesh.mirrors, refinement)
+        if wanted is None or wanted != elements_of(mesh.shape, mesh.dimension, mesh.mirrors, refinement):
+            return shape == mesh.shape
+        return shape == mesh.shape or _moved(kept, shape, refinement)
+
+
+class _Whole:
+    """A shape that is not structured: only itself will do."""
+
+    def __init__(self, shape: Shape) -> None:
+        self._text = f"{type(shape).name} {shape.model_dump_json()}"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Whole) and other._text == self._text
+
+    def __hash__(self) -> int:
+        return hash(self._text)
+
+
+def _moved(kept: _Kept, shape: Shape, refinement: Refinement) -> bool:
+    """Move a model to another shape of the same elements; False where it has to be built."""
+    model = kept.model
+    there = model.motion.constrained.component >= 0
+    if kept.morph is None:
+        kept.morph = Morph(model.mesh, refinement)
+        kept.nodes = kept.morph.places(model.mesh.mesh.geometry.x)
+        kept.held = kept.morph.places(model.motion.constrained.x[there])
+    if kept.nodes is None or kept.held is None:
+        return False
+    model.mesh.mesh.geometry.x[:] = kept.morph.points(shape, kept.nodes)
+    held = model.motion.constrained.x.copy()
+    held[there] = kept.morph.points(shape, kept.held)
+    relocate(model, replace(model.mesh, shape=shape), held)
+    return True

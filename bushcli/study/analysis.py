@@ -1,0 +1,287 @@
+"""What the designs say together: spread, worst cases, correlations, Sobol indices, and the share within limits.
+
+References
+----------
+Saltelli et al. (2010), Variance based sensitivity analysis of model output, Comput. Phys. Commun. 181:259-270,
+doi:10.1016/j.cpc.2009.09.018.
+Clopper and Pearson (1934), Biometrika 26:404-413, doi:10.1093/biomet/26.4.404.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.study.plan import Plan, problem
+from bushcli.study.rows import Rows
+from bushcli.study.task import DESIGN, KIND, REASON, STATUS
+from bushcli.study.variable import Value
+
+Array = NDArray[np.float64]
+
+# Quantiles of the summary, and of the change that a key alone makes.
+QUANTILES = (0.05, 0.5, 0.95)
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """A worst case: the design, its answer (in the answer's unit), and the values of what was varied."""
+
+    design: int
+    value: float
+    at: Mapping[str, Value]
+
+
+@dataclass(frozen=True)
+class Influence:
+    """What one key does to one answer.
+
+    Attributes
+    ----------
+    pearson, spearman : float
+        Correlation of values and of ranks, from -1 to 1.
+    swing : tuple of float
+        Change of the answer from its mean, in its unit, when the key goes to its 5 % and to its 95 % quantile and the
+        others stay: of the linear regression on all keys.
+    first, total : float
+        Sobol indices: shares of the variance due to the key alone, and with its interactions; nan without a design
+        for them.
+    first_error, total_error : float
+        Half widths of their 95 % intervals, shares.
+    """
+
+    pearson: float
+    spearman: float
+    swing: tuple[float, float]
+    first: float = float("nan")
+    total: float = float("nan")
+    first_error: float = float("nan")
+    total_error: float = float("nan")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of an answer, in its unit, and the share of the designs within them, with its 95 % interval."""
+
+    low: float
+    high: float
+    share: float = float("nan")
+    interval: tuple[float, float] = (float("nan"), float("nan"))
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One answer over all designs that have it.
+
+    Attributes
+    ----------
+    count : int
+    mean, std, quantiles : float, float, tuple of float
+        In the unit of the answer; quantiles at 5, 50 and 95 %.
+    lowest, highest : Extreme
+    influences : mapping of str to Influence
+        By key that is varied and numeric.
+    linear : float
+        Share of the variance that the linear regression on all keys explains.
+    limits : Limits or None
+    """
+
+    count: int
+    mean: float
+    std: float
+    quantiles: tuple[float, ...]
+    lowest: Extreme
+    highest: Extreme
+    influences: Mapping[str, Influence]
+    linear: float
+    limits: Limits | None = None
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Designs that failed for the same reason: their kind, an example of the reason, their number and first numbers."""
+
+    kind: str
+    reason: str
+    count: int
+    designs: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The scalar columns of a study, read from its rows.
+
+    Attributes
+    ----------
+    design : shape (n,)
+        Numbers of the designs.
+    keys : mapping of str to list
+        Values of what was varied.
+    answers : mapping of str to Array
+        shape (n,); nan where a design has none.
+    status : list of tuple
+        Status, kind of the failure, reason.
+    """
+
+    design: NDArray[np.int64]
+    keys: Mapping[str, Sequence[Value]]
+    answers: Mapping[str, Array]
+    status: Sequence[tuple[str, str, str]]
+
+
+def columns(rows: Rows, keys: Sequence[str], answers: Sequence[str]) -> Columns:
+    """Read what the statistics need.
+
+    Parameters
+    ----------
+    rows : Rows
+    keys, answers : sequence of str
+        Columns.
+    """
+    wanted = [DESIGN, STATUS, KIND, REASON, *keys, *answers]
+    found: dict[str, list[object]] = {name: [] for name in wanted}
+    for table in rows.tables(wanted):
+        for name in wanted:
+            found[name] += table[name].to_pylist()
+    return Columns(
+        np.array(found[DESIGN], dtype=np.int64),
+        {key: found[key] for key in keys},  # type: ignore[misc]
+        {name: np.array([np.nan if v is None else v for v in found[name]], dtype=float) for name in answers},
+        list(zip(found[STATUS], found[KIND], found[REASON], strict=True)),  # type: ignore[arg-type]
+    )
+
+
+def failures(found: Columns) -> tuple[Failure, ...]:
+    """Return the reasons for which designs failed, the most frequent first; reasons that differ in numbers are one."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for i, (status, kind, reason) in enumerate(found.status):
+        if status != "ok":
+            groups.setdefault((kind, re.sub(r"[-+]?\d[\d.e+-]*", "#", reason)), []).append(i)
+    return tuple(
+        Failure(
+            kind, found.status[members[0]][2], len(members), tuple(int(found.design[i]) for i in members[:10])
+        )
+        for (kind, _), members in sorted(groups.items(), key=lambda group: -len(group[1]))
+    )
+
+
+def summary(
+    plan: Plan, found: Columns, name: str, limits: Limits | None = None, seed: int = 0
+) -> Summary | None:
+    """Return what the designs say about one answer; None where fewer than two have it.
+
+    Parameters
+    ----------
+    plan : Plan
+        What was varied, and how.
+    found : Columns
+    name : str
+        Of the answer.
+    limits : Limits or None
+        In its unit.
+    seed : int
+        Of the bootstrap of the Sobol indices' intervals.
+    """
+    values = found.answers[name]
+    there = np.isfinite(values)
+    y = values[there]
+    if len(y) < 2:
+        return None
+    numbers = {
+        one.key: np.array(found.keys[one.key], dtype=float)[there] for one in plan.variables if one.numeric
+    }
+    moving = {key: x for key, x in numbers.items() if np.ptp(x) > 0.0}
+    swings, linear = _regression(moving, y)
+    indices = _sobol(plan, found, values, seed) if plan.sampling == "saltelli" else {}
+    influences = {
+        key: Influence(*_correlation(x, y), swings[key], *indices.get(key, ())) for key, x in moving.items()
+    }
+    return Summary(
+        count=len(y),
+        mean=float(y.mean()),
+        std=float(y.std(ddof=1)),
+        quantiles=tuple(float(q) for q in np.quantile(y, QUANTILES)),
+        lowest=_extreme(found, values, int(np.nanargmin(values))),
+        highest=_extreme(found, values, int(np.nanargmax(values))),
+        influences=influences,
+        linear=linear,
+        limits=None if limits is None else within(limits, y),
+    )
+
+
+def _extreme(found: Columns, values: Array, i: int) -> Extreme:
+    return Extreme(
+        int(found.design[i]), float(values[i]), {key: column[i] for key, column in found.keys.items()}
+    )
+
+
+def _correlation(x: Array, y: Array) -> tuple[float, float]:
+    if np.ptp(y) == 0.0:
+        return 0.0, 0.0
+    from scipy.stats import rankdata
+
+    ranks = [rankdata(one) for one in (x, y)]
+    return float(np.corrcoef(x, y)[0, 1]), float(np.corrcoef(*ranks)[0, 1])
+
+
+def _regression(x: Mapping[str, Array], y: Array) -> tuple[dict[str, tuple[float, float]], float]:
+    """Return the swing of each key, and the share of the variance that the regression explains."""
+    if not x:
+        return {}, 0.0
+    scales = {key: float(one.std()) for key, one in x.items()}
+    matrix = np.column_stack([np.ones(len(y)), *((one - one.mean()) / scales[key] for key, one in x.items())])
+    slopes, *_ = np.linalg.lstsq(matrix, y, rcond=None)
+    spread = float(np.sum((y - y.mean()) ** 2))
+    left = float(np.sum((y - matrix @ slopes) ** 2))
+    swings = {}
+    for slope, (key, one) in zip(slopes[1:], x.items(), strict=True):
+        low, high = np.quantile(one, (QUANTILES[0], QUANTILES[-1])) - one.mean()
+        swings[key] = (float(slope * low / scales[key]), float(slope * high / scales[key]))
+    return swings, 1.0 - left / spread if spread > 0.0 else 0.0
+
+
+def _sobol(
+    plan: Plan, found: Columns, values: Array, seed: int
+) -> dict[str, tuple[float, float, float, float]]:
+    """Return the indices and their half widths by key; designs that failed go with the whole of their block."""
+    from SALib.analyze import sobol
+
+    keys = len(plan.variables)
+    whole = np.full(len(plan.rows), np.nan)
+    whole[found.design] = values
+    blocks = whole.reshape(-1, keys + 2)
+    good = blocks[np.isfinite(blocks).all(axis=1)]
+    if len(good) < 2 or np.ptp(good) == 0.0:
+        return {}
+    with np.errstate(all="ignore"):
+        got = sobol.analyze(
+            problem(keys), good.ravel(), calc_second_order=False, conf_level=CONFIDENCE, seed=seed
+        )
+    return {
+        key: tuple(float(got[name][i]) for name in ("S1", "ST", "S1_conf", "ST_conf"))  # type: ignore[misc]
+        for i, key in enumerate(plan.keys)
+    }
+
+
+def within(limits: Limits, y: Array) -> Limits:
+    """Return the limits with the share of the answers within them.
+
+    Parameters
+    ----------
+    limits : Limits
+    y : shape (n,)
+        The answers, in the same unit.
+    """
+    from scipy.special import betaincinv
+
+    n = len(y)
+    good = int(np.count_nonzero((y >= limits.low) & (y <= limits.high)))
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low = float(betaincinv(good, n - good + 1, tail)) if good else 0.0
+    high = float(betaincinv(good + 1, n - good, 1.0 - tail)) if good < n else 1.0
+    return Limits(limits.low, limits.high, good / n, (low, high))

@@ -1,0 +1,241 @@
+"""What is asked of each design: stiffnesses and forces of its curves, and any number of its result."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import Case
+from bushcli.errors import InputError, Problem, nearest
+from bushcli.recording.curve import Curve
+from bushcli.simulate.response import Response, Simulated
+from cases.mode import modes
+
+Array = NDArray[np.float64]
+
+#: Answers that a channel gives by itself, and at a travel (mm or degrees).
+ALONE, AT = ("initial", "secant"), ("force", "secant", "tangent")
+_AT = re.compile(r"(.+)\.(\w+)@([-+.\deE]+)\Z")
+EXAMPLES = "axial.initial, axial.secant, axial.force@3, axial.tangent@3, load_cases[0].stiffness.secant"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One number of a design.
+
+    Attributes
+    ----------
+    name : str
+        Its column.
+    channel : str
+        Whose curve it is of; empty where it is a key of the result.
+    kind : str
+        "initial", "secant", "force", "tangent"; of a key of the result the key.
+    travel : float or None
+        Where on the curve, mm or degrees (stretch - 1 of a coupon); None for the whole of it.
+    unit : str
+        "N/mm" and the like; empty where it is not known.
+    """
+
+    name: str
+    channel: str
+    kind: str
+    travel: float | None = None
+    unit: str = ""
+
+    @property
+    def of_result(self) -> bool:
+        """Whether it is a key of the result."""
+        return not self.channel
+
+
+class NoAnswer(ValueError):
+    """A design has no such number; the message says why."""
+
+
+def default_answers(case: Case) -> tuple[Answer, ...]:
+    """Return initial and secant stiffness of every channel."""
+    return tuple(answer(case, f"{name}.{kind}") for name, _ in case.channels for kind in ALONE)
+
+
+def answer(case: Case, text: str) -> Answer:
+    """Return what ``[NAME=]SPEC`` asks for.
+
+    Parameters
+    ----------
+    case : Case
+        Whose channels it may name.
+    text : str
+        ``CHANNEL.initial``, ``CHANNEL.secant[@TRAVEL]``, ``CHANNEL.tangent@TRAVEL``, ``CHANNEL.force@TRAVEL``, or a
+        key of the result of `bushcli direct`.
+
+    Raises
+    ------
+    InputError
+        It is none of these.
+    """
+    name, equals, spec = text.rpartition("=")
+    name, spec = (name.strip() if equals else spec.strip()), spec.strip()
+    if not name or not spec:
+        raise InputError(Problem(f"--answer {text}", "asks for nothing", "", EXAMPLES))
+    channels = dict(case.channels)
+    at = _AT.match(spec)
+    channel, _, kind = (at[1], "", at[2]) if at else spec.rpartition(".")
+    if at is None and (channel not in channels or kind not in ALONE):
+        if channel in channels or (kind in (*ALONE, *AT) and not set(".[") & set(channel)):
+            close = nearest(channel, channels) if channel not in channels else ""
+            what = "is no answer" if channel in channels else f"there is no channel {channel}"
+            raise InputError(Problem(f"--answer {text}", what, close, EXAMPLES))
+        return Answer(name, "", spec)
+    if channel not in channels:
+        what = f"there is no channel {channel}"
+        raise InputError(Problem(f"--answer {text}", what, nearest(channel, channels), ", ".join(channels)))
+    if at and kind not in AT:
+        raise InputError(Problem(f"--answer {text}", f"{kind} is not known at a travel", "", ", ".join(AT)))
+    try:
+        travel = float(at[3]) if at else None
+    except ValueError:
+        travel = math.nan
+    if travel is not None and not math.isfinite(travel):
+        raise InputError(Problem(f"--answer {text}", "has no number after @", "", EXAMPLES))
+    if travel == 0.0 and kind == "secant":
+        raise InputError(Problem(f"--answer {text}", "has no secant at rest", "", f"{channel}.initial"))
+    return Answer(name, channel, kind, travel, _unit(channels[channel], kind))
+
+
+def _unit(mode: str, kind: str) -> str:
+    found = modes()[mode]
+    if found.specimen == "coupon":
+        return "MPa"
+    force = "N mm" if found.rotational else "N"
+    return force if kind == "force" else f"{force}/{'deg' if found.rotational else 'mm'}"
+
+
+def answered(
+    answers: Sequence[Answer], response: Response, document: Mapping[str, Any] | None
+) -> dict[str, float]:
+    """Return the numbers by name.
+
+    Parameters
+    ----------
+    answers : sequence of Answer
+    response : Response
+        The curves of a design.
+    document : mapping or None
+        Its result as JSON-ready data, where an answer is a key of it.
+
+    Raises
+    ------
+    NoAnswer
+        A curve does not reach the travel, or the result has no such number.
+    """
+    channels = {channel.name: channel for channel in response.channels}
+    return {
+        one.name: number_at(one.kind, document or {})
+        if one.of_result
+        else _of_curve(one, channels[one.channel])
+        for one in answers
+    }
+
+
+def _of_curve(asked: Answer, channel: Simulated) -> float:
+    curve = channel.curve
+    turn = math.radians(1.0) if modes()[channel.mode].rotational else 1.0
+    if asked.travel is None:
+        value = curve.initial_stiffness() if asked.kind == "initial" else curve.secant_stiffness()
+        return _finite(asked, value * turn)
+    q, force = loading(curve, asked.travel * turn, asked.name)
+    at = asked.travel * turn
+    from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
+
+    spline = CubicSpline(q, force)
+    if asked.kind == "tangent":
+        return _finite(asked, float(spline(at, 1)) * turn)
+    value = float(spline(at))
+    return _finite(asked, value if asked.kind == "force" else (value - float(spline(0.0))) / at * turn)
+
+
+def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
+    """Return the part of a curve that first leads to a travel: displacements in rising order, and forces.
+
+    Parameters
+    ----------
+    curve : Curve
+        In the order of its program.
+    travel : float
+        mm or rad.
+    name : str
+        Of the answer, for the message.
+
+    Raises
+    ------
+    NoAnswer
+        The curve does not get there.
+    """
+    q, force = curve.displacement, curve.force
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
+    edges = [0, *map(int, turns), len(q) - 1]
+    slack = 1e-9 * float(np.ptp(q))
+    for first, last in pairwise(edges):
+        leg = q[first : last + 1]
+        if last - first >= 1 and leg.min() - slack <= travel <= leg.max() + slack:
+            order = np.argsort(leg)
+            return leg[order], force[first : last + 1][order]
+    turn = math.degrees(1.0) if modes()[curve.mode].rotational else 1.0
+    low, high = float(q.min()) * turn, float(q.max()) * turn
+    raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}")
+
+
+def _finite(asked: Answer, value: float) -> float:
+    if not math.isfinite(value):
+        raise NoAnswer(f"{asked.name}: the curve has too few points")
+    return value
+
+
+def number_at(key: str, document: Mapping[str, Any]) -> float:
+    """Return the number at a dotted key of JSON-ready data; entries of lists go by number or by name.
+
+    Parameters
+    ----------
+    key : str
+        "load_cases[0].stiffness.secant", or "load_cases.axial.stiffness.secant".
+    document : mapping
+
+    Raises
+    ------
+    NoAnswer
+        There is none.
+    """
+    value: Any = document
+    for part in re.sub(r"\[(\d+)\]", r".\1", key).split("."):
+        if isinstance(value, Mapping) and part in value:
+            value = value[part]
+        elif isinstance(value, list) and part.isdigit() and int(part) < len(value):
+            value = value[int(part)]
+        elif isinstance(value, list) and (named := [e for e in value if _name(e) == part]):
+            value = named[0]
+        else:
+            known = (
+                list(value)
+                if isinstance(value, Mapping)
+                else [_name(e) for e in value if _name(e)]
+                if (isinstance(value, list))
+                else []
+            )
+            raise NoAnswer(
+                f"{key}: the result has no {part} there ({', '.join(map(str, known)) or 'no keys'})"
+            )
+    if isinstance(value, bool | int | float):
+        return float(value)
+    raise NoAnswer(f"{key}: is no number")
+
+
+def _name(entry: Any) -> str:
+    return str(entry.get("name", "")) if isinstance(entry, Mapping) else ""

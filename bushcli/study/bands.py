@@ -1,0 +1,82 @@
+"""Curves of all designs as a band: quantiles of the force at the same displacements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.study.rows import Rows
+
+Array = NDArray[np.float64]
+
+# Curves that are read, evenly chosen, and points at which curves of different displacements are compared.
+MOST, POINTS = 2000, 61
+LEVELS = (0.0, 0.05, 0.5, 0.95, 1.0)
+
+
+@dataclass(frozen=True)
+class Band:
+    """Quantiles of the curves of a channel.
+
+    Attributes
+    ----------
+    channel : str
+    displacement : shape (n,)
+        mm or degrees.
+    force : shape (5, n)
+        N or N mm: smallest, 5 %, 50 %, 95 %, largest.
+    count : int
+        Number of curves.
+    """
+
+    channel: str
+    displacement: Array
+    force: Array
+    count: int
+
+
+def band(rows: Rows, channel: str) -> Band | None:
+    """Return the band of a channel; None where the curves have nothing in common, or are loops of several programs.
+
+    Parameters
+    ----------
+    rows : Rows
+        With curves.
+    channel : str
+    """
+    names = [f"{channel}.displacement", f"{channel}.force"]
+    every = max(1, -(-rows.count // MOST))
+    found: list[tuple[Array, Array]] = []
+    seen = 0
+    for table in rows.tables(["status", *names]):
+        status = table["status"].to_pylist()
+        chosen = [i for i in range(len(status)) if status[i] == "ok" and (seen + i) % every == 0]
+        seen += len(status)
+        for q, force in zip(*(table[name].take(chosen).to_pylist() for name in names), strict=True):
+            if q and len(q) == len(force):
+                found.append((np.array(q), np.array(force)))
+    if len(found) < 2:
+        return None
+    first = found[0][0]
+    if all(len(q) == len(first) and np.allclose(q, first, rtol=1e-9, atol=1e-12) for q, _ in found):
+        return Band(channel, first, np.quantile([force for _, force in found], LEVELS, axis=0), len(found))
+    rising = [_rising(q, force) for q, force in found]
+    if any(one is None for one in rising):
+        return None
+    curves = [one for one in rising if one is not None]
+    low, high = max(q[0] for q, _ in curves), min(q[-1] for q, _ in curves)
+    if not low < high:
+        return None
+    at = np.linspace(low, high, POINTS)
+    return Band(
+        channel, at, np.quantile([np.interp(at, q, f) for q, f in curves], LEVELS, axis=0), len(curves)
+    )
+
+
+def _rising(q: Array, force: Array) -> tuple[Array, Array] | None:
+    steps = np.diff(q)
+    if (steps > 0).all():
+        return q, force
+    return (q[::-1], force[::-1]) if (steps < 0).all() else None

@@ -1,0 +1,286 @@
+"""From target rates to a design: bounded least squares, and what tolerances do to the answer.
+
+The residuals are the relative deviations from the targets, or the deviations over those allowed; the unknowns are
+scaled to their bounds. Starts beyond the first come from a Latin hypercube and are solved side by side.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import Case
+from bushcli.case.toleranced import Toleranced
+from bushcli.errors import InputError, Problem
+from bushcli.runtime.condition import Condition
+from bushcli.runtime.executor import Pool
+from bushcli.study.rates import rates
+from bushcli.study.search import MOST_EVALUATIONS, End, search
+from bushcli.study.target import Target
+from bushcli.study.task import Task
+from bushcli.study.variable import SIGMAS, Variable
+
+Array = NDArray[np.float64]
+
+# Deviation from a target that counts as reached, where none is allowed by the user: a share.
+REACHED = 1e-3
+# Share of the range between bounds within which a value is at its bound; smallest singular value of the scaled
+# derivatives, over the largest, that still tells keys apart.
+AT_BOUND, DETERMINED = 1e-6, 1e-4
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A key of the design: its value, its bounds, and whether it is at one of them; in the unit of the key."""
+
+    value: float
+    lower: float
+    upper: float
+    start: float
+
+    @property
+    def at_bound(self) -> bool:
+        """Whether the value is at a bound."""
+        near = AT_BOUND * (self.upper - self.lower)
+        return self.value - self.lower <= near or self.upper - self.value <= near
+
+
+@dataclass(frozen=True)
+class Spread:
+    """What tolerances do to a target; in the unit that is shown.
+
+    Attributes
+    ----------
+    contributions : mapping of str to float
+        Change of the rate at the upper limit of each key's tolerance, to first order.
+    worst : float
+        Sum of their sizes: no design within the tolerances is further away, to first order.
+    std : float
+        Of independent normal deviations whose limits are three standard deviations away.
+    share : float
+        Within the deviation that is allowed; nan where none is given.
+    """
+
+    contributions: Mapping[str, float]
+    worst: float
+    std: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A target and what the design has instead; shown values, derivatives by key per its unit."""
+
+    target: Target
+    value: float
+    slopes: Mapping[str, float]
+    spread: Spread | None
+
+    @property
+    def wanted(self) -> float:
+        """The target's value."""
+        return self.target.value * self.target.per_shown
+
+    @property
+    def deviation(self) -> float:
+        """Relative deviation, a share."""
+        return self.value / self.wanted - 1.0
+
+    @property
+    def met(self) -> bool:
+        """Whether the design has the rate: within what is allowed, or to 0.1 %."""
+        allowed = self.target.deviation / self.target.value
+        return abs(self.deviation) <= (REACHED if math.isnan(allowed) else allowed)
+
+
+@dataclass(frozen=True)
+class Design:
+    """A design for target rates.
+
+    Attributes
+    ----------
+    case : Case
+        As the case file has it.
+    keys : mapping of str to Dimension
+    targets : tuple of Reached
+    evaluations : int
+        Number of designs that were simulated.
+    converged : bool
+    conditions : tuple of Condition
+    """
+
+    case: Case
+    keys: Mapping[str, Dimension]
+    targets: tuple[Reached, ...]
+    evaluations: int
+    converged: bool
+    conditions: tuple[Condition, ...] = field(default_factory=tuple)
+
+
+def bounds_of(variables: Sequence[Variable]) -> tuple[Array, Array]:
+    """Return the bounds of the keys, in their units.
+
+    Parameters
+    ----------
+    variables : sequence of Variable
+
+    Raises
+    ------
+    InputError
+        A key has no range.
+    """
+    for one in variables:
+        if one.values or not one.low < one.high:
+            what = f"{one.key} has no range to search"
+            raise InputError(Problem(f"--vary {one.key}={one.spec}", what, "", f"{one.key}=LOW:HIGH"))
+    return np.array([one.low for one in variables]), np.array([one.high for one in variables])
+
+
+def design(
+    case: Case,
+    task: Task,
+    variables: Sequence[Variable],
+    targets: Sequence[Target],
+    pool: Pool,
+    *,
+    start: Sequence[float],
+    starts: int = 1,
+    seed: int = 0,
+    tolerances: Mapping[str, Toleranced] | None = None,
+    notify: Callable[[int, int, int], None] | None = None,
+) -> Design:
+    """Find the design whose rates are nearest to the targets.
+
+    Parameters
+    ----------
+    case : Case
+        As the case file has it.
+    task : Task
+        With the keys of the variables.
+    variables : sequence of Variable
+        What is searched, with bounds.
+    targets : sequence of Target
+    pool : Pool
+        Who solves the starts.
+    start : sequence of float
+        Where the first search begins, in the units of the keys.
+    starts, seed : int
+        Number of searches, and seed of the points at which the others begin.
+    tolerances : mapping of str to Toleranced or None
+        By key, of which the nominal value counts only where the key is not searched.
+    notify : callable or None
+        Called with the number of searches done, of all, and of those that failed.
+
+    Raises
+    ------
+    InputError
+        A key has no range, or no search found a design that can be simulated.
+    """
+    low, high = bounds_of(variables)
+    begins = _begins(np.clip(start, low, high), low, high, starts, seed)
+    ends = _ends(pool, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
+    # Ties go to the first start, whatever the order in which they came.
+    best = min(ends, key=lambda end: (round(end.cost, 14), *end.values))
+    return _result(
+        case, task, variables, targets, best, sum(e.evaluations for e in ends), start, tolerances or {}
+    )
+
+
+def _ends(
+    pool: Pool, questions: Sequence[tuple[object, ...]], notify: Callable[[int, int, int], None] | None
+) -> list[End]:
+    """Return where the searches ended, of those that could begin."""
+    ends: list[End] = []
+    lost, reason = 0, ""
+    for _, end in pool.answers(search, questions):
+        if isinstance(end, End):
+            ends.append(end)
+        else:
+            lost, reason = lost + 1, str(end)
+        if notify is not None:
+            notify(len(ends) + lost, len(questions), lost)
+    if not ends:
+        what = f"no design could be simulated from the start: {reason}"
+        raise InputError(Problem("design", what, "", "other bounds, or --starts"))
+    return ends
+
+
+def _begins(first: Array, low: Array, high: Array, count: int, seed: int) -> list[Array]:
+    from scipy.stats import qmc
+
+    if count == 1:
+        return [first]
+    unit = qmc.LatinHypercube(len(low), rng=np.random.default_rng(seed)).random(count - 1)
+    return [first, *(low + unit * (high - low))]
+
+
+def _result(
+    case: Case,
+    task: Task,
+    variables: Sequence[Variable],
+    targets: Sequence[Target],
+    end: End,
+    evaluations: int,
+    start: Sequence[float],
+    tolerances: Mapping[str, Toleranced],
+) -> Design:
+    values = [float(value) for value in end.values]
+    others = {key: one.nominal for key, one in tolerances.items() if key not in task.keys}
+    whole = replace(task, keys=(*task.keys, *others))
+    found = rates(whole, targets, [*values, *others.values()], whole.keys)
+    keys = {
+        one.key: Dimension(value, one.low, one.high, float(begin))
+        for one, value, begin in zip(variables, values, start, strict=True)
+    }
+    reached = []
+    for i, one in enumerate(targets):
+        slopes = {key: float(found.slope[i, j]) * one.per_shown for j, key in enumerate(whole.keys)}
+        shown = float(found.value[i]) * one.per_shown
+        reached.append(Reached(one, shown, slopes, _spread(one, shown, slopes, tolerances)))
+    scaled = found.slope[:, : len(variables)] * np.array([one.high - one.low for one in variables])
+    conditions = _conditions(keys, reached, scaled / found.value[:, None], end.converged)
+    return Design(case, keys, tuple(reached), evaluations, end.converged, conditions)
+
+
+def _spread(
+    one: Target, value: float, slopes: Mapping[str, float], tolerances: Mapping[str, Toleranced]
+) -> Spread | None:
+    if not tolerances:
+        return None
+    from scipy.special import ndtr
+
+    parts = {key: slopes[key] * found.deviation for key, found in tolerances.items()}
+    std = math.sqrt(math.fsum((part / SIGMAS) ** 2 for part in parts.values()))
+    share = math.nan
+    if not math.isnan(one.deviation) and std > 0.0:
+        wanted, allowed = one.value * one.per_shown, one.deviation * one.per_shown
+        share = float(ndtr((wanted + allowed - value) / std) - ndtr((wanted - allowed - value) / std))
+    return Spread(parts, math.fsum(map(abs, parts.values())), std, share)
+
+
+def _conditions(
+    keys: Mapping[str, Dimension], reached: Sequence[Reached], scaled: Array, converged: bool
+) -> tuple[Condition, ...]:
+    found = []
+    missed = [one for one in reached if not one.met]
+    bound = [key for key, one in keys.items() if one.at_bound]
+    if missed:
+        names = ", ".join(f"{one.target.name} by {100 * one.deviation:+.2g} %" for one in missed)
+        remedy = f"wider bounds for {', '.join(bound)}" if bound else "more keys to --vary, or --starts"
+        found.append(
+            Condition("target_missed", f"no design within the bounds reaches the targets: {names}", remedy)
+        )
+    if not converged:
+        found.append(
+            Condition("not_converged", f"the search ended after {MOST_EVALUATIONS} designs", "more --starts")
+        )
+    singular = np.linalg.svd(scaled, compute_uv=False)
+    rank = int(np.count_nonzero(singular > DETERMINED * singular[0]))
+    if rank < len(keys) and not missed:
+        what = f"{len(keys)} keys are searched, of which the targets determine {rank}: other designs reach them too"
+        found.append(Condition("underdetermined", what, "another --target, or fewer keys"))
+    return tuple(found)

@@ -1,0 +1,62 @@
+"""Shore A hardness and the moduli of a law.
+
+A law's parameters in MPa are scaled by the ratio of Young's moduli at the two hardnesses, its dimensionless ones stay:
+the energy is then scaled as a whole. The relation is Gent's, from the indentation of a linear elastic half-space; the
+ratio serves between some 30 and 80 Shore A, and its scatter between compounds is larger than that of a tolerance.
+
+References
+----------
+Gent (1958), On the relation between indentation hardness and Young's modulus, Trans. Inst. Rubber Ind. 34:46-57;
+Rubber Chem. Technol. 31:896-906, doi:10.5254/1.3542351.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from bushcli.case import Material
+from forms.law import laws
+
+#: The name that takes a key's place in a study.
+HARDNESS = "hardness"
+#: Shore A for which the relation is used.
+LOWEST, HIGHEST = 20.0, 90.0
+
+
+def youngs_modulus(shore_a: float) -> float:
+    """Return Young's modulus, MPa: E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S)).
+
+    Parameters
+    ----------
+    shore_a : float
+        Shore A hardness, a number without a unit.
+    """
+    return 0.0981 * (56.0 + 7.62336 * shore_a) / (0.137505 * (254.0 - 2.54 * shore_a))
+
+
+def hardened(material: Material, nominal: float, shore_a: float) -> Material:
+    """Return the material of another hardness.
+
+    Parameters
+    ----------
+    material : Material
+        With the parameters that it has at the nominal hardness.
+    nominal, shore_a : float
+        Shore A hardness, a number without a unit: that of the material, and the other one.
+
+    Raises
+    ------
+    ValueError
+        A hardness is outside the range of the relation.
+    """
+    for value in (nominal, shore_a):
+        if not LOWEST <= value <= HIGHEST:
+            raise ValueError(
+                f"hardness {value:g} Shore A is outside {LOWEST:g} to {HIGHEST:g}, where Gent's relation serves"
+            )
+    factor = youngs_modulus(shore_a) / youngs_modulus(nominal)
+    units = {parameter.name: parameter.unit for parameter in laws()[material.law].parameters}
+    scaled = {
+        name: value * factor if units[name] == "MPa" else value for name, value in material.parameters.items()
+    }
+    return replace(material, parameters=scaled)

@@ -1,0 +1,245 @@
+"""Which designs a study has: a grid, a list, or a sample of the distributions.
+
+References
+----------
+McKay, Beckman and Conover (1979), Technometrics 21:239-245, doi:10.2307/1268522 (Latin hypercube).
+Sobol (1967), USSR Comput. Math. Math. Phys. 7:86-112, doi:10.1016/0041-5553(67)90144-9 (sequence).
+Saltelli et al. (2010), Comput. Phys. Commun. 181:259-270, doi:10.1016/j.cpc.2009.09.018 (design for Sobol indices).
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import InputError, Problem
+from bushcli.study.variable import Value, Variable, of_values, value_of
+
+Array = NDArray[np.float64]
+Sampling = Literal["grid", "list", "lhs", "sobol", "random", "saltelli", "corners"]
+SAMPLINGS = get_args(Sampling)
+# Designs of a sample whose size is not given: the mean is then known to a tenth of the standard deviation.
+DESIGNS = 100
+# Of a Saltelli design, times the number of keys plus two.
+BASE = 64
+MOST_DESIGNS = 10_000_000
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The designs of a study.
+
+    Attributes
+    ----------
+    variables : tuple of Variable
+        What is varied.
+    sampling : str
+        How the designs were chosen.
+    rows : sequence of tuple
+        The values of each design, in the order of the variables.
+    seed : int
+        Of what is random in it.
+    """
+
+    variables: tuple[Variable, ...]
+    sampling: Sampling
+    rows: Sequence[tuple[Value, ...]]
+    seed: int = 0
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys that are varied."""
+        return tuple(one.key for one in self.variables)
+
+    @property
+    def of_probability(self) -> bool:
+        """Whether shares of the designs are probabilities: a yield has no meaning on a grid or at corners."""
+        return self.sampling in ("lhs", "sobol", "random", "saltelli")
+
+
+def plan(
+    variables: Sequence[Variable], sampling: Sampling | None, designs: int | None = None, seed: int = 0
+) -> Plan:
+    """Choose the designs.
+
+    Parameters
+    ----------
+    variables : sequence of Variable
+        At least one.
+    sampling : str or None
+        None: the grid where all variables have values, else a Latin hypercube.
+    designs : int or None
+        Number of a sample's designs; None = `DESIGNS`. A Sobol sequence takes the next power of two, a Saltelli design
+        at most so many.
+    seed : int
+        Of the random numbers.
+
+    Raises
+    ------
+    InputError
+        Nothing is varied, a key twice, or the sampling does not go with the variables.
+    """
+    keys = [one.key for one in variables]
+    if not keys:
+        what = "nothing is varied"
+        wanted = (
+            '--vary KEY=VALUES, --list FILE, or a tolerance in the case, such as outer_radius = "22.0 +- 0.1"'
+        )
+        raise InputError(Problem("study", what, "", wanted))
+    twice = next((key for key in keys if keys.count(key) > 1), None)
+    if twice:
+        raise InputError(Problem(f"--vary {twice}", "is varied twice"))
+    chosen = sampling or ("grid" if all(one.values for one in variables) else "lhs")
+    rows: Sequence[tuple[Value, ...]]
+    if chosen == "grid":
+        rows = _grid(variables, designs)
+    elif chosen == "corners":
+        rows = _corners(variables)
+    else:
+        unit = _unit(chosen, len(variables), designs, seed)
+        rows = list(zip(*(one.at(unit[:, i]) for i, one in enumerate(variables)), strict=True))
+    return Plan(tuple(variables), chosen, rows, seed)
+
+
+def _grid(variables: Sequence[Variable], designs: int | None) -> list[tuple[Value, ...]]:
+    ranged = next((one for one in variables if not one.values), None)
+    if ranged is not None:
+        wanted = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or another --sampling"
+        raise InputError(
+            Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", wanted)
+        )
+    if designs is not None:
+        raise InputError(Problem("--designs", "has no meaning for a grid: its values give the number"))
+    count = math.prod(len(one.values) for one in variables)
+    if count > MOST_DESIGNS:
+        raise InputError(Problem("--vary", f"makes a grid of {count} designs", "", f"at most {MOST_DESIGNS}"))
+    return list(itertools.product(*(one.values for one in variables)))
+
+
+def _corners(variables: Sequence[Variable]) -> list[tuple[Value, ...]]:
+    """Return the nominal design, then all combinations of both ends."""
+    texts = next((one for one in variables if not one.numeric), None)
+    if texts is not None or len(variables) > 16:
+        what = (
+            f"{texts.key} has words" if texts else f"{len(variables)} keys have {2 ** len(variables)} corners"
+        )
+        raise InputError(Problem("--sampling corners", what, "", "at most 16 keys with numbers"))
+    ends = [(one.low, one.high) for one in variables]
+    return [tuple(one.nominal for one in variables), *itertools.product(*ends)]
+
+
+def _unit(sampling: str, keys: int, designs: int | None, seed: int) -> Array:
+    """Return points of the unit cube, (n, keys)."""
+    from scipy.stats import qmc
+
+    count = designs or DESIGNS
+    if not 1 <= count <= MOST_DESIGNS:
+        raise InputError(Problem("--designs", f"asks for {count} designs", "", f"1 to {MOST_DESIGNS}"))
+    rng = np.random.default_rng(seed)
+    if sampling == "random":
+        return rng.random((count, keys))
+    if sampling == "sobol":
+        return np.asarray(qmc.Sobol(keys, rng=rng).random_base2(max(0, math.ceil(math.log2(count)))))
+    if sampling == "saltelli":
+        base = BASE if designs is None else 2 ** int(math.log2(max(1.0, designs / (keys + 2))))
+        return saltelli(keys, base, seed)
+    return np.asarray(qmc.LatinHypercube(keys, rng=rng).random(count))
+
+
+def problem(keys: int) -> dict[str, Any]:
+    """Return a SALib problem on the unit cube with so many keys, a count."""
+    return {"num_vars": keys, "names": [f"x{i}" for i in range(keys)], "bounds": [[0.0, 1.0]] * keys}
+
+
+def saltelli(keys: int, base: int, seed: int) -> Array:
+    """Return Saltelli's design in the unit cube for first-order and total Sobol indices, (base (keys + 2), keys).
+
+    Parameters
+    ----------
+    keys, base : int
+        Number of keys, and of designs that are mixed; a power of two.
+    seed : int
+        Of the scrambling.
+
+    Raises
+    ------
+    InputError
+        SALib is not installed.
+    """
+    try:
+        from SALib.sample import sobol
+    except ImportError:
+        what = "needs SALib, which is not installed"
+        raise InputError(Problem("--sampling saltelli", what, "", 'pip install "bushcli[study]"')) from None
+    return np.asarray(sobol.sample(problem(keys), base, calc_second_order=False, scramble=True, seed=seed))
+
+
+def from_list(file: Path, overridden: Sequence[Variable] = ()) -> Plan:
+    """Read the designs from a table.
+
+    Parameters
+    ----------
+    file : Path
+        CSV: keys in the first line, the values of one design in every other.
+    overridden : sequence of Variable
+        Other variables of the study, of which there may be none.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, a line has another number of values, or other variables are given too.
+    """
+    if overridden:
+        raise InputError(Problem(f"--vary {overridden[0].key}", "cannot be combined with --list"))
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as opened:
+            lines = [line for line in csv.reader(opened) if any(cell.strip() for cell in line)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise InputError(Problem(str(file), what, "", "CSV with the keys in its first line")) from None
+    if len(lines) < 2:
+        raise InputError(
+            Problem(str(file), "has no designs", "", "keys in the first line, one design per line")
+        )
+    keys = [cell.strip() for cell in lines[0]]
+    if len(set(keys)) < len(keys) or not all(keys):
+        raise InputError(Problem(f"{file}:1", "names a column twice or not at all", "", "one key per column"))
+    for number, line in enumerate(lines[1:], start=2):
+        if len(line) != len(keys):
+            what = f"has {len(line)} values for {len(keys)} keys"
+            raise InputError(Problem(f"{file}:{number}", what))
+    columns = [variable_values(key, [line[i] for line in lines[1:]], file) for i, key in enumerate(keys)]
+    rows = list(zip(*(one.values for one in columns), strict=True))
+    return Plan(tuple(columns), "list", rows)
+
+
+def variable_values(key: str, cells: Sequence[str], file: Path) -> Variable:
+    """Return a column of a table as a variable.
+
+    Parameters
+    ----------
+    key : str
+        Head of the column.
+    cells : sequence of str
+        The values.
+    file : Path
+        For messages.
+
+    Raises
+    ------
+    InputError
+        A cell is empty.
+    """
+    empty = next((i for i, cell in enumerate(cells) if not cell.strip()), None)
+    if empty is not None:
+        raise InputError(Problem(f"{file}:{empty + 2}", f"has no value for {key}"))
+    values = tuple(value_of(cell) for cell in cells)
+    return of_values(key, str(file), values)

@@ -1,0 +1,194 @@
+"""Rates of a design and their derivatives: by dimensions, by parameters of the law, by anything else.
+
+The force of an equilibrium is Q = R(x; s) . v for every v that has the sleeves' motion on the constrained unknowns,
+since the residual R vanishes on the free ones. With v = dx/dq, for which the tangent's work on every free change of
+the state vanishes, a dimension s enters by the residual's own derivative alone,
+
+    dQ/ds = v . dR/ds   at the same state,
+
+wherever the motion of the sleeves does not depend on where they are: in axial and radial modes. dR/ds is a difference
+of two residuals on meshes moved by a hair (`geometry.morph`), without another solution; it is exact to some nine
+digits. Parameters of the law have the march's own derivatives. Everything else is a central difference of marches.
+
+References
+----------
+Haftka and Guerdal (1992), Elements of Structural Optimization, chapter 7, doi:10.1007/978-94-011-2550-5
+(semi-analytical shape derivatives).
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from bushcli.case import Case, Material
+from bushcli.errors import InputError, Problem
+from bushcli.simulate.bodies import Bodies
+from bushcli.simulate.predict import rubber_of
+from bushcli.study.target import Target
+from bushcli.study.task import Task
+from bushcli.study.variable import Value
+from cases.contact import plates
+from cases.equilibrium import Equilibrium
+from cases.march import march
+from cases.mode import modes
+from cases.model import Model
+from cases.program import path
+from geometry.shape import Shape
+
+Array = NDArray[np.float64]
+
+# Travel of an initial stiffness, as a share of the rubber's thickness or in rad: the secant over it is the tangent at
+# rest to 1e-6 (the curves are odd), and the march's tolerance leaves 1e-8 of the force.
+SMALL = 1e-4
+# Steps to a travel.
+STEPS = 8
+# Share of a dimension by which a mesh is moved for a difference of residuals, and a design for one of marches.
+HAIR, NUDGE = 1e-5, 1e-3
+PARAMETERS = "material.parameters."
+
+_bodies = Bodies()
+_alone = threading.Lock()
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Values of targets, shape (targets,), and derivatives by keys, shape (targets, keys), in internal units."""
+
+    value: Array
+    slope: Array
+
+
+def rates(task: Task, targets: Sequence[Target], values: Sequence[float], by: Sequence[str] = ()) -> Rates:
+    """Return the rates of a design.
+
+    Parameters
+    ----------
+    task : Task
+        Case, and the keys that have values.
+    targets : sequence of Target
+    values : sequence of float
+        In the order of the task's keys, in the units of the case.
+    by : sequence of str
+        Keys of the task by which derivatives are wanted.
+
+    Raises
+    ------
+    InputError, GeometryError
+        The case is not valid with these values.
+    NotConverged
+    """
+    with _alone:
+        return _rates(task, targets, values, by)
+
+
+def _rates(task: Task, targets: Sequence[Target], values: Sequence[float], by: Sequence[str]) -> Rates:
+    case, material = task.load(values)
+    value, slope = np.zeros(len(targets)), np.full((len(targets), len(by)), np.nan)
+    for i, one in enumerate(targets):
+        value[i], known = _rate(
+            case, material, one, _shapes(task, case, one, values, by), _of_law(material, by)
+        )
+        for j, key in enumerate(by):
+            slope[i, j] = known.get(key, np.nan)
+    for j, key in enumerate(by):
+        left = np.flatnonzero(np.isnan(slope[:, j]))
+        if len(left):
+            slope[left, j] = _difference(task, [targets[i] for i in left], values, key)
+    return Rates(value, slope)
+
+
+def _of_law(material: Material, by: Sequence[str]) -> dict[str, str]:
+    """Return parameters of the law by key."""
+    names = {key: key.removeprefix(PARAMETERS) for key in by if key.startswith(PARAMETERS)}
+    return {key: name for key, name in names.items() if name in material.parameters}
+
+
+def _shapes(
+    task: Task, case: Case, one: Target, values: Sequence[float], by: Sequence[str]
+) -> dict[str, tuple[Shape, Shape, float]]:
+    """Return the shapes a hair to either side of a design, and the distance between them, by key."""
+    if modes()[one.mode].rotational or plates(case.geometry):
+        return {}
+    found = {}
+    for key in by:
+        if key.startswith("geometry."):
+            i = task.keys.index(key)
+            hair = HAIR * max(abs(values[i]), 1e-3)
+            sides = [task.load(_changed(values, i, step * hair))[0].geometry for step in (-1.0, 1.0)]
+            found[key] = (sides[0], sides[1], 2.0 * hair)
+    return found
+
+
+def _changed(values: Sequence[float], i: int, by: float) -> list[Value]:
+    return [value + by if j == i else value for j, value in enumerate(values)]
+
+
+def _difference(task: Task, targets: Sequence[Target], values: Sequence[float], key: str) -> Array:
+    i = task.keys.index(key)
+    step = NUDGE * max(abs(values[i]), 1e-3)
+    low, high = (
+        _rates(task, targets, [float(v) for v in _changed(values, i, side * step)], ()).value
+        for side in (-1.0, 1.0)
+    )
+    return np.asarray((high - low) / (2.0 * step))
+
+
+def _rate(
+    case: Case,
+    material: Material,
+    one: Target,
+    shapes: Mapping[str, tuple[Shape, Shape, float]],
+    of_law: Mapping[str, str],
+) -> tuple[float, dict[str, float]]:
+    """Return a rate, and its derivatives by key as far as they are known without another march."""
+    mode = modes()[one.mode]
+    model = _bodies(case.geometry, mode, rubber_of(material), case.mesh.refinement, MPI.COMM_SELF)
+    q, steps = one.travel, STEPS
+    if one.kind == "initial":
+        gap = case.geometry.gap
+        if gap is None and not mode.rotational:
+            what = f"the shape {type(case.geometry).name} does not say how far it can move"
+            raise InputError(Problem(f"--target {one.name}", what, "", f"{one.mode}.secant@TRAVEL"))
+        q, steps = SMALL * (1.0 if mode.rotational or gap is None else gap), 1
+    program = path((0.0, q), steps)
+    slopes: dict[str, float] = {}
+
+    def observe(solver: Equilibrium) -> None:
+        if shapes and abs(solver.q - q) <= 1e-9 * abs(q):
+            slopes.update(_moved(model, solver, shapes, case))
+
+    history = march(model, program, sensitivity=tuple(of_law.values()), observer=observe)
+    over = 1.0 if one.kind == "force" else q
+    if history.sensitivity is not None:
+        slopes |= dict(zip(of_law, map(float, history.sensitivity[-1]), strict=True))
+    return float(history.force[-1]) / over, {key: slope / over for key, slope in slopes.items()}
+
+
+def _moved(
+    model: Model,
+    solver: Equilibrium,
+    shapes: Mapping[str, tuple[Shape, Shape, float]],
+    case: Case,
+) -> dict[str, float]:
+    """Return the force's derivatives by dimensions at the present equilibrium, as far as the mesh can be moved."""
+    v = solver.tangent_rate(factorised=True)
+    b = model.create_vector()
+    found = {}
+    for key, (low, high, distance) in shapes.items():
+        works = []
+        for other in (high, low):
+            if not _bodies.relocated(model, other, case.mesh.refinement):
+                break
+            model.assemble_residual(b)
+            works.append(float(b.array_r @ v[: model.owned]))
+        if len(works) == 2:
+            found[key] = model.multiplicity * (works[0] - works[1]) / distance
+    _bodies.relocated(model, case.geometry, case.mesh.refinement)
+    b.destroy()
+    return found

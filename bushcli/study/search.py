@@ -1,0 +1,94 @@
+"""One search for a design, by bounded least squares.
+
+References
+----------
+Branch, Coleman and Li (1999), SIAM J. Sci. Comput. 21:1-23, doi:10.1137/S1064827595289108 (bounded trust region).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import InputError
+from bushcli.study.rates import Rates, rates
+from bushcli.study.target import Target
+from bushcli.study.task import Task
+from cases.march import NotConverged
+from geometry.errors import GeometryError
+
+Array = NDArray[np.float64]
+
+# Steps of the scaled unknowns, and changes of the cost, at which the search has converged.
+XTOL, FTOL = 1e-8, 1e-10
+MOST_EVALUATIONS = 60
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a search has ended: values, cost (a square of shares), evaluations, whether it converged."""
+
+    values: Array
+    cost: float
+    evaluations: int
+    converged: bool
+
+
+def search(task: Task, targets: Sequence[Target], begin: Array, low: Array, high: Array) -> End | str:
+    """Search from one start, in whatever process; return why nothing was found where the start cannot be simulated.
+
+    Parameters
+    ----------
+    task : Task
+    targets : sequence of Target
+    begin, low, high : shape (keys,)
+        Start and bounds, in the units of the keys.
+    """
+    from scipy.optimize import least_squares
+
+    scale = high - low
+    wanted = np.array([one.value for one in targets])
+    allowed = np.array([one.value if math.isnan(one.deviation) else one.deviation for one in targets])
+    known: dict[bytes, Rates | None] = {}
+    reason = ""
+
+    def at(unit: Array) -> Rates | None:
+        nonlocal reason
+        if unit.tobytes() not in known:
+            values = [float(v) for v in low + unit * scale]
+            try:
+                known[unit.tobytes()] = rates(task, targets, values, task.keys)
+            except (InputError, GeometryError, NotConverged, ValueError) as error:
+                reason = str(error).splitlines()[0]
+                known[unit.tobytes()] = None
+        return known[unit.tobytes()]
+
+    def residual(unit: Array) -> Array:
+        found = at(unit)
+        # The search shortens a step to where nothing can be simulated.
+        return np.full(len(targets), np.inf) if found is None else (found.value - wanted) / allowed
+
+    def slope(unit: Array) -> Array:
+        found = at(unit)
+        assert found is not None
+        return found.slope * scale / allowed[:, None]
+
+    # The first unknowns are strictly inside.
+    unit = np.clip((begin - low) / scale, 1e-3, 1.0 - 1e-3)
+    if at(unit) is None:
+        return reason
+    found = least_squares(
+        residual,
+        unit,
+        slope,
+        bounds=(0.0, 1.0),
+        xtol=XTOL,
+        ftol=FTOL,
+        gtol=None,
+        max_nfev=MOST_EVALUATIONS,
+    )
+    return End(low + found.x * scale, 2.0 * float(found.cost), len(known), bool(found.status > 0))

@@ -1,0 +1,316 @@
+"""A study from top to bottom: a case and what is varied go in, a `Study` comes out; its rows are on disk meanwhile."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bushcli.case import Case, resolved
+from bushcli.errors import InputError, Problem, nearest
+from bushcli.runtime.condition import Condition
+from bushcli.runtime.executor import Died, Pool
+from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, summary
+from bushcli.study.bands import Band, band
+from bushcli.study.plan import Plan
+from bushcli.study.rows import Rows, columns_of
+from bushcli.study.task import CONDITIONS, SECONDS, Row, Task, curve_columns, empty_row, evaluate, failed
+from bushcli.study.variable import Value
+
+# Seconds that the designs of one question take, about, and the most of them.
+BATCH_SECONDS, BATCH = 0.5, 64
+# Designs that are looked at for one that is a valid case, before anything is solved.
+TRIED = 20
+Notify = Callable[[int, int, int], None]
+"""Called with the number of designs done, of all, and of those that failed."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """The result of a study.
+
+    Attributes
+    ----------
+    case : Case
+        The case file as it is, without what is varied.
+    task : Task
+    plan : Plan
+    summaries : mapping of str to Summary
+        By answer; without those that fewer than two designs have.
+    failures : tuple of Failure
+        The most frequent reason first.
+    bands : tuple of Band
+        Of the channels whose curves can be compared.
+    samples : mapping of str to sequence
+        Columns of keys and answers, of designs that have all answers; at most `SHOWN` of them, for plots.
+    failed, resumed : int
+        Number of designs that failed, and that were there already.
+    seconds : float
+        Of all designs together, on whatever processes.
+    conditions : tuple of Condition
+    """
+
+    case: Case
+    task: Task
+    plan: Plan
+    summaries: Mapping[str, Summary]
+    failures: tuple[Failure, ...]
+    bands: tuple[Band, ...]
+    samples: Mapping[str, Sequence[Value]]
+    failed: int
+    resumed: int
+    seconds: float
+    conditions: tuple[Condition, ...]
+
+
+# Dots in a scatter plot.
+SHOWN = 1000
+
+
+def checked(task: Task, plan: Plan) -> Case:
+    """Return the case of the first design that is valid.
+
+    Parameters
+    ----------
+    task : Task
+    plan : Plan
+
+    Raises
+    ------
+    InputError
+        None of the first designs is a valid case, as where a key is unknown; or a column has two meanings.
+    """
+    names = [*plan.keys, *(one.name for one in task.answers)]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        raise InputError(Problem(f"--answer {twice}", "is the name of two columns", "", "NAME=ANSWER"))
+    first: Exception | None = None
+    for values in plan.rows[:TRIED]:
+        try:
+            return task.load(values)[0]
+        except (InputError, ValueError) as error:
+            first = first or error
+    if isinstance(first, InputError):
+        raise first
+    raise InputError(Problem("study", str(first)))
+
+
+def definition(task: Task, plan: Plan, case: Case) -> dict[str, Any]:
+    """Return what makes a study this one, JSON-ready: rows of another one are of no use to it.
+
+    Parameters
+    ----------
+    task : Task
+    plan : Plan
+    case : Case
+        The case without what is varied.
+    """
+    return {
+        "case": resolved(case),
+        "set": list(task.overrides),
+        "vary": {one.key: one.spec for one in plan.variables},
+        "sampling": plan.sampling,
+        "designs": len(plan.rows),
+        "seed": plan.seed,
+        "answers": {one.name: [one.channel, one.kind, one.travel] for one in task.answers},
+        "curves": task.curves,
+        "hardness": task.hardness,
+        "material": None if task.material is None else dict(task.material.parameters),
+    }
+
+
+def study(
+    case: Case,
+    task: Task,
+    plan: Plan,
+    pool: Pool,
+    folder: Path,
+    *,
+    limits: Mapping[str, Limits] | None = None,
+    resume: bool = False,
+    notify: Notify | None = None,
+) -> tuple[Study, Rows]:
+    """Simulate all designs, and return what they say together, with the rows on disk.
+
+    Parameters
+    ----------
+    case : Case
+        The case without what is varied.
+    task, plan : Task, Plan
+        What is done, and with which designs.
+    pool : Pool
+        Who does it.
+    folder : Path
+        Where rows are saved as they come.
+    limits : mapping of str to Limits or None
+        By answer, in its unit.
+    resume : bool
+        Go on with the rows of an earlier run.
+    notify : Notify or None
+        Called as designs are done.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written or holds another study, or limits are given of something that is not asked.
+    """
+    limits = limits or {}
+    known = [one.name for one in task.answers]
+    for name in (name for name in limits if name not in known):
+        what = "is not asked for"
+        raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
+    first = checked(task, plan)
+    keys = {variable.key: variable.numeric for variable in plan.variables}
+    kinds = columns_of(keys, known, curve_columns(first) if task.curves else ())
+    rows = Rows(folder, definition(task, plan, case), kinds, len(plan.rows), resume)
+    resumed = len(rows.done)
+    with closing(rows):
+        _solve(task, plan, pool, rows, notify)
+    return _summed_up(case, task, plan, rows, limits, resumed), rows
+
+
+def _summed_up(
+    case: Case, task: Task, plan: Plan, rows: Rows, limits: Mapping[str, Limits], resumed: int
+) -> Study:
+    """Return what the rows say together."""
+    known = [one.name for one in task.answers]
+    found = columns(rows, plan.keys, known)
+    summaries = {
+        name: one
+        for name in known
+        if (one := summary(plan, found, name, limits.get(name), plan.seed)) is not None
+    }
+    reasons = failures(found)
+    lost = sum(reason.count for reason in reasons)
+    channels = [name for name, _ in case.channels] if task.curves else []
+    bands = tuple(curves for name in channels if (curves := band(rows, name)) is not None)
+    seconds, doubted = _rest(rows)
+    return Study(
+        case=case,
+        task=task,
+        plan=plan,
+        summaries=summaries,
+        failures=reasons,
+        bands=bands,
+        samples=_samples(found.keys, found.answers),
+        failed=lost,
+        resumed=resumed,
+        seconds=seconds,
+        conditions=_conditions(plan, lost, summaries, doubted),
+    )
+
+
+def _solve(task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None) -> None:
+    wrong = 0
+    spent, solved = 0.0, 0
+
+    def questions() -> Iterator[tuple[Any, ...]]:
+        """Yield batches of neighbouring designs that are not there yet, larger ones where designs are quick."""
+        number, total = 0, len(plan.rows)
+        while number < total:
+            if number in rows.done:
+                number += 1
+                continue
+            most = 1 if not solved else max(1, min(BATCH, int(BATCH_SECONDS / max(spent / solved, 1e-6))))
+            # At the end smaller ones, so that no process works alone for long.
+            most = max(1, min(most, (total - number) // (2 * pool.workers)))
+            last = number + 1
+            while last < min(total, number + most) and last not in rows.done:
+                last += 1
+            yield task, number, [plan.rows[i] for i in range(number, last)]
+            number = last
+
+    def taken(found: Sequence[Row]) -> None:
+        nonlocal wrong, spent, solved
+        rows.add(found)
+        wrong += sum(row["status"] != "ok" for row in found)
+        spent += sum(row[SECONDS] for row in found)
+        solved += len(found)
+        if notify is not None:
+            notify(len(rows.done), len(plan.rows), wrong)
+
+    lost: list[tuple[Any, ...]] = []
+    for question, answer in pool.answers(evaluate, questions()):
+        if isinstance(answer, Died):
+            lost.append(question)
+        else:
+            taken(answer)
+    singles = ((task, first + i, [values]) for _, first, batch in lost for i, values in enumerate(batch))
+    for (_, number, batch), answer in pool.answers(evaluate, singles):
+        if isinstance(answer, Died):
+            answer = [failed(empty_row(task, number, batch[0]), "died", str(answer))]
+        taken(answer)
+
+
+def _rest(rows: Rows) -> tuple[float, dict[str, int]]:
+    """Return the time of all designs, s, and how many have each condition."""
+    seconds, doubted = 0.0, dict[str, int]()
+    for table in rows.tables([SECONDS, CONDITIONS]):
+        seconds += math.fsum(table[SECONDS].to_pylist())
+        for names in table[CONDITIONS].to_pylist():
+            for name in filter(None, names.split(",")):
+                doubted[name] = doubted.get(name, 0) + 1
+    return seconds, doubted
+
+
+def _samples(keys: Mapping[str, Sequence[Value]], answers: Mapping[str, Any]) -> dict[str, Sequence[Value]]:
+    if not answers:
+        return {}
+    whole = [
+        i for i, values in enumerate(zip(*answers.values(), strict=True)) if all(map(math.isfinite, values))
+    ]
+    chosen = whole[:: max(1, -(-len(whole) // SHOWN))]
+    return {
+        **{key: [column[i] for i in chosen] for key, column in keys.items()},
+        **{name: [float(column[i]) for i in chosen] for name, column in answers.items()},
+    }
+
+
+def _conditions(
+    plan: Plan, lost: int, summaries: Mapping[str, Summary], doubted: Mapping[str, int]
+) -> tuple[Condition, ...]:
+    found = []
+    if lost:
+        found.append(
+            Condition(
+                "designs_failed",
+                f"{lost} of {len(plan.rows)} designs have no result; the numbers are of the others",
+                "see the reasons; narrower ranges leave such designs out",
+            )
+        )
+    # Others than those by which designs have failed.
+    for name, count in doubted.items():
+        if name != "not_converged":
+            found.append(
+                Condition(
+                    "designs_doubtful",
+                    f'{count} of {len(plan.rows)} designs have the condition "{name}"',
+                    "see the column `conditions`; `bushcli direct --set ...` of one of them says more",
+                )
+            )
+    wide = [
+        key
+        for one in summaries.values()
+        for key, influence in one.influences.items()
+        if influence.total_error > 0.1
+    ]
+    if wide:
+        found.append(
+            Condition(
+                "uncertain_indices",
+                f"Sobol indices are known to no better than 0.1 for {', '.join(dict.fromkeys(wide))}",
+                "ask for more --designs, twice as many for each halving of the variance",
+            )
+        )
+    if not plan.of_probability and any(one.limits for one in summaries.values()):
+        found.append(
+            Condition(
+                "no_probability",
+                f"shares within limits are those of the designs of this {plan.sampling}, not of a production",
+                "--sampling lhs with distributions gives a yield",
+            )
+        )
+    return tuple(found)

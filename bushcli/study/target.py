@@ -1,0 +1,90 @@
+"""Rates that a design is to have: "axial=350", "radial.secant@2=2500 +- 10 %"."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from bushcli.case.toleranced import toleranced
+from bushcli.errors import InputError, Problem, nearest
+from cases.mode import modes
+
+KINDS = ("initial", "secant", "force")
+EXAMPLES = 'axial=350, radial.secant@2=2500, "axial=350 +- 10 %"'
+
+
+@dataclass(frozen=True)
+class Target:
+    """A number that a design is to have.
+
+    Attributes
+    ----------
+    name : str
+        As the user wrote it, without the value.
+    mode : str
+    kind : str
+        "initial" (stiffness at rest), "secant" (stiffness over the travel) or "force".
+    travel : float
+        mm or rad; nan of the initial stiffness.
+    value : float
+        To be reached: N/mm or N mm/rad, N or N mm.
+    deviation : float
+        That is allowed, in the same unit; nan where none is given.
+    """
+
+    name: str
+    mode: str
+    kind: str
+    travel: float
+    value: float
+    deviation: float = math.nan
+
+    @property
+    def per_shown(self) -> float:
+        """Shown value per internal one: stiffnesses of a rotation are shown per degree."""
+        turned = modes()[self.mode].rotational and self.kind != "force"
+        return math.radians(1.0) if turned else 1.0
+
+    @property
+    def unit(self) -> str:
+        """Unit of what is shown."""
+        turned = modes()[self.mode].rotational
+        force = "N mm" if turned else "N"
+        return force if self.kind == "force" else f"{force}/{'deg' if turned else 'mm'}"
+
+
+def target(text: str) -> Target:
+    """Return what ``NAME=VALUE`` asks for.
+
+    Raises
+    ------
+    InputError
+        There is no such mode or rate, or no number.
+    """
+    where = f"--target {text}"
+    name, equals, wanted = text.partition("=")
+    name, wanted = name.strip(), wanted.strip()
+    rate, at, travel = name.partition("@")
+    mode, dot, kind = rate.partition(".")
+    kind = kind if dot else "secant" if at else "initial"
+    known = [one.name for one in modes().values() if one.specimen == "bushing"]
+    if not equals or not name:
+        raise InputError(Problem(where, "is not NAME=VALUE", "", EXAMPLES))
+    if mode not in known:
+        raise InputError(Problem(where, f"{mode} is no mode", nearest(mode, known), ", ".join(known)))
+    if kind not in KINDS:
+        raise InputError(Problem(where, f"{kind} is no rate", nearest(kind, KINDS), ", ".join(KINDS)))
+    if (kind == "initial") == bool(at):
+        what = "has a travel, which an initial stiffness has not" if at else f"{kind} needs a travel"
+        raise InputError(Problem(where, what, "", EXAMPLES))
+    found = toleranced(wanted)
+    try:
+        value, deviation = (found.nominal, found.deviation) if found else (float(wanted), math.nan)
+        q = float(travel) if at else math.nan
+    except ValueError:
+        raise InputError(Problem(where, "has no number", "", EXAMPLES)) from None
+    if not (value > 0.0 and math.isfinite(value)) or (at and not (math.isfinite(q) and q != 0.0)):
+        raise InputError(Problem(where, "needs a value above 0, and a travel that is not 0", "", EXAMPLES))
+    turn = math.radians(1.0) if modes()[mode].rotational else 1.0
+    raw = Target(name, mode, kind, q * turn, value)
+    return Target(name, mode, kind, q * turn, value / raw.per_shown, deviation / raw.per_shown)

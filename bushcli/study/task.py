@@ -1,0 +1,196 @@
+"""One design, simulated in whatever process it is sent to; that process keeps its finite-element models."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from bushcli.case import Case, Material, load_case
+from bushcli.errors import InputError
+from bushcli.simulate.bodies import Bodies
+from bushcli.simulate.predict import predict
+from bushcli.simulate.response import Response
+from bushcli.study.answers import Answer, NoAnswer, answered
+from bushcli.study.hardness import HARDNESS, hardened
+from bushcli.study.variable import Value
+from cases.mode import modes
+from geometry.errors import GeometryError
+
+Describe = Callable[[Response], Mapping[str, Any]]
+Row = dict[str, Any]
+
+#: Columns of every study besides keys and answers.
+DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS = (
+    "design",
+    "status",
+    "failure",
+    "reason",
+    "conditions",
+    "seconds",
+)
+FIXED = (DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS)
+
+_bodies = Bodies()
+# A Dask worker may have threads; PETSc and the models kept here have one.
+_alone = threading.Lock()
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is done with each design; can be pickled.
+
+    Attributes
+    ----------
+    case : Path
+        The case file, which every process reads.
+    overrides : tuple of str
+        ``KEY=VALUE`` of the whole study.
+    keys : tuple of str
+        What is varied.
+    answers : tuple of Answer
+        What is asked.
+    curves : bool
+        Whether the curves are kept.
+    material : Material or None
+        Law that was identified from the coupons; None where the case gives its parameters.
+    hardness : float or None
+        Nominal Shore A hardness, a number without a unit, where "hardness" is varied.
+    describe : callable or None
+        Response -> result as JSON-ready data, at module level; for answers that are keys of the result.
+    """
+
+    case: Path
+    overrides: tuple[str, ...]
+    keys: tuple[str, ...]
+    answers: tuple[Answer, ...]
+    curves: bool = True
+    material: Material | None = None
+    hardness: float | None = None
+    describe: Describe | None = None
+
+    def load(self, values: Sequence[Value]) -> tuple[Case, Material]:
+        """Return the case of a design, and its material.
+
+        Parameters
+        ----------
+        values : sequence
+            In the order of the keys.
+
+        Raises
+        ------
+        InputError
+            The case is not valid with these values.
+        ValueError
+            The hardness is outside the range of its relation.
+        """
+        given = dict(zip(self.keys, values, strict=True))
+        shore_a = given.pop(HARDNESS, None)
+        changed = [f"{key}={written(value)}" for key, value in given.items()]
+        case = load_case(self.case, [*self.overrides, *changed])
+        material = self.material if case.needs_fit and self.material is not None else case.material
+        if shore_a is not None and self.hardness is not None:
+            material = hardened(material, self.hardness, float(shore_a))
+        return replace(case, material=material), material
+
+
+def written(value: Value) -> str:
+    """Return a value as ``--set`` reads it back."""
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def evaluate(task: Task, first: int, rows: Sequence[tuple[Value, ...]]) -> list[Row]:
+    """Simulate designs, one after the other; one that fails has the reason in its row.
+
+    Parameters
+    ----------
+    task : Task
+    first : int
+        Number of the first design.
+    rows : sequence of tuple
+        The values of each.
+    """
+    with _alone:
+        return [_evaluated(task, first + i, values) for i, values in enumerate(rows)]
+
+
+def empty_row(task: Task, number: int, values: Sequence[Value]) -> Row:
+    """Return the row of a design of which nothing is known yet.
+
+    Parameters
+    ----------
+    task : Task
+    number : int
+        Of the design, from 0.
+    values : sequence
+        In the order of the keys.
+    """
+    row: Row = {DESIGN: number, **dict(zip(task.keys, values, strict=True))}
+    row |= {STATUS: "ok", KIND: "", REASON: "", CONDITIONS: "", SECONDS: 0.0}
+    return row | dict.fromkeys((one.name for one in task.answers), None)
+
+
+def failed(row: Row, kind: str, reason: str) -> Row:
+    """Return the row of a design that has failed.
+
+    Parameters
+    ----------
+    row : Row
+    kind : str
+        "input", "not_converged", "no_answer", "error" or "died".
+    reason : str
+        In a sentence.
+    """
+    return row | {STATUS: "failed", KIND: kind, REASON: reason}
+
+
+def _evaluated(task: Task, number: int, values: Sequence[Value]) -> Row:
+    begin = time.perf_counter()
+    row = _simulated(task, empty_row(task, number, values), values)
+    return row | {SECONDS: time.perf_counter() - begin}
+
+
+def _simulated(task: Task, row: Row, values: Sequence[Value]) -> Row:
+    try:
+        case, material = task.load(values)
+        response = predict(case, material, comm=MPI.COMM_SELF, prepared=_bodies, pictures=False)
+    except (InputError, GeometryError, ValueError) as error:
+        return failed(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
+    except Exception as error:  # noqa: BLE001 - one design must not end the study
+        return failed(row, "error", f"{type(error).__name__}: {error}".splitlines()[0])
+    if task.curves:
+        row |= curves(response)
+    row[CONDITIONS] = ",".join(dict.fromkeys(condition.name for condition in response.conditions))
+    for channel in response.channels:
+        if channel.stopped:
+            turned = modes()[channel.mode].rotational
+            unit, factor = ("deg", 57.29577951308232) if turned else ("mm", 1.0)
+            reached, target = channel.reach * factor, channel.target * factor
+            reason = f"{channel.name}: no equilibrium beyond {reached:.4g} of {target:.4g} {unit}"
+            return failed(row, "not_converged", f"{reason} ({channel.stopped})")
+    try:
+        document = None if task.describe is None else task.describe(response)
+        return row | answered(task.answers, response, document)
+    except NoAnswer as error:
+        return failed(row, "no_answer", str(error))
+
+
+def curves(response: Response) -> Row:
+    """Return the curves as columns: displacement (mm, degrees) and force of every channel."""
+    found: Row = {}
+    for channel in response.channels:
+        factor = 57.29577951308232 if modes()[channel.mode].rotational else 1.0
+        found[f"{channel.name}.displacement"] = (factor * channel.curve.displacement).tolist()
+        found[f"{channel.name}.force"] = channel.curve.force.tolist()
+    return found
+
+
+def curve_columns(case: Case) -> tuple[str, ...]:
+    """Return the names of the columns of `curves`."""
+    return tuple(f"{name}.{what}" for name, _ in case.channels for what in ("displacement", "force"))

@@ -1,0 +1,260 @@
+"""What is varied: a key of the case with its values, or with the distribution that they come from."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case.toleranced import Toleranced, toleranced
+from bushcli.errors import InputError, Problem
+
+Array = NDArray[np.float64]
+Value = float | int | str
+
+# A tolerance stands for a normal distribution whose limits are so many standard deviations away, and which is cut off
+# there: a process that is just capable (process capability Cp = 1), with inspection.
+SIGMAS = 3.0
+# Other distributions without an end are cut off at this probability on either side.
+TAIL = 1e-6
+EXAMPLES = '"20:24:5" (grid), "20,22,24", "20:24", "22 +- 0.1", "normal(22, 0.05)", "uniform(20, 24)"'
+_CALL = re.compile(r"\s*([a-z]+)\s*\(([^()]*)\)\s*\Z")
+_INTEGER = re.compile(r"[+-]?\d+\Z")
+MOST_VALUES = 100_000
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A key that is varied.
+
+    Attributes
+    ----------
+    key : str
+        As for ``--set``, or "hardness" (Shore A).
+    spec : str
+        As the user wrote it.
+    values : tuple
+        The values of a grid; empty where there is a distribution.
+    ppf : callable or None
+        Probability (n,) -> value (n,) of the distribution; None where there are values.
+    low, high : float
+        Ends of the distribution, or of what is numeric among the values; in the unit of the key.
+    nominal : Value
+        The value in the middle: that of a tolerance, the median, or the middle one of the values.
+    """
+
+    key: str
+    spec: str
+    values: tuple[Value, ...] = ()
+    ppf: Callable[[Array], Array] | None = None
+    low: float = math.nan
+    high: float = math.nan
+    nominal: Value = math.nan
+
+    @property
+    def numeric(self) -> bool:
+        """Whether all values are numbers."""
+        return self.ppf is not None or not any(isinstance(value, str) for value in self.values)
+
+    def at(self, unit: Array) -> list[Value]:
+        """Return the values at probabilities (n,); of a list each value has the same one."""
+        if self.ppf is not None:
+            return [float(value) for value in self.ppf(np.clip(unit, TAIL, 1.0 - TAIL))]
+        count = len(self.values)
+        return [self.values[min(int(u * count), count - 1)] for u in unit]
+
+
+def variable(text: str) -> Variable:
+    """Return what ``KEY=SPEC`` varies.
+
+    Raises
+    ------
+    InputError
+        There is no key, or the specification is none of those known.
+    """
+    key, equals, spec = text.partition("=")
+    key, spec = key.strip(), spec.strip()
+    if not equals or not key or not spec:
+        raise _wrong(text, "is not KEY=VALUES", f"e.g. geometry.outer_radius={EXAMPLES}")
+    found = _called(key, spec, text) or _tolerance(key, spec) or _range(key, spec, text)
+    if found is not None:
+        return found
+    values = tuple(value_of(part) for part in spec.split(","))
+    if any(isinstance(value, float) and not math.isfinite(value) for value in values):
+        raise _wrong(text, "has a value that is no number to compute with", EXAMPLES)
+    return of_values(key, spec, values)
+
+
+def of_values(key: str, spec: str, values: tuple[Value, ...]) -> Variable:
+    """Return a variable with given values.
+
+    Parameters
+    ----------
+    key, spec : str
+        As in `Variable`.
+    values : tuple
+        At least one.
+    """
+    numbers = [float(value) for value in values if not isinstance(value, str)]
+    middle = sorted(values)[len(values) // 2] if len(numbers) == len(values) else values[0]
+    return Variable(
+        key,
+        spec,
+        values,
+        low=min(numbers, default=math.nan),
+        high=max(numbers, default=math.nan),
+        nominal=middle,
+    )
+
+
+def of_tolerance(key: str, found: Toleranced) -> Variable:
+    """Return the variable that a number with a tolerance is: a normal distribution, cut off at the limits.
+
+    Parameters
+    ----------
+    key : str
+        As in `Variable`.
+    found : Toleranced
+        Nominal value and limits.
+    """
+    from scipy.special import ndtr
+
+    sigma, tail = found.deviation / SIGMAS, float(ndtr(-SIGMAS))
+    return Variable(
+        key,
+        f"{found.nominal:g} +- {found.deviation:g}",
+        ppf=lambda u: found.nominal + sigma * _normal(tail + (1.0 - 2.0 * tail) * u),
+        low=found.low,
+        high=found.high,
+        nominal=found.nominal,
+    )
+
+
+def _normal(unit: Array) -> Array:
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri(unit))
+
+
+def _wrong(text: str, what: str, expected: str) -> InputError:
+    return InputError(Problem(f"--vary {text}", what, "", expected))
+
+
+def _tolerance(key: str, spec: str) -> Variable | None:
+    found = toleranced(spec)
+    return None if found is None else of_tolerance(key, found)
+
+
+def _range(key: str, spec: str, text: str) -> Variable | None:
+    """Return the variable of "low:high" (uniform) or "low:high:count" (grid); None for anything else."""
+    parts = spec.split(":")
+    if len(parts) not in (2, 3):
+        return None
+    try:
+        low, high = float(parts[0]), float(parts[1])
+        count = int(parts[2]) if len(parts) == 3 else 0
+    except ValueError:
+        raise _wrong(text, "is no range", EXAMPLES) from None
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise _wrong(text, "does not rise from its first number to its second", EXAMPLES)
+    if len(parts) == 2:
+        return _uniform(key, spec, low, high)
+    if not 2 <= count <= MOST_VALUES:
+        raise _wrong(text, f"asks for {count} values", f"2 to {MOST_VALUES}")
+    # Twelve digits: 20.1 must not come out as 20.099999999999998.
+    return of_values(key, spec, tuple(float(f"{v:.12g}") for v in np.linspace(low, high, count)))
+
+
+def _called(key: str, spec: str, text: str) -> Variable | None:
+    """Return the variable of "normal(22, 0.05)" and the like; None for anything else."""
+    found = _CALL.match(spec)
+    if found is None:
+        return None
+    name = found[1]
+    if name not in _DISTRIBUTIONS:
+        raise _wrong(text, f"{name} is no distribution", ", ".join(_DISTRIBUTIONS))
+    make, arguments = _DISTRIBUTIONS[name]
+    try:
+        numbers = [float(part) for part in found[2].split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != len(arguments) or not all(map(math.isfinite, numbers)):
+        raise _wrong(text, f"{name} has other arguments", f"{name}({', '.join(arguments)})")
+    made = make(key, spec, *numbers)
+    if made is None:
+        raise _wrong(
+            text, f"{name} has arguments that make no distribution", f"{name}({', '.join(arguments)})"
+        )
+    return made
+
+
+def _uniform(key: str, spec: str, low: float, high: float) -> Variable | None:
+    if not low < high:
+        return None
+    return Variable(
+        key, spec, ppf=lambda u: low + (high - low) * u, low=low, high=high, nominal=0.5 * (low + high)
+    )
+
+
+def _gaussian(key: str, spec: str, mean: float, std: float) -> Variable | None:
+    if not std > 0.0:
+        return None
+    reach = -float(_normal(np.array(TAIL))) * std
+    return Variable(
+        key,
+        spec,
+        ppf=lambda u: mean + std * _normal(u),
+        low=mean - reach,
+        high=mean + reach,
+        nominal=mean,
+    )
+
+
+def _lognormal(key: str, spec: str, median: float, spread: float) -> Variable | None:
+    if not (median > 0.0 and spread > 0.0):
+        return None
+    reach = math.exp(-float(_normal(np.array(TAIL))) * spread)
+    return Variable(
+        key,
+        spec,
+        ppf=lambda u: median * np.exp(spread * _normal(u)),
+        low=median / reach,
+        high=median * reach,
+        nominal=median,
+    )
+
+
+def _triangular(key: str, spec: str, low: float, mode: float, high: float) -> Variable | None:
+    if not low <= mode <= high or not low < high:
+        return None
+    share = (mode - low) / (high - low)
+
+    def ppf(u: Array) -> Array:
+        rising = low + np.sqrt(u * (high - low) * (mode - low))
+        falling = high - np.sqrt((1.0 - u) * (high - low) * (high - mode))
+        return np.where(u < share, rising, falling)
+
+    return Variable(key, spec, ppf=ppf, low=low, high=high, nominal=float(ppf(np.array([0.5]))[0]))
+
+
+_DISTRIBUTIONS: dict[str, tuple[Callable[..., Variable | None], tuple[str, ...]]] = {
+    "uniform": (_uniform, ("LOW", "HIGH")),
+    "normal": (_gaussian, ("MEAN", "STANDARD_DEVIATION")),
+    "lognormal": (_lognormal, ("MEDIAN", "STANDARD_DEVIATION_OF_LOG")),
+    "triangular": (_triangular, ("LOW", "MODE", "HIGH")),
+}
+
+
+def value_of(text: str) -> Value:
+    """Return a number where the text is one, else the text."""
+    text = text.strip()
+    if _INTEGER.match(text):
+        return int(text)
+    try:
+        return float(text)
+    except ValueError:
+        return text

@@ -1,0 +1,119 @@
+"""A model that was moved to another shape is the model that is built for it; shape derivatives are those of marches."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from bushcli.simulate.bodies import Bodies
+from bushcli.study.rates import _difference, rates
+from bushcli.study.target import target
+from bushcli.study.task import Task
+from cases.march import march
+from cases.mode import modes
+from cases.program import path
+from cases.simulate import Rubber, prepare
+from forms.law import law
+from geometry.shape import Refinement, shapes
+
+COARSE = Refinement(across=2, along=4, around=8)
+YEOH = {"C10": 0.5, "C20": -0.05, "C30": 0.01}
+FIRST = {"inner_radius": 12.0, "outer_radius": 22.0, "length": 40.0}
+OTHER = {"inner_radius": 11.7, "outer_radius": 22.4, "length": 38.5}
+VOID = {"void_inner_radius": 14.5, "void_outer_radius": 19.5, "void_angle": 50.0}
+
+
+def rubber(c10=0.5):
+    return Rubber(law("yeoh"), YEOH | {"C10": c10}, 2000.0)
+
+
+@pytest.mark.parametrize(
+    ("shape", "mode", "q", "first", "other"),
+    [
+        ("plain", "axial", 4.0, FIRST, OTHER),
+        ("plain", "radial", 1.0, FIRST, OTHER),
+        ("plain", "torsional", 0.2, FIRST, OTHER),
+        ("plain", "conical", 0.05, FIRST, OTHER),
+        (
+            "plain",
+            "axial",
+            2.0,
+            FIRST | {"inner_sleeve": {"thickness": 3.0}},
+            OTHER | {"inner_sleeve": {"thickness": 2.5}},
+        ),
+        ("voided", "radial", 1.0, FIRST | VOID, OTHER | VOID | {"void_angle": 55.0}),
+        (
+            "tapered",
+            "axial",
+            2.0,
+            {"inner_radius": 12.0, "outer_radius": 22.0, "inner_length": 44.0, "outer_length": 36.0},
+            {"inner_radius": 12.5, "outer_radius": 21.0, "inner_length": 45.0, "outer_length": 35.0},
+        ),
+    ],
+)
+def test_a_moved_model_is_the_one_that_is_built(shape, mode, q, first, other):
+    bodies = Bodies()
+    one, two = (shapes()[shape](**dimensions) for dimensions in (first, other))
+    bodies(one, modes()[mode], rubber(), COARSE, MPI.COMM_SELF)
+    moved = bodies(two, modes()[mode], rubber(0.7), COARSE, MPI.COMM_SELF)
+    assert (bodies.made, bodies.moved) == (1, 1)
+    built = prepare(two, modes()[mode], rubber(0.7), COARSE, MPI.COMM_SELF)
+    force = [march(model, path((0.0, q), 2)).force for model in (moved, built)]
+    # Sleeves are so stiff that rounding leaves more.
+    assert force[0] == pytest.approx(force[1], rel=1e-9)
+    assert moved.volume == pytest.approx(built.volume, rel=1e-12)
+
+
+def test_other_elements_are_another_model():
+    bodies = Bodies()
+    for length in (40.0, 80.0, 40.5):
+        shape = shapes()["plain"](**FIRST | {"length": length})
+        bodies(shape, modes()["axial"], rubber(), Refinement(), MPI.COMM_SELF)
+    assert (bodies.made, bodies.moved) == (2, 1)
+
+
+@pytest.fixture
+def case(tmp_path):
+    file = tmp_path / "case.toml"
+    file.write_text(
+        """
+[geometry]
+shape = "plain"
+inner_radius = 12.0
+outer_radius = 22.0
+length = 40.0
+[mesh]
+elements_across = 2
+elements_along = 4
+elements_around = 8
+[material]
+law = "yeoh"
+bulk_modulus = 2000.0
+[material.parameters]
+C10 = 0.5
+C20 = -0.05
+C30 = 0.01
+"""
+    )
+    return Path(file)
+
+
+def test_derivatives_of_rates_are_differences_of_marches(case):
+    keys = ("geometry.outer_radius", "geometry.length", "geometry.inner_radius", "material.parameters.C10")
+    values = [22.0, 40.0, 12.0, 0.5]
+    targets = [target(text) for text in ("axial=1", "radial=1", "axial.secant@5=1", "radial.force@2=1")]
+    task = Task(case, (), keys, ())
+    found = rates(task, targets, values, keys)
+    for j, key in enumerate(keys):
+        # Central differences of step 1e-3 are off by some 1e-5 themselves.
+        assert found.slope[:, j] == pytest.approx(_difference(task, targets, values, key), rel=5e-5)
+
+
+def test_scaling_all_lengths_scales_stiffnesses_of_translation(case):
+    # Of a nearly incompressible body of one material k ~ mu L: Euler's theorem for the sum over all lengths.
+    keys = ("geometry.outer_radius", "geometry.length", "geometry.inner_radius")
+    values = [22.0, 40.0, 12.0]
+    targets = [target("axial=1"), target("radial=1")]
+    found = rates(Task(case, (), keys, ()), targets, values, keys)
+    assert found.slope @ np.array(values) == pytest.approx(found.value, rel=1e-6)
