@@ -19,6 +19,7 @@ import click
 from bushcli import __version__
 from bushcli.cli.case import check, direct, mesh
 from bushcli.cli.diagnosis import diagnose
+from bushcli.cli.export import export
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.run import unwritable
 from bushcli.cli.tool import doctor, init, list_
@@ -86,7 +87,7 @@ def main() -> None:
     """
 
 
-for _command in (init, check, mesh, fit, direct, inverse, diagnose, list_, doctor):
+for _command in (init, check, mesh, fit, direct, inverse, diagnose, export, list_, doctor):
     main.add_command(_command)
 
 __all__ = ["main"]
