@@ -97,7 +97,7 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
             Problem(f"--set {overrides[0]}", what, "", "export the case file, or run again with --set")
         )
     else:
-        source = _from_result(_read(file, path), str(path))
+        source = _from_result(_read(file, path), str(path), file.parent)
     require_values(source.case.effects, source.where)
     return source
 
@@ -117,7 +117,7 @@ def _read(file: Path, given: Path) -> dict[str, Any]:
     return result
 
 
-def _from_result(result: dict[str, Any], where: str) -> Source:
+def _from_result(result: dict[str, Any], where: str, folder: Path) -> Source:
     shown = dict(result["case"])
     command = result["command"]
     if command == "direct":
@@ -134,7 +134,7 @@ def _from_result(result: dict[str, Any], where: str) -> Source:
         ]
     elif command in ("fit", "inverse"):
         _put_identified(shown, result)
-    case = case_again(shown, where)
+    case = case_again(shown, folder)
     return Source(case, where, curves_of(result), matrix_of(result))
 
 

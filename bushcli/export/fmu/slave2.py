@@ -45,7 +45,7 @@ class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not kn
             )
 
     def to_xml(self, model_options=None):  # type: ignore[no-untyped-def]
-        """Return the model's description with units, which PythonFMU leaves out."""
+        """Return the model's description with units and the outputs to initialise, which PythonFMU leaves out."""
         root = super().to_xml(model_options or {})
         definitions = Element("UnitDefinitions")
         for unit, base in self.data["base_units"].items():
@@ -55,6 +55,10 @@ class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not kn
             unit = self.unit_of.get(variable.get("name"))
             if unit is not None:
                 variable.find("Real").set("unit", unit)
+        structure = root.find("ModelStructure")
+        initial = SubElement(structure, "InitialUnknowns")
+        for output in structure.findall("Outputs/Unknown"):
+            SubElement(initial, "Unknown", index=output.get("index"))
         return root
 
     def exit_initialization_mode(self):  # type: ignore[no-untyped-def]

@@ -62,13 +62,13 @@ def _ogden(order: Order) -> list[str]:
         f"{_row(ratio, 0.0)}{'':10s}{0:10d}{field(0.0, 20)}{len(one.series):10d}",
         "#               MU_1                MU_2                MU_3                MU_4                MU_5",
         _row(*(mu for mu, _ in padded)),
-        "#",
+        "",
         "#            ALPHA_1             ALPHA_2             ALPHA_3             ALPHA_4             ALPHA_5",
         _row(*(alpha for _, alpha in padded)),
+        # The two blank lines are part of the format; what follows keeps the second one from being stripped.
+        "",
         "#",
     ]
-    # The two blank lines are part of the format.
-    lines[8], lines[11] = "", ""
     if one.series:
         modulus = units.of_stress(one.shear_modulus)
         lines += [
