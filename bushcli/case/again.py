@@ -41,7 +41,9 @@ def case_again(shown: dict[str, Any], folder: Path) -> Case:
     builder = _Rebuilder(path.parent)
     case = builder.case(data, path)
     if case is None:
-        raise CaseError(*(Problem(str(folder), one.what, one.nearest, one.expected) for one in builder.findings))
+        raise CaseError(
+            *(Problem(str(folder), one.what, one.nearest, one.expected) for one in builder.findings)
+        )
     return case
 
 

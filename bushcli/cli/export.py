@@ -55,13 +55,13 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
     rubber and effects are exported. With -o FILE into that file, else on stdout. What a program cannot express is
     refused by name.
     """
-    from bushcli.export import Order, read_source, unit_system, writer
+    from bushcli.export import Order, read_source, unit_system, writer_for
     from bushcli.export.file import check_file, write_file
     from bushcli.export.rubber import rubber_of
 
     if ranks_there_are() > 1:
         raise InputError(Problem("bushcli export", "runs in one process", "", "without mpirun"))
-    chosen, units = writer(program), unit_system(system)
+    chosen, units = writer_for(program), unit_system(system)
     if run.output is not None:
         check_file(run.output)
     if run.json and run.output is None:

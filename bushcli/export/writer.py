@@ -190,7 +190,7 @@ def _preamble(one: Writer, order: Order) -> list[str]:
 
 
 @cache
-def writers() -> Mapping[str, Writer]:
+def all_writers() -> Mapping[str, Writer]:
     """All writers found in ``bushcli/export/writers``, by name, in alphabetical order."""
     package = importlib.import_module("bushcli.export.writers")
     found = (
@@ -200,7 +200,7 @@ def writers() -> Mapping[str, Writer]:
     return MappingProxyType({one.name: one for one in sorted(found, key=lambda one: one.name)})
 
 
-def writer(name: str) -> Writer:
+def writer_for(name: str) -> Writer:
     """Return the writer called ``name``.
 
     Raises
@@ -209,8 +209,8 @@ def writer(name: str) -> Writer:
         When there is none; the message names the nearest.
     """
     try:
-        return writers()[name]
+        return all_writers()[name]
     except KeyError:
-        known = ", ".join(writers())
-        near = nearest(name, writers())
+        known = ", ".join(all_writers())
+        near = nearest(name, all_writers())
         raise InputError(Problem("--to", f'"{name}" is no program that is known', near, known)) from None

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.case import Material
-from bushcli.export import Order, unit_system, writer
+from bushcli.export import Order, unit_system, writer_for
 from bushcli.export.rubber import rubber_of
 from cases.mode import modes
 from cases.simulate import even_targets, prepare, sweep
@@ -38,7 +38,7 @@ def calculix():
 def card(name, parameters, units="N-mm-s"):
     rubber = rubber_of(Material(name, BULK, parameters), ())
     order = Order("rubber", "a test", unit_system(units), None, rubber)
-    return writer("calculix").text(order).decode()
+    return writer_for("calculix").text(order).decode()
 
 
 def solve(calculix, folder, deck):

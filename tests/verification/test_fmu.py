@@ -10,7 +10,7 @@ import fmpy.validation
 import numpy as np
 import pytest
 
-from bushcli.export import Order, read_source, unit_system, writer
+from bushcli.export import Order, read_source, unit_system, writer_for
 from bushcli.export.bushing import bushing_of
 from bushcli.export.fmu.force_law import Channel, Cubic
 from bushcli.export.reduce import follow
@@ -57,7 +57,7 @@ channels = ["axial"]
 def bushing(tmp_path_factory):
     file = tmp_path_factory.mktemp("fmu") / "case.toml"
     file.write_text(CASE)
-    return bushing_of(read_source(file), writer("fmu2"))
+    return bushing_of(read_source(file), writer_for("fmu2"))
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def fmu(bushing, tmp_path_factory):
     def make(version, units):
         path = tmp_path_factory.mktemp("fmu") / "bushing.fmu"
         order = Order("12/22/40", "case.toml", unit_system(units), None, None, bushing)
-        path.write_bytes(writer(f"fmu{version}").text(order))
+        path.write_bytes(writer_for(f"fmu{version}").text(order))
         return path
 
     return make

@@ -13,12 +13,12 @@ import pytest
 
 from bushcli.case import Material
 from bushcli.errors import InputError
-from bushcli.export import Order, unit_system, writer, writers
+from bushcli.export import Order, all_writers, unit_system, writer_for
 from bushcli.export.rubber import ExportedRubber, Softening, rubber_of
 from cases.stability import nominal_stress
 from forms.law import law
 
-CARDS = [name for name, one in writers().items() if one.kind == "card"]
+CARDS = [name for name, one in all_writers().items() if one.kind == "card"]
 LAWS = {
     "neo_hookean": {"C10": 0.5},
     "mooney_rivlin": {"C10": 0.4, "C01": 0.1},
@@ -301,7 +301,7 @@ READERS = {
 
 
 def written(program, rubber, units="N-mm-s"):
-    one = writer(program)
+    one = writer_for(program)
     one.check(rubber)
     return one.text(Order("A rubber, 60 ShA", "case.toml", unit_system(units), None, rubber)).decode("ascii")
 
@@ -311,7 +311,7 @@ def rubber_with(name, **further):
 
 
 def allowed(program):
-    return [(program, name) for name in LAWS if name in writer(program).laws]
+    return [(program, name) for name in LAWS if name in writer_for(program).laws]
 
 
 @pytest.mark.parametrize("units", ["N-mm-s", "SI", "kN-mm-ms", "lbf-in-s"])
@@ -334,7 +334,7 @@ def test_a_card_has_the_stress_of_the_law(program, name, units):
         (program, name)
         for program in CARDS
         for program, name in allowed(program)
-        if writer(program).series and name in (writer(program).series_laws or LAWS)
+        if writer_for(program).series and name in (writer_for(program).series_laws or LAWS)
     ],
 )
 def test_a_card_relaxes_as_the_rubber(program, name, units):
@@ -354,7 +354,7 @@ def test_a_card_relaxes_as_the_rubber(program, name, units):
         (program, name)
         for program in CARDS
         for program, name in allowed(program)
-        if writer(program).softening and name in (writer(program).softening_laws or LAWS)
+        if writer_for(program).softening and name in (writer_for(program).softening_laws or LAWS)
     ],
 )
 def test_a_card_softens_as_the_rubber(program, name):
@@ -382,7 +382,7 @@ def test_a_card_softens_as_the_rubber(program, name):
 )
 def test_what_a_program_cannot_express_is_refused_by_name(program, rubber, words):
     with pytest.raises(InputError, match=words):
-        writer(program).check(rubber)
+        writer_for(program).check(rubber)
 
 
 def test_radioss_takes_no_series_beside_softening_but_with_arruda_boyce():
@@ -401,7 +401,7 @@ def test_an_incompressible_rubber_has_no_compliance():
 def test_a_title_cannot_break_a_card():
     order = Order("-- *END <b> 3%", "case.toml", unit_system("SI"), None, rubber_with("yeoh"))
     for program in CARDS:
-        text = writer(program).text(order).decode("ascii")
+        text = writer_for(program).text(order).decode("ascii")
         assert READERS[program](text).bulk == pytest.approx(BULK * 1e6, rel=1e-4)
         assert order.name == "END__b__3"
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import InputError
-from bushcli.export import Order, unit_system, writer
+from bushcli.export import Order, unit_system, writer_for
 from bushcli.export.curves import Bushing, ForceCurve, curves_of, matrix_of
 
 MATRIX = np.diag([2500.0, 2500.0, 350.0, 4e5, 4e5, 9e4])
@@ -24,7 +24,7 @@ CURVES = (
 
 def written(program, bushing, units="N-mm-s"):
     order = Order("12/22/40", "case.toml", unit_system(units), None, None, bushing)
-    return writer(program).text(order).decode("ascii")
+    return writer_for(program).text(order).decode("ascii")
 
 
 def teim_orbit(text):
