@@ -97,7 +97,13 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
             Problem(f"--set {overrides[0]}", what, "", "export the case file, or run again with --set")
         )
     else:
-        source = _from_result(_read(file, path), str(path), file.parent)
+        result = _read(file, path)
+        try:
+            source = _from_result(result, str(path), file.parent)
+        except (KeyError, TypeError, AttributeError):
+            raise InputError(
+                Problem(str(file), "is no whole result of bushcli", "", "run the command again")
+            ) from None
     require_values(source.case.effects, source.where)
     return source
 
