@@ -28,7 +28,7 @@ demo: setup ## simulate one bundled example, diagnose the other: results and rep
 
 test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some, SUITE=sid on Debian's newest
 	tests/launcher.sh
-	tests/with-browser $(IN) python -m pytest $(PYTEST_ARGS)
+	tests/with-browser tests/with-solver $(IN) python -m pytest $(PYTEST_ARGS)
 
 lint: setup ## ruff, mypy and the import rules
 	$(IN) ruff check .

@@ -1,4 +1,4 @@
-"""The tables of docs/case-file.md, docs/effects.md and docs/diagnosis.md that list what there is, from the code.
+"""The tables of docs/case-file.md, effects.md, diagnosis.md and exports.md that list what there is, from the code.
 
 ``setup/enter python docs/tables.py`` brings the pages up to date after a shape, a law, a mode or an effect was added
 or changed; tests/unit/test_docs.py says when that has been forgotten.
@@ -17,11 +17,14 @@ from bushcli.case.unit import unit
 from bushcli.diagnosis import prior
 from bushcli.effects.effect import Effect, EffectParameter, effects
 from bushcli.effects.prior import Prior
+from bushcli.export import SYSTEMS, all_writers
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import Sleeve, Snubber, shapes
 
-PAGES = [Path(__file__).with_name(name) for name in ("case-file.md", "effects.md", "diagnosis.md")]
+PAGES = [
+    Path(__file__).with_name(name) for name in ("case-file.md", "effects.md", "diagnosis.md", "exports.md")
+]
 _ACTS = {"rubber": "In the rubber", "assembly": "In the assembly", "rig": "In the rig"}
 _UNIT = re.compile(r", (mm|MPa|degrees)\b")
 
@@ -177,6 +180,34 @@ def _density(known: Prior, unit: str) -> str:
     return f"{known.shape.replace('_', '-')}{about}, std {known.low:g}{of}"
 
 
+def units_text() -> str:
+    """Return the systems of units of exports."""
+    rows = [
+        (f"`{one.name}`", one.force_name, one.length_name, one.time_name, one.stress_name, one.density_name)
+        for one in SYSTEMS.values()
+    ]
+    return table(("`--units`", "force", "length", "time", "stress", "density"), rows)
+
+
+def cards_text() -> str:
+    """Return what each program's card can express."""
+    cards = [one for one in all_writers().values() if one.kind == "card"]
+    heads = ("", *(f"`{one.name}`" for one in cards))
+    rows = [(f"`{name}`", *(_called(one.laws.get(name, "")) for one in cards)) for name in laws()]
+    series = (_called(one.series, one.series_laws, one.laws) for one in cards)
+    softening = (_called(one.softening, one.softening_laws, one.laws) for one in cards)
+    bulk = ("yes" if one.incompressible else "no" for one in cards)
+    rows += [("`viscoelasticity`", *series), ("`mullins`", *softening), ("incompressible", *bulk)]
+    return table(heads, rows)
+
+
+def _called(name: str, only: frozenset[str] | None = None, known: Mapping[str, str] | None = None) -> str:
+    if not name:
+        return "no"
+    lacking = [law for law in known or {} if only is not None and law not in only]
+    return f"`{name}`" + (f", not with {', '.join(lacking)}" if lacking else "")
+
+
 def brought_up_to_date(page: str) -> str:
     """Return the page with what stands between its ``<!-- name -->`` and ``<!-- end -->`` marks written anew."""
     content = {
@@ -188,6 +219,8 @@ def brought_up_to_date(page: str) -> str:
         "effects": effects_text(),
         "odds": odds_text(),
         "priors": priors_text(),
+        "units": units_text(),
+        "cards": cards_text(),
     } | {f"effect {effect.name}": effect_text(effect) for effect in effects().values()}
     for name, text in content.items():
         start, end = f"<!-- {name} -->", f"<!-- end {name} -->"

@@ -19,6 +19,7 @@ from bushcli import __version__
 from bushcli.cli.case import check, direct, mesh
 from bushcli.cli.design import design
 from bushcli.cli.diagnosis import diagnose
+from bushcli.cli.export import export
 from bushcli.cli.identification import fit, inverse
 from bushcli.cli.run import unwritable
 from bushcli.cli.study import study
@@ -93,7 +94,21 @@ def main() -> None:
     """
 
 
-for _command in (init, check, mesh, fit, direct, inverse, diagnose, study, design, view, list_, doctor):
+for _command in (
+    init,
+    check,
+    mesh,
+    fit,
+    direct,
+    inverse,
+    diagnose,
+    export,
+    study,
+    design,
+    view,
+    list_,
+    doctor,
+):
     main.add_command(_command)
 
 __all__ = ["main"]

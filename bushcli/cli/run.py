@@ -134,8 +134,20 @@ class _Folder(click.Path):
         return super().convert(value, param, ctx)
 
 
-def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
-    """Give a command the CASE argument and the common options, and turn its errors into exit codes."""
+def on_a_case(
+    command: Callable[..., int | None],
+    into: str = "DIR",
+    writes: str = "Write result.json, report.html, curves, plots and fields there.",
+) -> Callable[..., None]:
+    """Give a command the CASE argument and the common options, and turn its errors into exit codes.
+
+    Parameters
+    ----------
+    command : callable
+        Takes a `Run` and its own options.
+    into, writes : str
+        What -o names, and what is written there.
+    """
 
     @click.argument("case", type=click.Path(path_type=Path))
     @click.option(
@@ -149,8 +161,8 @@ def on_a_case(command: Callable[..., int | None]) -> Callable[..., None]:
         "-o",
         "--output",
         type=_Folder(path_type=Path),
-        metavar="DIR",
-        help="Write result.json, report.html, curves, plots and fields there.",
+        metavar=into,
+        help=writes,
     )
     @click.option("--json", is_flag=True, help="Print the result as JSON on stdout, and nothing else there.")
     @click.option("-q", "--quiet", is_flag=True, help="Print no messages and no progress.")

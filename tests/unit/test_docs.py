@@ -19,6 +19,7 @@ from click.testing import CliRunner
 from bushcli.case import load_case, schema
 from bushcli.cli import main
 from bushcli.effects.effect import effects
+from bushcli.export import all_writers
 from bushcli.recording import read_recording
 from bushcli.recording.header import match_quality
 from bushcli.recording.source import UNITS, Source
@@ -133,6 +134,12 @@ def test_odds_and_priors_are_those_of_the_code():
     for name in effects():
         assert f"[`{name}`]" in text
         assert f"`{name}." in text
+
+
+def test_exports_are_those_of_the_code():
+    text = page("exports.md")
+    assert generator().brought_up_to_date(text) == text, "run: setup/enter python docs/tables.py"
+    assert [name for name in all_writers() if f"`{name}`" not in text] == []
 
 
 def test_the_effects_shown_are_valid(tmp_path):

@@ -1,0 +1,63 @@
+"""A case from the JSON that it was shown as (`bushcli.case.case.resolved`), as it is in every result."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bushcli.case.build import Builder
+from bushcli.case.case import Case
+from bushcli.case.finding import Keys
+from bushcli.errors import CaseError, Problem
+
+
+class _Rebuilder(Builder):
+    """Does not look for recordings: who needs one reads it, and is told then that it is gone."""
+
+    def _file(self, keys: Keys, name: str) -> Path | None:
+        return self.folder / name
+
+
+def case_again(shown: dict[str, Any], folder: Path) -> Case:
+    """Return the case of a result.
+
+    Parameters
+    ----------
+    shown : dict
+        The entry "case" of a result, with changes such as an identified material.
+    folder : Path
+        Folder of the result. The case file is looked for from the working folder, then from this one upwards.
+
+    Raises
+    ------
+    CaseError
+        Something in it is wrong, such as a geometry file that is no longer there.
+    """
+    path = _found(Path(str(shown.get("path", "case.toml"))), folder)
+    data = {key: _given(value) for key, value in shown.items() if key != "path" and value is not None}
+    material = data.get("material")
+    if isinstance(material, dict) and material.get("bulk_modulus") == "inf":
+        material["bulk_modulus"] = float("inf")
+    builder = _Rebuilder(path.parent)
+    case = builder.case(data, path)
+    if case is None:
+        raise CaseError(
+            *(Problem(str(folder), one.what, one.nearest, one.expected) for one in builder.findings)
+        )
+    return case
+
+
+def _found(path: Path, folder: Path) -> Path:
+    if path.is_absolute() or path.exists():
+        return path
+    above = (parent / path for parent in folder.resolve().parents)
+    return next((one for one in above if one.exists()), path)
+
+
+def _given(value: Any) -> Any:
+    """Return a value without the keys that are not given: a case file has no null."""
+    if isinstance(value, dict):
+        return {key: _given(item) for key, item in value.items() if item is not None}
+    if isinstance(value, list):
+        return [_given(item) for item in value]
+    return value

@@ -1,0 +1,116 @@
+"""The command that writes files for other programs: export."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from bushcli.cli.identification import fit_to_coupons
+from bushcli.cli.progress import march_progress
+from bushcli.cli.run import DONE, Run, on_a_case, ranks_there_are
+from bushcli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from bushcli.export import Source, Writer
+    from bushcli.export.curves import Bushing
+
+
+@click.command()
+@click.option(
+    "--to",
+    "program",
+    required=True,
+    metavar="PROGRAM",
+    help="Material card: abaqus, ansys, calculix, febio, lsdyna, marc, radioss. Vehicle model: adams, altair, chrono, "
+    "csv, json, fmu2, fmu3.",
+)
+@click.option(
+    "--units",
+    "system",
+    default="N-mm-s",
+    show_default=True,
+    metavar="SYSTEM",
+    help="N-mm-s, SI, kN-mm-ms, N-mm-ms or lbf-in-s.",
+)
+@click.option(
+    "--density",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="KG_PER_M3",
+    help="Density of the rubber, for cards.",
+)
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="EFFECT",
+    help="Leave an effect of the case out; may be given several times.",
+)
+@functools.partial(on_a_case, into="FILE", writes="Write this file; without it the text goes to stdout.")
+def export(run: Run, program: str, system: str, density: float | None, without: tuple[str, ...]) -> int:
+    """Write CASE for another program: a material card, a vehicle model, a force law.
+
+    CASE is a case file, or a folder that `direct`, `fit`, `inverse` or `diagnose` wrote with -o: then the identified
+    rubber and effects are exported. With -o FILE into that file, else on stdout. What a program cannot express is
+    refused by name.
+    """
+    from bushcli.export import Order, read_source, unit_system, writer_for
+    from bushcli.export.file import check_file, write_file
+    from bushcli.export.rubber import rubber_of
+
+    if ranks_there_are() > 1:
+        raise InputError(Problem("bushcli export", "runs in one process", "", "without mpirun"))
+    chosen, units = writer_for(program), unit_system(system)
+    if run.output is not None:
+        check_file(run.output)
+    if run.json and run.output is None:
+        raise InputError(Problem("--json", "needs a file for the export itself", "", "-o FILE"))
+    source = read_source(run.path, run.overrides).without(without)
+    if source.case.needs_fit and chosen.kind != "matrix":
+        source = _identified(run, source)
+    order = Order(source.case.title, source.where, units, density)
+    if chosen.kind == "card":
+        order = replace(order, rubber=rubber_of(source.case.material, source.case.effects))
+        assert order.rubber is not None
+        chosen.check(order.rubber)
+    else:
+        order = replace(order, bushing=_bushing(run, chosen, source))
+    content = chosen.text(order)
+    if run.output is not None:
+        write_file(run.output, content)
+        run.say(f"wrote {run.output} for {chosen.title}")
+        run.emit(_summary(run, chosen, source, order.units.name, order.bushing))
+    elif chosen.kind == "force_law":
+        raise InputError(Problem("bushcli export", "an FMU is an archive, not text", "", "-o FILE.fmu"))
+    else:
+        click.echo(content.decode("ascii"), nl=False)
+    return DONE
+
+
+def _identified(run: Run, source: Source) -> Source:
+    """Return the source with its law fitted to its coupon tests, as `direct` does."""
+    if not source.case.coupons:
+        what = f"has no parameters of {source.case.material.law}, and no coupon tests to fit it to"
+        remedy = "`bushcli inverse CASE -o OUT`, then export OUT"
+        raise InputError(Problem(source.where, what, "", remedy))
+    found = fit_to_coupons(run, source.case, None, "relative")
+    return replace(source, case=replace(source.case, material=found.material))
+
+
+def _bushing(run: Run, chosen: Writer, source: Source) -> Bushing:
+    """Return curves and matrix, those that are not there yet simulated."""
+    from bushcli.export.bushing import bushing_of
+
+    with run.timed("solve"), march_progress(run) as progress:
+        return bushing_of(source, chosen, progress)
+
+
+def _summary(run: Run, chosen: Writer, source: Source, units: str, bushing: Bushing | None) -> dict[str, Any]:
+    from bushcli.report.document import cleaned, head
+
+    result = head("export", source.case, (), run.timings())
+    result |= {"program": chosen.name, "units": units, "file": str(run.output)}
+    if bushing is not None and bushing.law is not None:
+        result["force_law"] = bushing.law.summary()
+    return cleaned(result)

@@ -1,0 +1,21 @@
+"""A case or its result -> files of other programs: material cards, vehicle models, force laws as FMU.
+
+`source.read_source` finds the rubber, curves and stiffness matrices that a case or a folder of results has;
+`writer.all_writers` are the programs, one file each in ``bushcli/export/writers``.
+"""
+
+from bushcli.export.source import Source, read_source
+from bushcli.export.units import SYSTEMS, UnitSystem, unit_system
+from bushcli.export.writer import Order, Writer, all_writers, writer_for
+
+__all__ = [
+    "SYSTEMS",
+    "Order",
+    "Source",
+    "UnitSystem",
+    "Writer",
+    "all_writers",
+    "read_source",
+    "unit_system",
+    "writer_for",
+]

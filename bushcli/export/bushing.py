@@ -1,0 +1,101 @@
+"""The curves, the stiffness matrix and the force law of a bushing: those that a source has, else simulated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bushcli.case import Case
+from bushcli.errors import InputError, Problem
+from bushcli.export.curves import Array, Bushing, ForceCurve
+from bushcli.export.law import BushingLaw
+from bushcli.export.reduce import Progress, reduce
+from bushcli.export.source import Source
+from bushcli.export.writer import Writer
+from bushcli.recording import read_program, read_recording
+from cases.mode import modes
+
+
+def bushing_of(source: Source, chosen: Writer, progress: Progress | None = None) -> Bushing:
+    """Return what a writer of vehicle models needs.
+
+    Parameters
+    ----------
+    source : Source
+        Case with values, and the curves that there are.
+    chosen : Writer
+        Of kind "bushing", "matrix" or "force_law".
+    progress : callable or None
+        As for `bushcli.simulate.predict.predict`.
+
+    Raises
+    ------
+    InputError
+        There is no stiffness matrix, nothing to simulate, or the specimen is no bushing.
+    """
+    if source.case.geometry.specimen != "bushing":
+        what = "is a coupon; a vehicle model needs a bushing"
+        raise InputError(Problem(source.where, what, "", "another geometry.shape"))
+    if chosen.kind == "matrix":
+        if source.stiffness_matrix is None:
+            what = "has no stiffness matrix"
+            remedy = "`bushcli direct CASE --stiffness-matrix -o OUT` first, then export OUT"
+            raise InputError(Problem(source.where, what, "", remedy))
+        return Bushing((), source.stiffness_matrix)
+    left = tuple(one for one in source.case.effects if one.effect.acts == "rig")
+    remarks = (f"without what the rig does: {', '.join(one.name for one in left)}",) if left else ()
+    if chosen.kind == "force_law":
+        case = replace(source.case, effects=tuple(one for one in source.case.effects if one not in left))
+        channels = _ranges(source)
+        if not channels:
+            raise _nothing(source)
+        return Bushing((), None, remarks, BushingLaw(reduce(case, channels, progress)))
+    curves = source.curves if source.curves and not left else _simulated(source, progress)
+    return Bushing(curves, source.stiffness_matrix, remarks)
+
+
+def _simulated(source: Source, progress: Progress | None) -> tuple[ForceCurve, ...]:
+    """Return the curves of the case without what the rig does."""
+    from bushcli.simulate.predict import predict
+
+    case = source.case
+    if not case.load_cases and not case.recordings:
+        if source.stiffness_matrix is not None:
+            return ()
+        raise _nothing(source)
+    case = replace(case, effects=tuple(one for one in case.effects if one.effect.acts != "rig"))
+    response = predict(case, progress=progress)
+    stopped = [channel for channel in response.channels if channel.stopped]
+    if stopped:
+        what = f"{stopped[0].name}: no equilibrium beyond {stopped[0].reach:.4g} ({stopped[0].stopped})"
+        raise InputError(Problem(source.where, what, "", "a smaller displacement"))
+    return tuple(
+        ForceCurve(c.name, c.mode, c.curve.displacement, c.curve.force, c.curve.time)
+        for c in response.channels
+    )
+
+
+def _nothing(source: Source) -> InputError:
+    what = "has neither [[load_cases]] nor [[recordings]], which say how far the bushing moves"
+    return InputError(Problem(source.where, what, "", '[[load_cases]] with mode = "axial" and amplitude'))
+
+
+def _ranges(source: Source) -> list[tuple[str, str, float, float]]:
+    """Return name, mode and range of the first channel of each mode."""
+    found: dict[str, tuple[str, str, float, float]] = {}
+    case: Case = source.case
+    for (name, mode), q in zip(case.channels, _paths(case), strict=True):
+        if modes()[mode].specimen == "bushing" and mode not in found:
+            plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
+            found[mode] = (plain, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0)))
+    return list(found.values())
+
+
+def _paths(case: Case) -> list[Array]:
+    """Return the displacements of all channels, in their order."""
+    prescribed = [
+        np.array(load.path, dtype=float) if load.source is None else read_program(load.source)[1]
+        for load in case.load_cases
+    ]
+    return [*prescribed, *(read_recording(source).displacement for source in case.recordings)]

@@ -1,0 +1,99 @@
+"""Numbers and parameters as material cards have them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from bushcli.export.rubber import ExportedRubber
+from bushcli.export.writer import Order
+
+# Density of a filled natural rubber, for programs that do not run without one.
+DENSITY = 1100.0
+
+
+def rubber(order: Order) -> ExportedRubber:
+    """Return the rubber of an order for a card."""
+    assert order.rubber is not None
+    return order.rubber
+
+
+def stresses(order: Order, factor: float = 1.0) -> Mapping[str, float]:
+    """Return the law's parameters in the order's units, the energy multiplied by a factor.
+
+    Parameters
+    ----------
+    order : Order
+        With a rubber.
+    factor : float
+        Dimensionless, such as the instantaneous stiffness over the long-term one.
+    """
+    from forms.law import law
+
+    one = rubber(order)
+    known = law(one.law)
+    return {
+        name: order.units.of_stress(value) if known.parameter(name).unit == "MPa" else value
+        for name, value in one.stiffened(factor).items()
+    }
+
+
+def ogden_terms(values: Mapping[str, float]) -> list[tuple[float, float]]:
+    """Return the pairs (mu_i, alpha_i) that an Ogden law has, in its order."""
+    return [(values[f"mu{i}"], values[f"alpha{i}"]) for i in (1, 2, 3) if f"mu{i}" in values]
+
+
+def incompressibility(order: Order, factor: float = 1.0) -> float:
+    """Return D = 2 / kappa in the order's units, of an energy 1/D (J - 1)^2; 0 where the rubber is incompressible.
+
+    Parameters
+    ----------
+    order : Order
+        With a rubber.
+    factor : float
+        On the bulk modulus, dimensionless.
+    """
+    return 2.0 / order.units.of_stress(factor * rubber(order).bulk_modulus)
+
+
+def instantaneous_shares(one: ExportedRubber) -> list[tuple[float, float]]:
+    """Return (share, tau in s) of each branch, the share of the stiffness in a sudden step that relaxes with tau."""
+    return [(g / one.instantaneous, tau) for g, tau in one.series]
+
+
+def joined(numbers: Sequence[float], per_line: int = 8) -> str:
+    """Return numbers with commas between, so many on a line.
+
+    Parameters
+    ----------
+    numbers : sequence of float
+        In the order and units of the card.
+    per_line : int
+        Most numbers on a line.
+    """
+    texts = [f"{number:.10g}" for number in numbers]
+    return "\n".join(", ".join(texts[i : i + per_line]) for i in range(0, len(texts), per_line))
+
+
+def field(number: float, width: int = 10) -> str:
+    """Return a number right-aligned in a field, with as many digits as fit behind one blank.
+
+    Parameters
+    ----------
+    number : float
+        Any finite number.
+    width : int
+        Characters.
+    """
+    if not math.isfinite(number):
+        raise ValueError(f"{number} cannot be written into a card")
+    best, error = "", math.inf
+    for digits in range(min(width, 12), 0, -1):
+        for text in (f"{number:.{digits}g}", f"{number:.{digits}e}", f"{number:.{digits}f}"):
+            mantissa, e, exponent = text.partition("e")
+            short = f"{mantissa}e{int(exponent)}" if e else text
+            # A decimal point tells Fortran that the number is real.
+            short = short if "." in short or "e" in short else f"{short}."
+            if len(short) < width and abs(float(short) - number) < error:
+                best, error = short, abs(float(short) - number)
+    return best.rjust(width)

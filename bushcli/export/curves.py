@@ -1,0 +1,186 @@
+"""Curves and stiffness matrices of a bushing, as vehicle models take them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import InputError, Problem
+from cases.mode import modes
+
+if TYPE_CHECKING:
+    from bushcli.export.law import BushingLaw
+
+Array = NDArray[np.float64]
+#: Order of rows and columns of a stiffness matrix.
+DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
+#: Mode -> directions of a bushing about z; of a plane of symmetry both.
+DIRECTIONS_OF = {
+    "radial": ("FX", "FY"),
+    "axial": ("FZ",),
+    "conical": ("TX", "TY"),
+    "torsional": ("TZ",),
+}
+
+
+@dataclass(frozen=True)
+class ForceCurve:
+    """Force against displacement of one channel.
+
+    Attributes
+    ----------
+    name, mode : str
+    displacement : (n,) array
+        mm or rad, in the order of the program.
+    force : (n,) array
+        N or N mm.
+    time : (n,) array, optional
+        s.
+    """
+
+    name: str
+    mode: str
+    displacement: Array
+    force: Array
+    time: Array | None = None
+
+    @property
+    def rotational(self) -> bool:
+        """Whether it is a moment against an angle."""
+        return modes()[self.mode].rotational
+
+    def single_valued(self) -> tuple[Array, Array]:
+        """Return displacement, increasing, and force: loading and unloading averaged, both sides where one is there.
+
+        Vehicle models take one force for each displacement. A curve of a program that loads and unloads is averaged
+        over its branches; one that has one side only is mirrored, for a bushing that is as stiff to the other side.
+        """
+        q, force = self.displacement, self.force
+        low, high = float(q.min()), float(q.max())
+        grid = np.unique(np.append(np.linspace(low, high, 41), 0.0))
+        branches = [np.interp(grid, *part, left=np.nan, right=np.nan) for part in _monotone(q, force)]
+        with np.errstate(all="ignore"):
+            known = np.sum(np.isfinite(branches), axis=0)
+            mean = np.nansum(branches, axis=0) / np.maximum(known, 1)
+        grid, mean = grid[known > 0], mean[known > 0]
+        if low >= -1e-9 * high or high <= 1e-9 * -low:
+            both = np.concatenate([-grid[::-1], grid]) if high > -low else np.concatenate([grid, -grid[::-1]])
+            forces = (
+                np.concatenate([-mean[::-1], mean]) if high > -low else np.concatenate([mean, -mean[::-1]])
+            )
+            grid, first = np.unique(both, return_index=True)
+            mean = forces[first]
+        return grid, mean
+
+
+def _monotone(q: Array, force: Array) -> list[tuple[Array, Array]]:
+    """Return the parts of a curve on which the displacement rises, or falls (then turned round)."""
+    step = np.sign(np.diff(q))
+    parts, begin = [], 0
+    for end in range(1, len(q)):
+        if end == len(q) - 1 or step[end] * step[end - 1] < 0:
+            part = slice(begin, end + 1)
+            x, y = (q[part], force[part]) if q[end] >= q[begin] else (q[part][::-1], force[part][::-1])
+            kept, first = np.unique(x, return_index=True)
+            if len(kept) > 1:
+                parts.append((kept, y[first]))
+            begin = end
+    return parts
+
+
+@dataclass(frozen=True)
+class Bushing:
+    """What a vehicle model is made of.
+
+    Attributes
+    ----------
+    curves : tuple of ForceCurve
+    stiffness_matrix : (6, 6) array, optional
+        N, mm, rad; forces fx fy fz mx my mz on the inner sleeve against ux uy uz rx ry rz.
+    remarks : tuple of str
+        Sentences for the file.
+    law : BushingLaw, optional
+        Force law with memory.
+    """
+
+    curves: tuple[ForceCurve, ...]
+    stiffness_matrix: Array | None = None
+    remarks: tuple[str, ...] = ()
+    law: BushingLaw | None = None
+
+    def by_mode(self) -> dict[str, ForceCurve]:
+        """Return the first curve of each mode."""
+        found: dict[str, ForceCurve] = {}
+        for curve in self.curves:
+            found.setdefault(curve.mode, curve)
+        return found
+
+    def curve_of(self, direction: str, of: str) -> tuple[Array, Array]:
+        """Return the curve of a direction FX to TZ: a simulated one, else a line of the stiffness matrix.
+
+        Parameters
+        ----------
+        direction : str
+            "FX", "FY", "FZ", "TX", "TY" or "TZ"; the bushing's axis is z.
+        of : str
+            Name of the writer, for the message.
+
+        Raises
+        ------
+        InputError
+            There is neither.
+        """
+        curves = self.by_mode()
+        mode = next(mode for mode, directions in DIRECTIONS_OF.items() if direction in directions)
+        if mode in curves:
+            return curves[mode].single_valued()
+        if self.stiffness_matrix is not None:
+            i = ("FX", "FY", "FZ", "TX", "TY", "TZ").index(direction)
+            end = math.radians(10.0) if direction.startswith("T") else 5.0
+            q = np.array([-end, 0.0, end])
+            return q, float(self.stiffness_matrix[i, i]) * q
+        what = f"{direction} needs a curve in mode {mode}, which there is none of"
+        matrix = "`bushcli direct CASE --stiffness-matrix -o OUT`, then export OUT"
+        remedy = f'[[load_cases]] with mode = "{mode}"; or {matrix}'
+        raise InputError(Problem(f"--to {of}", what, "", remedy))
+
+
+def curves_of(result: dict[str, Any]) -> tuple[ForceCurve, ...]:
+    """Return the curves in the JSON of `direct`; those of a path of several directions are left out."""
+    found = []
+    for entry in result.get("load_cases", []):
+        mode = entry.get("mode")
+        force = entry.get("force")
+        if mode not in modes() or modes()[mode].specimen != "bushing" or not isinstance(force, list):
+            continue
+        if any(value is None for value in force):
+            continue
+        q = np.array(entry["displacement"], dtype=float)
+        q = np.radians(q) if modes()[mode].rotational else q
+        time = entry.get("time")
+        found.append(
+            ForceCurve(
+                str(entry.get("name", mode)),
+                mode,
+                q,
+                np.array(force, dtype=float),
+                None if time is None else np.array(time, dtype=float),
+            )
+        )
+    return tuple(found)
+
+
+def matrix_of(result: dict[str, Any]) -> Array | None:
+    """Return the stiffness matrix in the JSON of `direct` at rest, else that of the last state; None without one."""
+    for key in ("stiffness_matrix_start", "stiffness_matrix"):
+        for entry in (*result.get("load_cases", []), result):
+            matrix = entry.get(key)
+            if matrix is not None:
+                found = np.array(matrix, dtype=float)
+                if found.shape == (6, 6) and np.isfinite(found).all():
+                    return found
+    return None

@@ -1,0 +1,68 @@
+"""The file of an export: one file, replaced only if bushcli wrote it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from bushcli.errors import InputError, Problem
+
+# A file of ours says so near its beginning; an FMU in its entry of the same name.
+_MARK = b"bushcli"
+_LOOKED_AT = 4096
+
+
+def check_file(path: Path) -> None:
+    """Refuse a place where no file can be written, before anything is computed.
+
+    Raises
+    ------
+    InputError
+        It is a folder or a link, lies in no folder, or is a file that bushcli has not written.
+    """
+    if path.is_symlink():
+        raise InputError(
+            Problem(str(path), "is a symbolic link, which is not followed", "", "another -o FILE")
+        )
+    if path.is_dir():
+        raise InputError(Problem(str(path), "is a folder", "", "-o FILE, the name of the file to write"))
+    if not path.parent.is_dir():
+        raise InputError(Problem(str(path), "lies in a folder that does not exist", "", "another -o FILE"))
+    if path.exists() and not _is_own(path):
+        what = "is there already, and not from an earlier export"
+        raise InputError(Problem(str(path), what, "", "another -o FILE, or delete it"))
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """Write a file; a failure half way leaves what was there.
+
+    Parameters
+    ----------
+    path : Path
+        In a folder that exists.
+    content : bytes
+        All of it.
+
+    Raises
+    ------
+    InputError
+        As `check_file`, or the operating system refuses.
+    """
+    check_file(path)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_bytes(content)
+        part.replace(path)
+    except OSError as error:
+        what = f"cannot be written: {error.strerror or error}"
+        raise InputError(Problem(str(path), what, "", "free some space, or another -o FILE")) from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _is_own(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            return _MARK in file.read(_LOOKED_AT)
+    except OSError:
+        return False

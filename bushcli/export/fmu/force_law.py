@@ -1,0 +1,111 @@
+"""A bushing's force law with memory in one dimension per channel; plain Python, which an FMU carries along.
+
+The force is F = S(q) + sum_i F_i + sum_j f_j: the curve after a long rest S, Maxwell branches F_i' = g_i H(q)' - F_i
+/ tau_i and sliders f_j, springs on H(q) that give way at a limit. H is the curve of a branch that neither relaxes
+nor slips. S and H are cubic between points with given slopes, straight beyond. Nothing but the standard library is
+needed.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+
+#: A step is divided so that no part moves further than this share of the curve's range.
+PART = 0.02
+MOST_PARTS = 1000
+
+
+class Cubic:
+    """A curve through points with given slopes (Hermite), straight beyond its ends.
+
+    Parameters
+    ----------
+    x, y, slope : list of float
+        x increasing.
+    """
+
+    def __init__(self, x: list[float], y: list[float], slope: list[float]) -> None:
+        self.x, self.y, self.slope = x, y, slope
+
+    def __call__(self, x: float) -> float:
+        """Return the value at x."""
+        if x <= self.x[0]:
+            return self.y[0] + self.slope[0] * (x - self.x[0])
+        if x >= self.x[-1]:
+            return self.y[-1] + self.slope[-1] * (x - self.x[-1])
+        i = bisect_right(self.x, x) - 1
+        h = self.x[i + 1] - self.x[i]
+        t = (x - self.x[i]) / h
+        rise = self.y[i + 1] - self.y[i]
+        a, b = h * self.slope[i] - rise, h * self.slope[i + 1] - rise
+        return self.y[i] + t * rise + t * (1.0 - t) * (a * (1.0 - t) - b * t)
+
+
+class Channel:
+    """One channel's force law and its state.
+
+    Parameters
+    ----------
+    data : dict
+        ``displacement``, ``force``, ``force_slope``: the curve S; ``elastic``, ``elastic_slope``: H at the same
+        points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit).
+    """
+
+    def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
+        q = data["displacement"]
+        self.static = Cubic(q, data["force"], data["force_slope"])
+        self.elastic = Cubic(q, data["elastic"], data["elastic_slope"])
+        self.maxwell = [(float(g), float(tau)) for g, tau in data["maxwell"]]
+        self.sliders = [(float(k), float(limit)) for k, limit in data["sliders"]]
+        self.range = q[-1] - q[0]
+        self.q = 0.0
+        self.state = [0.0] * (len(self.maxwell) + len(self.sliders))
+
+    @property
+    def force(self) -> float:
+        """The force now."""
+        return self.static(self.q) + sum(self.state)
+
+    def advance(self, q: float, duration: float) -> float:
+        """Move to a displacement at constant speed, and return the force there.
+
+        Parameters
+        ----------
+        q : float
+            Displacement at the end, mm or rad, or as the data are.
+        duration : float
+            Time it takes, s; 0 for a sudden step.
+        """
+        parts = min(MOST_PARTS, max(1, math.ceil(abs(q - self.q) / (PART * self.range))))
+        begin, h = self.q, self.elastic(self.q)
+        for part in range(1, parts + 1):
+            end = self.elastic(begin + (q - begin) * part / parts)
+            self._follow(end - h, duration / parts)
+            h = end
+        self.q = q
+        return self.force
+
+    def _follow(self, rise: float, duration: float) -> None:
+        """Let the branches follow a rise of H: exactly, for one that is linear in time."""
+        n = len(self.maxwell)
+        for i, (g, tau) in enumerate(self.maxwell):
+            y = duration / tau
+            # (1 - exp(-y)) / y without loss of digits.
+            mean = -math.expm1(-y) / y if y > 0.0 else 1.0
+            self.state[i] = self.state[i] * math.exp(-y) + g * rise * mean
+        for j, (k, limit) in enumerate(self.sliders):
+            self.state[n + j] = max(-limit, min(limit, self.state[n + j] + k * rise))
+
+
+class ForceLaw:
+    """The channels of a bushing, which know nothing of each other.
+
+    Parameters
+    ----------
+    data : dict
+        ``channels``: name -> data of a `Channel`.
+    """
+
+    def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
+        self.channels = {name: Channel(one) for name, one in data["channels"].items()}

@@ -1,0 +1,79 @@
+"""The FMU of FMI 2.0: co-simulation by PythonFMU."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element, SubElement
+
+from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
+
+from bushcli.export.fmu.slave import Variables, reader, setter
+
+
+class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not known
+    """A bushing's force law."""
+
+    def __init__(self, **options):  # type: ignore[no-untyped-def]  # of PythonFMU
+        super().__init__(**options)
+        self.load()
+        self.modelName = self.data["name"]
+        self.description = self.data["description"]
+        self.unit_of = {}
+        for name, unit, text in self.inputs():
+            self.unit_of[name] = unit
+            self.register_variable(Real(name, causality=Fmi2Causality.input, description=text, start=0.0))
+        for name, unit, text, channel in self.outputs():
+            self.unit_of[name] = unit
+            get = (lambda one: lambda: one.force)(channel)
+            self.register_variable(
+                Real(
+                    name,
+                    causality=Fmi2Causality.output,
+                    description=text,
+                    getter=get,
+                    initial=Fmi2Initial.calculated,
+                )
+            )
+        for name, channel, place in self.states():
+            self.register_variable(
+                Real(
+                    name,
+                    causality=Fmi2Causality.local,
+                    variability=Fmi2Variability.continuous,
+                    getter=reader(channel, place),
+                    setter=setter(channel, place),
+                )
+            )
+
+    def to_xml(self, model_options=None):  # type: ignore[no-untyped-def]
+        """Return the model's description with units and the outputs to initialise, which PythonFMU leaves out."""
+        root = super().to_xml(model_options or {})
+        definitions = Element("UnitDefinitions")
+        for unit, base in self.data["base_units"].items():
+            SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", base)
+        root.insert(1, definitions)
+        for variable in root.find("ModelVariables"):
+            unit = self.unit_of.get(variable.get("name"))
+            if unit is not None:
+                variable.find("Real").set("unit", unit)
+        structure = root.find("ModelStructure")
+        initial = SubElement(structure, "InitialUnknowns")
+        for output in structure.findall("Outputs/Unknown"):
+            SubElement(initial, "Unknown", index=output.get("index"))
+        return root
+
+    def exit_initialization_mode(self):  # type: ignore[no-untyped-def]
+        """Begin at rest."""
+        self.begin()
+
+    def do_step(self, current_time, step_size):  # type: ignore[no-untyped-def]
+        """Take a step.
+
+        Parameters
+        ----------
+        current_time : float
+            Its beginning, s.
+        step_size : float
+            s.
+        """
+        self.advance(step_size)
+        return True

@@ -1,0 +1,108 @@
+"""The force laws of a bushing's channels in the units of an order, as an FMU takes them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bushcli.export.reduce import Reduced
+from bushcli.export.units import UnitSystem
+from cases.mode import modes
+
+
+@dataclass(frozen=True)
+class BushingLaw:
+    """The force laws of a bushing, one per channel, in N, mm, rad, s."""
+
+    channels: tuple[Reduced, ...]
+
+    def summary(self) -> dict[str, Any]:
+        """Return what a result says: branches, sliders, and the errors over the range of the force."""
+        return {
+            "channels": [
+                {
+                    "name": one.name,
+                    "mode": one.mode,
+                    "maxwell": [{"g": g, "tau": tau} for g, tau in one.data["maxwell"]],
+                    "sliders": len(one.data["sliders"]),
+                    "displacement_from": _shown(one, one.data["displacement"][0]),
+                    "displacement_to": _shown(one, one.data["displacement"][-1]),
+                    "rms_percent": one.rms_percent,
+                    "peak_percent": one.peak_percent,
+                }
+                for one in self.channels
+            ]
+        }
+
+    def data(self, name: str, title: str, units: UnitSystem) -> dict[str, Any]:
+        """Return the data of an FMU.
+
+        Parameters
+        ----------
+        name : str
+            Identifier of the model.
+        title : str
+            Title of the case.
+        units : UnitSystem
+            Units of the FMU's variables; angles in rad.
+        """
+        errors = "; ".join(f"{one.name} {one.rms_percent:.2g} % rms" for one in self.channels)
+        return {
+            "name": name,
+            "description": f"{title}: force law with memory, written by bushcli; "
+            f"error against finite elements: {errors}",
+            "units": {
+                "length": units.length_name,
+                "angle": "rad",
+                "length_rate": f"{units.length_name}/s",
+                "angle_rate": "rad/s",
+                "force": units.force_name,
+                "moment": f"{units.force_name}.{units.length_name}",
+            },
+            "base_units": _base_units(units),
+            "channels": {one.name: _channel(one, units) for one in self.channels},
+        }
+
+
+def _shown(one: Reduced, q: float) -> float:
+    return math.degrees(q) if modes()[one.mode].rotational else q
+
+
+def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
+    """Return a channel's data in the units of the FMU, whose time is always in s."""
+    turned = modes()[one.mode].rotational
+    length = 1.0 if turned else units.of_length(1.0)
+    force = units.of_moment(1.0) if turned else units.of_force(1.0)
+    data = one.data
+
+    def times(key: str, factor: float) -> list[float]:
+        return [float(value) for value in factor * np.array(data[key])]
+
+    return {
+        "rotational": turned,
+        "displacement": times("displacement", length),
+        "force": times("force", force),
+        "force_slope": times("force_slope", force / length),
+        "elastic": times("elastic", force),
+        "elastic_slope": times("elastic_slope", force / length),
+        "maxwell": data["maxwell"],
+        # A slider's stiffness is on the elastic force, without a unit; its limit is a force.
+        "sliders": [[k, force * limit] for k, limit in data["sliders"]],
+    }
+
+
+def _base_units(units: UnitSystem) -> dict[str, dict[str, str]]:
+    """Return unit -> its exponents of SI's base units and its factor, as FMI wants them."""
+    length, force = f"{units.length:.12g}", f"{units.force:.12g}"
+    moment = f"{units.force * units.length:.12g}"
+    return {
+        units.length_name: {"m": "1", "factor": length},
+        "rad": {"rad": "1"},
+        f"{units.length_name}/s": {"m": "1", "s": "-1", "factor": length},
+        "rad/s": {"rad": "1", "s": "-1"},
+        units.force_name: {"kg": "1", "m": "1", "s": "-2", "factor": force},
+        f"{units.force_name}.{units.length_name}": {"kg": "1", "m": "2", "s": "-2", "factor": moment},
+    }

@@ -1,0 +1,265 @@
+"""The force law with memory of each channel, identified from simulations of the bushing.
+
+Three simulations give what `fmu.force_law` needs: the curve after a long rest S; the curve with branches that
+neither relax nor slip, whose excess over S is H; a first loading with friction, whose excess over S is met by
+sliders on H that give way one after the other. The times tau_i are the rubber's. A fourth simulation follows a
+program of ramps, reversals and holds, which took part in nothing, and says how far the force law is from the
+bushing.
+
+References
+----------
+Iwan (1967), On a class of models for the yielding behavior of continuous and composite systems, J. Appl. Mech.
+34:612-617, doi:10.1115/1.3607751: springs and sliders in parallel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import Case
+from bushcli.effects.active import ActiveEffect, acting
+from bushcli.errors import InputError, Problem
+from bushcli.export.fmu.force_law import Channel
+from cases.march import NotConverged
+from cases.mode import modes
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, int, int, int, float], None]
+
+#: Points of the curves on each side of rest.
+POINTS = 20
+#: Sliders that share the friction.
+SLIDERS = 10
+# A relaxation time that nothing relaxes in during a simulation of seconds.
+_NEVER = 1e6
+# Effects of the rubber that depend on more than the law's state variables.
+_REFUSED = ("mullins", "permanent_set", "warming")
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """The force law of one channel.
+
+    Attributes
+    ----------
+    name, mode : str
+    data : mapping
+        What `Channel` takes; N, mm, rad, s.
+    program : (n, 2) array
+        Time (s) and displacement (mm or rad) of the check.
+    simulated, predicted : (n,) array
+        Force of the bushing by finite elements and of the force law along the program.
+    """
+
+    name: str
+    mode: str
+    data: Mapping[str, Any]
+    program: Array
+    simulated: Array
+    predicted: Array
+
+    @property
+    def rms_percent(self) -> float:
+        """Root mean square error over the range of the force, percent."""
+        difference = self.predicted - self.simulated
+        return float(100.0 * np.sqrt(np.mean(difference**2)) / np.ptp(self.simulated))
+
+    @property
+    def peak_percent(self) -> float:
+        """Largest error over the range of the force, percent."""
+        return float(100.0 * np.max(np.abs(self.predicted - self.simulated)) / np.ptp(self.simulated))
+
+
+def reduce(
+    case: Case,
+    channels: Sequence[tuple[str, str, float, float]],
+    progress: Progress | None = None,
+) -> tuple[Reduced, ...]:
+    """Return the force law of each channel.
+
+    Parameters
+    ----------
+    case : Case
+        With a material that has parameters, and effects that have values; those of the rig are left out.
+    channels : sequence of (str, str, float, float)
+        Name, mode, least and largest displacement, mm or rad.
+    progress : callable or None
+        As for `bushcli.simulate.predict.predict`.
+
+    Raises
+    ------
+    InputError
+        An effect has no place in a force law of this kind, or the bushing cannot be simulated that far.
+    """
+    for one in case.effects:
+        if one.effect.name in _REFUSED:
+            what = (
+                f"a force law of Maxwell branches and sliders has no place for the effect {one.effect.name}"
+            )
+            remedy = f"--without {one.effect.name} for the force law without it"
+            raise InputError(Problem("--to fmu", what, "", remedy))
+    found = []
+    for name, mode, low, high in channels:
+        try:
+            found.append(_Bushing(case, name, mode, progress).reduced(low, high))
+        except NotConverged as failure:
+            what = f"{name}: no equilibrium on the way to {max(abs(low), abs(high)):.4g} ({failure.reason})"
+            raise InputError(
+                Problem(case.path.name, what, "", "a smaller amplitude in [[load_cases]]")
+            ) from None
+    return tuple(found)
+
+
+class _Bushing:
+    """One channel of a case, simulated with some of its effects."""
+
+    def __init__(self, case: Case, name: str, mode: str, progress: Progress | None) -> None:
+        self.case, self.name, self.mode, self.progress = case, name, mode, progress
+        active = [one for one in acting(case.effects, name, mode) if one.effect.acts != "rig"]
+        active = [
+            one for one in active if any(one.values.get(p.name) != p.off for p in one.effect.amplitudes)
+        ]
+        remembering = ("viscoelasticity", "friction")
+        self.effects = {one.effect.name: one for one in active if one.effect.name in remembering}
+        self.others = [one for one in active if one.effect.name not in remembering]
+
+    def force(self, q: Array, time: Array | None, memory: Sequence[ActiveEffect] = ()) -> Array:
+        """Return the force along a path."""
+        from bushcli.simulate.predict import rubber_of
+        from bushcli.simulate.simulation import Simulation
+
+        def report(step: int, steps: int, newton: int, at: float) -> None:
+            if self.progress is not None:
+                self.progress(self.name, step, steps, newton, at)
+
+        simulation = Simulation(
+            self.case.geometry,
+            modes()[self.mode],
+            rubber_of(self.case.material),
+            self.case.mesh.refinement,
+            [*self.others, *memory],
+            time,
+            q,
+            None,
+        )
+        return simulation.solve({}, progress=report).force
+
+    def reduced(self, low: float, high: float) -> Reduced:
+        """Return the force law between two displacements."""
+        grid = _grid(low, high)
+        static = self._there_and_back(grid)
+        data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}
+        series = _series(self.effects.get("viscoelasticity"))
+        friction = self.effects.get("friction")
+        elastic = np.zeros_like(static)
+        if series or friction is not None:
+            elastic = self._there_and_back(grid, [self._unrelaxed()]) - static
+        data["maxwell"] = [[g, tau] for g, tau in series]
+        if friction is not None:
+            data["sliders"] = self._sliders(friction, grid, static, elastic)
+        for key, values in (("force", static), ("elastic", elastic)):
+            data[key], data[f"{key}_slope"] = values, _slopes(grid, values)
+        data = {
+            key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in data.items()
+        }
+        program = _program(low, high, [tau for _, tau in series])
+        simulated = self.force(program[:, 1], program[:, 0], list(self.effects.values()))
+        return Reduced(self.name, self.mode, data, program, simulated, follow(data, program))
+
+    def _unrelaxed(self) -> ActiveEffect:
+        """Return one branch as stiff as the law's initial shear modulus that does not relax."""
+        from bushcli.effects.effect import effect
+
+        return ActiveEffect(effect("viscoelasticity"), {"g1": 1.0, "tau1": _NEVER})
+
+    def _there_and_back(self, grid: Array, memory: Sequence[ActiveEffect] = ()) -> Array:
+        """Return the force at the points of a grid, each side loaded from rest."""
+        force = np.zeros_like(grid)
+        for side in (grid >= 0.0, grid <= 0.0):
+            q = grid[side] if grid[side][-1] > 0.0 else grid[side][::-1]
+            if len(q) < 2:
+                continue
+            found = self.force(q, _second(len(q)), memory)
+            force[side] = found if grid[side][-1] > 0.0 else found[::-1]
+        return force
+
+    def _sliders(
+        self, friction: ActiveEffect, grid: Array, static: Array, elastic: Array
+    ) -> list[list[float]]:
+        """Return the sliders that meet the excess force of a first loading to the farther side."""
+        from scipy.interpolate import CubicSpline
+        from scipy.optimize import nnls
+
+        sign = 1.0 if grid[-1] >= -grid[0] else -1.0
+        end = max(grid[-1], -grid[0])
+        # Fine where the friction sets in, coarse where all of it slips.
+        q = sign * end * np.linspace(0.0, 1.0, 2 * POINTS + 1) ** 2
+        h = np.abs(CubicSpline(grid, elastic)(q))
+        excess = np.abs(self.force(q, _second(len(q)), [friction]) - CubicSpline(grid, static)(q))
+        limits = np.append(np.geomspace(h[-1] * 1e-3, h[-1], SLIDERS), 10.0 * h[-1])
+        reach = np.minimum(h[:, None], limits[None, :])
+        stiffness, _ = nnls(reach, excess)
+        return [[float(k), float(k * limit)] for k, limit in zip(stiffness, limits, strict=True) if k > 0.0]
+
+
+def follow(data: Mapping[str, Any], program: Array) -> Array:
+    """Return the force of a force law along a program.
+
+    Parameters
+    ----------
+    data : mapping
+        What `Channel` takes.
+    program : (n, 2) array
+        Time and displacement, the first at rest.
+    """
+    channel = Channel(dict(data))
+    durations = np.diff(program[:, 0], prepend=program[0, 0])
+    return np.array(
+        [channel.advance(float(q), float(dt)) for q, dt in zip(program[:, 1], durations, strict=True)]
+    )
+
+
+def _grid(low: float, high: float) -> Array:
+    """Return points from low to high through 0, both ends within the range of a recording that may lack a side."""
+    end = max(high, -low)
+    low, high = min(low, -0.25 * end), max(high, 0.25 * end)
+    below, above = (max(2, math.ceil(POINTS * side / end)) for side in (-low, high))
+    return np.concatenate([np.linspace(low, 0.0, below + 1)[:-1], np.linspace(0.0, high, above + 1)])
+
+
+def _second(count: int) -> Array:
+    """Return so many times in a second."""
+    return np.linspace(0.0, 1.0, count).astype(np.float64)
+
+
+def _series(viscous: ActiveEffect | None) -> list[tuple[float, float]]:
+    values = viscous.values if viscous is not None else {}
+    pairs = [(values.get(f"g{i}", 0.0), values.get(f"tau{i}", 1.0)) for i in (1, 2, 3)]
+    return [(float(g), float(tau)) for g, tau in pairs if g > 0.0]
+
+
+def _slopes(x: Array, y: Array) -> Array:
+    """Return the slopes of the cubic spline through points."""
+    from scipy.interpolate import CubicSpline
+
+    return np.asarray(CubicSpline(x, y)(x, 1))
+
+
+def _program(low: float, high: float, times: Sequence[float]) -> Array:
+    """Return time and displacement of a check: ramp, hold, reversals of two amplitudes, slow and ten times as fast."""
+    unit = float(np.exp(np.mean(np.log(times)))) if times else 1.0
+    small = 0.3 * high + 0.7 * low, 0.7 * high + 0.3 * low
+    corners = [(0.0, 0.0), (0.5, high), (1.5, high), (2.5, low), (3.5, high)]
+    corners += [(3.6, small[0]), (3.7, small[1]), (3.8, small[0]), (5.0, small[0]), (5.1, 0.0), (6.0, 0.0)]
+    rows = [(0.0, 0.0)]
+    for (t0, q0), (t1, q1) in pairwise(corners):
+        rows += [(t0 + (t1 - t0) * i / 10, q0 + (q1 - q0) * i / 10) for i in range(1, 11)]
+    found = np.array(rows)
+    return found * np.array([unit, 1.0])

@@ -1,0 +1,171 @@
+"""A case, or the folder of a result -> what can be exported of it.
+
+A case gives its material and effects. The folder of `direct` gives its curves and matrices too, that of `fit` or
+`inverse` the identified law and effects, that of `diagnose` the most probable model.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from bushcli.case import Case, load_case
+from bushcli.case.again import case_again
+from bushcli.effects.active import require_values
+from bushcli.effects.effect import effect_name, rig_of
+from bushcli.errors import InputError, Problem, nearest
+from bushcli.export.curves import Array, ForceCurve, curves_of, matrix_of
+from bushcli.runtime.bounded import TooLarge, read_bounded
+
+RESULT = "result.json"
+# A result of many long recordings has some ten MB.
+_LARGEST = 500_000_000
+_COMMANDS = ("direct", "fit", "inverse", "diagnose", "check")
+
+
+@dataclass(frozen=True)
+class Source:
+    """What an export is made of.
+
+    Attributes
+    ----------
+    case : Case
+        With the material and the effects that were identified, if there are such.
+    where : str
+        Case file or folder.
+    curves : tuple of ForceCurve
+        Simulated curves that are there already.
+    stiffness_matrix : (6, 6) array, optional
+        N, mm, rad.
+    """
+
+    case: Case
+    where: str
+    curves: tuple[ForceCurve, ...] = ()
+    stiffness_matrix: Array | None = None
+
+    def without(self, names: Sequence[str]) -> Source:
+        """Return the same without some of its effects.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of effects of the case.
+
+        Raises
+        ------
+        InputError
+            The case has no such effect.
+        """
+        there = [one.effect.name for one in self.case.effects]
+        for name in names:
+            if name not in there:
+                known = ", ".join(there) or "it has none"
+                what = f'"{name}" is no effect of this case'
+                raise InputError(Problem("--without", what, nearest(name, there), known))
+        kept = tuple(one for one in self.case.effects if one.effect.name not in names)
+        # Curves that were simulated with the effect do not hold without it.
+        curves = self.curves if not names else ()
+        return replace(self, case=replace(self.case, effects=kept), curves=curves)
+
+
+def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
+    """Read a case file, or a folder of results.
+
+    Parameters
+    ----------
+    path : Path
+        Case file, or the folder that a command wrote with -o, or its result.json.
+    overrides : sequence of str
+        ``KEY=VALUE`` for a case file.
+
+    Raises
+    ------
+    InputError
+        It is neither, or an effect has a parameter without a value.
+    """
+    file = path / RESULT if path.is_dir() else path
+    if file.name != RESULT:
+        case = load_case(path, overrides)
+        source = Source(case, str(path))
+    elif overrides:
+        what = "changes a case file, and this is a result"
+        raise InputError(
+            Problem(f"--set {overrides[0]}", what, "", "export the case file, or run again with --set")
+        )
+    else:
+        result = _read(file, path)
+        try:
+            source = _from_result(result, str(path), file.parent)
+        except (KeyError, TypeError, AttributeError):
+            raise InputError(
+                Problem(str(file), "is no whole result of bushcli", "", "run the command again")
+            ) from None
+    require_values(source.case.effects, source.where)
+    return source
+
+
+def _read(file: Path, given: Path) -> dict[str, Any]:
+    try:
+        result = json.loads(read_bounded(file, _LARGEST))
+    except FileNotFoundError:
+        what = "is a folder without result.json"
+        raise InputError(Problem(str(given), what, "", "a case file, or a folder written with -o")) from None
+    except (OSError, ValueError, RecursionError, TooLarge) as error:
+        reason = getattr(error, "strerror", None) or "it is no JSON of bushcli"
+        raise InputError(Problem(str(file), f"cannot be read: {reason}")) from None
+    if not isinstance(result, dict) or result.get("command") not in _COMMANDS or "case" not in result:
+        known = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
+        raise InputError(Problem(str(file), "is no result that can be exported", "", f"one of {known}"))
+    return result
+
+
+def _from_result(result: dict[str, Any], where: str, folder: Path) -> Source:
+    shown = dict(result["case"])
+    command = result["command"]
+    if command == "direct":
+        shown["material"] = _material(shown, result.get("material", {}))
+    elif command == "diagnose":
+        shown["material"] = _material(shown, result.get("material", {}))
+        shown["effects"] = [
+            {
+                "name": one["name"],
+                "parameters": {name: value["value"] for name, value in one["parameters"].items()},
+                "channels": one.get("channels"),
+            }
+            for one in result.get("effects", [])
+        ]
+    elif command in ("fit", "inverse"):
+        _put_identified(shown, result)
+    case = case_again(shown, folder)
+    return Source(case, where, curves_of(result), matrix_of(result))
+
+
+def _material(shown: dict[str, Any], found: dict[str, Any]) -> dict[str, Any]:
+    kept = {key: value for key, value in shown["material"].items() if key != "terms"}
+    return kept | {key: found[key] for key in ("law", "bulk_modulus", "parameters") if key in found}
+
+
+def _put_identified(shown: dict[str, Any], result: dict[str, Any]) -> None:
+    """Put the parameters of an identified law and of the effects identified with it in place of the case's."""
+    values = {name: of["value"] for name, of in result.get("parameters", {}).items()}
+    law = {name: value for name, value in values.items() if "." not in name and name != "compliance"}
+    given = shown["material"].get("parameters") or {}
+    # Parameters that were held with --fix keep the value that the case gives.
+    if result["law"] == shown["material"]["law"]:
+        law = {**given, **law}
+    found = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
+    shown["material"] = _material(shown, found)
+    effects = [dict(one, parameters=dict(one.get("parameters") or {})) for one in shown.get("effects", [])]
+    for full, value in values.items():
+        owner, _, parameter = full.rpartition(".")
+        for one in effects:
+            # "offset@radial" belongs to the rig of a channel; without one a name is the first of its kind.
+            rig, channels = rig_of(owner), one.get("channels")
+            if owner and one["name"] == effect_name(owner) and (not rig or (channels and channels[0] == rig)):
+                one["parameters"][parameter] = value
+                break
+    shown["effects"] = effects

@@ -1,0 +1,88 @@
+"""Property files in the TeimOrbit format, which Adams, Altair MotionSolve and Simpack share: blocks, units, curves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from bushcli.errors import InputError, Problem
+from bushcli.export.curves import Bushing
+from bushcli.export.units import UnitSystem
+from bushcli.export.writer import Order
+
+DIRECTIONS = ("FX", "FY", "FZ", "TX", "TY", "TZ")
+_LENGTHS = {"mm": "mm", "m": "meter", "in": "inch"}
+_FORCES = {"N": "newton", "kN": "knewton", "lbf": "pound_force"}
+_TIMES = {"s": "second", "ms": "millisecond"}
+
+
+def block(name: str, lines: Sequence[str]) -> list[str]:
+    """Return a block under its rule.
+
+    Parameters
+    ----------
+    name : str
+        In brackets in the file.
+    lines : sequence of str
+        Its content.
+    """
+    return [f"${name:->79s}", f"[{name}]", *lines]
+
+
+def units_block(units: UnitSystem, angle: str) -> list[str]:
+    """Return the block [UNITS].
+
+    Parameters
+    ----------
+    units : UnitSystem
+        Of lengths, forces and times; the mass, which no value here contains, is kg.
+    angle : str
+        What the program calls a degree.
+    """
+    values = {
+        "LENGTH": _LENGTHS[units.length_name],
+        "ANGLE": angle,
+        "FORCE": _FORCES[units.force_name],
+        "MASS": "kg",
+        "TIME": _TIMES[units.time_name],
+    }
+    return block("UNITS", [f"{name:13s} = '{value}'" for name, value in values.items()])
+
+
+def curve(order: Order, direction: str, of: str) -> list[str]:
+    """Return rows of displacement (length or degrees) and force of a direction.
+
+    Parameters
+    ----------
+    order : Order
+        With a bushing.
+    direction : str
+        "FX" to "TZ"; the bushing's axis is z.
+    of : str
+        Name of the writer, for messages.
+
+    Raises
+    ------
+    InputError
+        There is no curve and no stiffness matrix for the direction, or the curve is not of a spring.
+    """
+    assert order.bushing is not None
+    q, force = order.bushing.curve_of(direction, of)
+    if len(q) < 2:
+        raise InputError(Problem(f"--to {of}", f"the curve of {direction} has fewer than two points"))
+    turned = direction.startswith("T")
+    x = [math.degrees(value) if turned else order.units.of_length(value) for value in q]
+    y = [order.units.of_moment(value) if turned else order.units.of_force(value) for value in force]
+    return [f"{a:16.9g} {b:16.9g}" for a, b in zip(x, y, strict=True)]
+
+
+def sources(bushing: Bushing) -> Mapping[str, str]:
+    """Return direction -> where its curve is from, for the comments."""
+    from bushcli.export.curves import DIRECTIONS_OF
+
+    curves = bushing.by_mode()
+    return {
+        direction: f"simulated, {curves[mode].name}" if mode in curves else "a line of the stiffness matrix"
+        for mode, directions in DIRECTIONS_OF.items()
+        for direction in directions
+    }

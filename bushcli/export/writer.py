@@ -1,0 +1,216 @@
+"""What a writer of another program's file is, and which there are.
+
+One writer per file in ``bushcli/export/writers``, offered there as ``WRITER``; nothing is registered.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Literal
+
+from bushcli import __version__
+from bushcli.errors import InputError, Problem, nearest
+from bushcli.export.rubber import ExportedRubber
+from bushcli.export.units import UnitSystem
+
+if TYPE_CHECKING:
+    from bushcli.export.curves import Bushing
+
+Kind = Literal["card", "bushing", "matrix", "force_law"]
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be written.
+
+    Attributes
+    ----------
+    title : str
+        Title of the case.
+    where : str
+        Case file or folder that it comes from.
+    units : UnitSystem
+    density : float or None
+        kg/m3; None = not given.
+    rubber : ExportedRubber or None
+        For material cards.
+    bushing : Bushing or None
+        Curves and stiffness matrix, for vehicle models.
+    """
+
+    title: str
+    where: str
+    units: UnitSystem
+    density: float | None = None
+    rubber: ExportedRubber | None = None
+    bushing: Bushing | None = None
+
+    @property
+    def name(self) -> str:
+        """The title as a name that every program takes: letters, digits and underscores, a letter first."""
+        plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.title)[:40].strip("_")
+        return plain if plain[:1].isalpha() else f"rubber_{plain}".strip("_")
+
+
+@dataclass(frozen=True)
+class Writer:
+    """A program's file.
+
+    Attributes
+    ----------
+    name : str
+        As on the command line.
+    title : str
+        Name of the program and its file.
+    kind : {"card", "bushing", "matrix", "force_law"}
+        What it is made of: the rubber, the bushing's curves, its stiffness matrix, its force law with memory.
+    ending : str
+        Usual ending of the file's name.
+    comment : (str, str)
+        What begins and what ends a line of comment.
+    write : callable
+        ``write(order) -> str``, or bytes of a file that is no text; the text without its first comment lines.
+    laws : mapping of str to str
+        Of a card: law -> what the program calls it.
+    series, softening : str
+        What the program calls a Prony series and the Ogden-Roxburgh model; empty where it has none.
+    series_laws, softening_laws : frozenset of str, optional
+        Laws with which it takes them; None = all.
+    incompressible : bool
+        Whether the card of an incompressible rubber can be written.
+    remarks : tuple of str
+        Sentences about what differs in that program, for the file and the documentation.
+    source : str
+        Where the formulas and the format are documented.
+    """
+
+    name: str
+    title: str
+    kind: Kind
+    ending: str
+    comment: tuple[str, str]
+    write: Callable[[Order], str | bytes]
+    source: str
+    laws: Mapping[str, str] = field(default_factory=dict)
+    series: str = ""
+    softening: str = ""
+    series_laws: frozenset[str] | None = None
+    softening_laws: frozenset[str] | None = None
+    incompressible: bool = True
+    remarks: tuple[str, ...] = ()
+
+    def check(self, rubber: ExportedRubber) -> None:
+        """Refuse a rubber that the program cannot express.
+
+        Raises
+        ------
+        InputError
+            With one sentence for everything that cannot be expressed.
+        """
+        found: list[Problem] = []
+
+        def refuse(what: str, remedy: str) -> None:
+            found.append(Problem(f"--to {self.name}", what, "", remedy))
+
+        if rubber.law not in self.laws:
+            refuse(
+                f"{self.title} has no {rubber.law} law",
+                f"identify another one: {', '.join(self.laws)}, with --model of `bushcli fit` or `inverse`",
+            )
+        for effect, there, called, only in (
+            ("viscoelasticity", bool(rubber.series), self.series, self.series_laws),
+            ("mullins", rubber.softening is not None, self.softening, self.softening_laws),
+        ):
+            remedy = f"another program; or --without {effect} for the card without it"
+            if there and not called:
+                refuse(f"{self.title} has no model for the effect {effect}", remedy)
+            elif there and only is not None and rubber.law not in only:
+                known = ", ".join(sorted(only))
+                refuse(
+                    f"{self.title} takes {called} with the laws {known} only, not with {rubber.law}", remedy
+                )
+        for name in rubber.inexpressible:
+            refuse(
+                f"a material card has no place for the effect {name}",
+                f"--without {name} for the card without it",
+            )
+        if rubber.bulk_modulus == float("inf") and not self.incompressible:
+            refuse(
+                f"{self.title} has no exactly incompressible rubber",
+                "a finite bulk modulus: --set material.bulk_modulus=2000",
+            )
+        if found:
+            raise InputError(*found)
+
+    def text(self, order: Order) -> bytes:
+        """Return the whole file: comments that say what it is and what differs, then what the program reads."""
+        written = self.write(order)
+        if isinstance(written, bytes):
+            return written
+        begin, end = self.comment
+        # In XML a comment must not contain two hyphens.
+        said = [line.replace("--", "- -") if end else line for line in _preamble(self, order)]
+        lines = [f"{begin} {line}{end}" for line in said] if begin else []
+        # XML begins with its declaration, before any comment.
+        declaration, rest = written.split("\n", 1) if written.startswith("<?xml") else ("", written)
+        parts = [declaration] if declaration else []
+        return ("\n".join([*parts, *lines, rest.rstrip("\n")]) + "\n").encode("ascii", "replace")
+
+
+def _preamble(one: Writer, order: Order) -> list[str]:
+    units = order.units
+    lines = [
+        f"{one.title}, written by bushcli {__version__}",
+        f"from {order.where}: {order.title}",
+        f"units: {units.force_name}, {units.length_name}, {units.time_name}; stress {units.stress_name}, "
+        f"density {units.density_name}",
+    ]
+    rubber = order.rubber if one.kind == "card" else None
+    if rubber is not None:
+        values = ", ".join(f"{name} {value:.8g}" for name, value in rubber.parameters.items())
+        bulk = "incompressible" if rubber.bulk_modulus == float("inf") else f"{rubber.bulk_modulus:.8g} MPa"
+        lines.append(
+            f"law of bushcli: {rubber.law} ({values}; MPa), bulk modulus {bulk}, "
+            f"initial shear modulus {rubber.shear_modulus:.6g} MPa"
+        )
+        if rubber.series:
+            terms = ", ".join(f"g {g:.6g} tau {tau:.6g} s" for g, tau in rubber.series)
+            lines += [
+                f"viscoelasticity of bushcli: {terms}, g over the long-term shear modulus",
+                "the same at small strain; at finite strain a branch of bushcli is neo-Hookean (docs/exports.md)",
+            ]
+        if rubber.beside:
+            lines.append(f"not in this card, no part of the rubber: {', '.join(rubber.beside)}")
+    return lines + list(one.remarks)
+
+
+@cache
+def all_writers() -> Mapping[str, Writer]:
+    """All writers found in ``bushcli/export/writers``, by name, in alphabetical order."""
+    package = importlib.import_module("bushcli.export.writers")
+    found = (
+        importlib.import_module(f"{package.__name__}.{m.name}").WRITER
+        for m in pkgutil.iter_modules(package.__path__)
+    )
+    return MappingProxyType({one.name: one for one in sorted(found, key=lambda one: one.name)})
+
+
+def writer_for(name: str) -> Writer:
+    """Return the writer called ``name``.
+
+    Raises
+    ------
+    InputError
+        When there is none; the message names the nearest.
+    """
+    try:
+        return all_writers()[name]
+    except KeyError:
+        known = ", ".join(all_writers())
+        near = nearest(name, all_writers())
+        raise InputError(Problem("--to", f'"{name}" is no program that is known', near, known)) from None

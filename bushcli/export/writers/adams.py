@@ -1,0 +1,45 @@
+"""Adams: a bushing property file (.bus), TeimOrbit version 4, which Simpack and Altair AutoBush read too.
+
+Six curves of force against displacement; the bushing's axis is the marker's z. The damping is zero: what a rubber
+loses is no force in proportion to speed, and an FMU (`fmu2`, `fmu3`) carries it.
+"""
+
+from __future__ import annotations
+
+from bushcli.export.teimorbit import DIRECTIONS, block, curve, sources, units_block
+from bushcli.export.writer import Order, Writer
+
+_NAMES = {"FX": "x", "FY": "y", "FZ": "z", "TX": "ax", "TY": "ay", "TZ": "az"}
+
+
+def write(order: Order) -> str:
+    """Return the file."""
+    assert order.bushing is not None
+    known = sources(order.bushing)
+    lines = [f"$ {direction}: {known[direction]}" for direction in DIRECTIONS]
+    lines += [f"$ {remark}" for remark in order.bushing.remarks]
+    lines += block(
+        "MDI_HEADER",
+        ["FILE_TYPE     = 'bus'", "FILE_VERSION  = 4.0", "FILE_FORMAT   = 'ASCII'"],
+    )
+    lines += units_block(order.units, "degrees")
+    lines += block("DAMPING", [f"{direction}_DAMPING    = 0.0" for direction in DIRECTIONS])
+    for direction in DIRECTIONS:
+        heads = f"{{{_NAMES[direction]:>15s} {direction.lower():>16s}}}"
+        lines += block(f"{direction}_CURVE", [heads, *curve(order, direction, "adams")])
+    return "\n".join(lines)
+
+
+WRITER = Writer(
+    name="adams",
+    title="Adams bushing property file",
+    kind="bushing",
+    ending=".bus",
+    comment=("$", ""),
+    write=write,
+    remarks=(
+        "the bushing's axis is z; angles in degrees",
+        "moments are per the unit of force and length; damping is zero, the FMU has the memory",
+    ),
+    source="Adams/Car bushing property files, TeimOrbit format version 4",
+)

@@ -1,0 +1,52 @@
+"""Altair MotionSolve: a general bushing file (.gbs) with a spline in each direction, coupled in the plane of x and y.
+
+A bushing whose radial curve is the same in all directions has cylindrical coupling. Altair's rubber damping has
+coefficients of its own that its identification tool fits; none are written, and an FMU carries the memory.
+"""
+
+from __future__ import annotations
+
+from bushcli.export.teimorbit import DIRECTIONS, block, curve, sources, units_block
+from bushcli.export.writer import Order, Writer
+
+_MODELS = (
+    "SPLINE_STIFFNESS",
+    "CUBIC_STIFFNESS",
+    "CONSTANT_STIFFNESS",
+    "CONSTANT_DAMPING",
+    "RUBBER_DAMPING",
+    "HYDROMOUNT_DAMPING",
+)
+
+
+def write(order: Order) -> str:
+    """Return the file."""
+    assert order.bushing is not None
+    known = sources(order.bushing)
+    lines = [f"$ {direction}: {known[direction]}" for direction in DIRECTIONS]
+    lines += [f"$ {remark}" for remark in order.bushing.remarks]
+    lines += block("HEADER", ["FILE_TYPE     = 'gbs'", "FILE_VERSION  = '1.1'", "FILE_FORMAT   = 'ASCII'"])
+    lines += units_block(order.units, "degree")
+    lines += block("GLOBAL", ["COUPLING      = 'cylindrical'"])
+    rows = [
+        f"'{model}'".ljust(22) + "".join("   1" if i == 0 else "   0" for _ in DIRECTIONS)
+        for i, model in enumerate(_MODELS)
+    ]
+    heads = "{ formulation" + " " * 9 + "".join(f"  {d}" for d in DIRECTIONS) + " }"
+    lines += block("DIRECTIONS", ["(ACTIVITY)", heads, *rows])
+    for direction in DIRECTIONS:
+        data = ["(SPLINE_DATA)", "{           disp            force  }", *curve(order, direction, "altair")]
+        lines += block(f"SPLINE_STIFFNESS_{direction}", data)
+    return "\n".join(lines)
+
+
+WRITER = Writer(
+    name="altair",
+    title="Altair general bushing file",
+    kind="bushing",
+    ending=".gbs",
+    comment=("$", ""),
+    write=write,
+    remarks=("the bushing's axis is z; angles in degrees",),
+    source="Altair MotionSolve 2021 help, Bushing Property File: Header, Units, Global, Directions, Spline Stiffness",
+)

@@ -1,0 +1,85 @@
+"""Ansys Mechanical APDL: TB,HYPER, TB,PRONY and TB,CDM.
+
+TB,HYPER has bushcli's own energies with d = 2/kappa (1/d (J - 1)^2; Arruda-Boyce and Gent 1/d ((J^2 - 1)/2 - ln J)).
+With TB,PRONY the law is that of a sudden step, so the energy is multiplied by 1 + sum g and the shares are g_i / (1
++ sum g). d is of the bulk modulus, which does not relax. TB,CDM,,,,PSE2 is Ogden and Roxburgh's model with m + beta
+Wm.
+"""
+
+from __future__ import annotations
+
+from bushcli.export.card import incompressibility, instantaneous_shares, ogden_terms, rubber, stresses
+from bushcli.export.writer import Order, Writer
+
+# Law -> option of TB,HYPER and its number of terms; Ogden's is counted.
+_OPTIONS = {
+    "neo_hookean": ("NEO", 2),
+    "mooney_rivlin": ("MOONEY", 2),
+    "yeoh": ("YEOH", 3),
+    "ogden": ("OGDEN", 0),
+    "arruda_boyce": ("BOYCE", 3),
+    "gent": ("GENT", 3),
+}
+_MATERIAL = 1
+
+
+def write(order: Order) -> str:
+    """Return the commands for material 1."""
+    one, units = rubber(order), order.units
+    lines = [f"/COM, {order.name}: material {_MATERIAL}"]
+    if order.density is not None:
+        lines.append(f"MP,DENS,{_MATERIAL},{units.of_density(order.density):.10g}")
+    option, count = _OPTIONS[one.law]
+    numbers = _constants(order)
+    if one.law == "ogden":
+        count = len(ogden_terms(one.parameters))
+    lines += [f"TB,HYPER,{_MATERIAL},1,{count},{option}", *_data(numbers)]
+    if one.series:
+        lines.append(f"TB,PRONY,{_MATERIAL},1,{len(one.series)},SHEAR")
+        lines += _data([n for a, tau in instantaneous_shares(one) for n in (a, units.of_time(tau))])
+    if one.softening is not None:
+        soft = one.softening
+        lines.append(f"TB,CDM,{_MATERIAL},1,3,PSE2")
+        lines += _data([1.0 / soft.inverse_r, units.of_stress(soft.m), soft.beta])
+    return "\n".join(lines)
+
+
+def _constants(order: Order) -> list[float]:
+    """Return the constants of TB,HYPER in its order."""
+    one, D = rubber(order), incompressibility(order)
+    values = stresses(order, one.instantaneous)
+    if one.law == "neo_hookean":
+        # The initial shear modulus, W = mu/2 (I1 - 3).
+        return [2.0 * values["C10"], D]
+    if one.law == "yeoh":
+        return [values["C10"], values["C20"], values["C30"], D, 0.0, 0.0]
+    if one.law == "ogden":
+        terms = ogden_terms(values)
+        return [n for term in terms for n in term] + [D] + [0.0] * (len(terms) - 1)
+    return [*values.values(), D]
+
+
+def _data(numbers: list[float]) -> list[str]:
+    """Return TBDATA commands of six constants each."""
+    return [
+        ",".join([f"TBDATA,{i + 1}", *(f"{number:.10g}" for number in numbers[i : i + 6])])
+        for i in range(0, len(numbers), 6)
+    ]
+
+
+WRITER = Writer(
+    name="ansys",
+    title="Ansys Mechanical APDL",
+    kind="card",
+    ending=".mac",
+    comment=("!", ""),
+    write=write,
+    laws={law: f"TB,HYPER,,,,{option}" for law, (option, _) in _OPTIONS.items()},
+    series="TB,PRONY",
+    softening="TB,CDM,,,,PSE2",
+    remarks=(
+        "d = 0 is an incompressible rubber: use elements with mixed u-P formulation",
+        "with TB,PRONY the constants of TB,HYPER are those of a sudden step",
+    ),
+    source="Ansys Mechanical APDL Material Reference: Hyperelasticity; Viscoelasticity; Mullins effect",
+)

@@ -1,0 +1,81 @@
+"""FEBio: a file with one uncoupled material, viscoelastic if the rubber is.
+
+The energies are bushcli's own, but for Ogden: sum c_i/m_i^2 (l1^m_i + l2^m_i + l3^m_i - 3), so c_i = mu_i alpha_i.
+Arruda-Boyce has N = lambda_m^2. The volumetric energy is k/2 (ln J)^2 in place of k/2 (J - 1)^2, the same at small
+volume changes. The law is the long-term one (g0 = 1), the coefficients of "uncoupled viscoelastic" are bushcli's
+g_i.
+"""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+from bushcli.export.card import DENSITY, ogden_terms, rubber, stresses
+from bushcli.export.writer import Order, Writer
+
+LAWS = {
+    "neo_hookean": "Mooney-Rivlin",
+    "mooney_rivlin": "Mooney-Rivlin",
+    "yeoh": "Yeoh",
+    "ogden": "Ogden",
+    "arruda_boyce": "Arruda-Boyce",
+    "gent": "Gent",
+}
+
+
+def write(order: Order) -> str:
+    """Return the file with the material as number 1."""
+    one, units = rubber(order), order.units
+    root = ElementTree.Element("febio_spec", version="4.0")
+    ElementTree.SubElement(root, "Module", type="solid")
+    material = ElementTree.SubElement(ElementTree.SubElement(root, "Material"), "material", id="1")
+    material.set("name", order.name)
+    if order.density is not None or one.series:
+        _number(material, "density", units.of_density(order.density or DENSITY))
+    elastic = material
+    if one.series:
+        material.set("type", "uncoupled viscoelastic")
+        for i, (g, tau) in enumerate(one.series, start=1):
+            _number(material, f"g{i}", g)
+            _number(material, f"t{i}", units.of_time(tau))
+        elastic = ElementTree.SubElement(material, "elastic")
+    elastic.set("type", LAWS[one.law])
+    for name, value in _constants(order).items():
+        _number(elastic, name, value)
+    # FEBio wants the bulk modulus of the whole material on the outer one.
+    _number(material, "k", units.of_stress(one.bulk_modulus))
+    ElementTree.indent(root)
+    return '<?xml version="1.0" encoding="ISO-8859-1"?>\n' + ElementTree.tostring(root, encoding="unicode")
+
+
+def _constants(order: Order) -> dict[str, float]:
+    law, values = rubber(order).law, stresses(order)
+    if law in ("neo_hookean", "mooney_rivlin"):
+        return {"c1": values["C10"], "c2": values.get("C01", 0.0)}
+    if law == "yeoh":
+        return {"c1": values["C10"], "c2": values["C20"], "c3": values["C30"]}
+    if law == "ogden":
+        numbered = list(enumerate(ogden_terms(values), start=1))
+        return {f"c{i}": mu * alpha for i, (mu, alpha) in numbered} | {f"m{i}": a for i, (_, a) in numbered}
+    if law == "arruda_boyce":
+        return {"mu": values["mu"], "N": values["lambda_m"] ** 2}
+    return {"G": values["mu"], "Jm": values["Jm"]}
+
+
+def _number(parent: ElementTree.Element, name: str, value: float) -> None:
+    ElementTree.SubElement(parent, name).text = f"{value:.10g}"
+
+
+WRITER = Writer(
+    name="febio",
+    title="FEBio",
+    kind="card",
+    ending=".feb",
+    comment=("<!--", " -->"),
+    write=write,
+    laws=LAWS,
+    series="uncoupled viscoelastic",
+    incompressible=False,
+    remarks=("the volumetric energy is k/2 (ln J)^2",),
+    source="FEBio User Manual: uncoupled materials, uncoupled viscoelastic; FEBio source, FEYeoh, FEGentMaterial",
+)

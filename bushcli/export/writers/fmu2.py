@@ -1,0 +1,28 @@
+"""FMI 2.0: the force law with memory of every channel as a co-simulation FMU, which carries its own code.
+
+The FMU needs a Python on the machine that runs it, as those of PythonFMU do, and nothing of bushcli.
+"""
+
+from __future__ import annotations
+
+from bushcli.export.writer import Order, Writer
+
+
+def write(order: Order) -> bytes:
+    """Return the archive."""
+    from bushcli.export.fmu.build import build
+
+    assert order.bushing is not None
+    assert order.bushing.law is not None
+    return build(order.bushing.law.data(order.name, order.title, order.units), 2)
+
+
+WRITER = Writer(
+    name="fmu2",
+    title="FMU of FMI 2.0",
+    kind="force_law",
+    ending=".fmu",
+    comment=("", ""),
+    write=write,
+    source="FMI 2.0, https://fmi-standard.org",
+)

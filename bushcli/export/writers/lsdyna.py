@@ -1,0 +1,102 @@
+"""LS-DYNA: *MAT_077_H, *MAT_077_O and *MAT_127, each with a Prony series.
+
+*MAT_077_H has W = sum C_pq (J1 - 3)^p (J2 - 3)^q, *MAT_077_O W = sum mu_j/alpha_j (l1^alpha_j + l2^alpha_j +
+l3^alpha_j - 3), bushcli's own, *MAT_127 the five-term series of Arruda and Boyce with G = mu and N = lambda_m^2. The
+bulk modulus is given by Poisson's ratio (*MAT_127: by itself). The series is added to the law, which is the
+long-term one: shear moduli G_i and decay constants BETA_i = 1/tau_i.
+"""
+
+from __future__ import annotations
+
+from bushcli.export.card import DENSITY, field, ogden_terms, rubber, stresses
+from bushcli.export.units import poisson_ratio
+from bushcli.export.writer import Order, Writer
+
+_H = ("c10", "c01", "c11", "c20", "c02", "c30")
+
+
+def write(order: Order) -> str:
+    """Return the keyword for material 1."""
+    law = rubber(order).law
+    body = _ogden(order) if law == "ogden" else _boyce(order) if law == "arruda_boyce" else _polynomial(order)
+    return "\n".join([*body, *_series(order)])
+
+
+def _head(order: Order) -> list[str]:
+    """Return MID, RO, PR, N = 0 (constants are given) and NV."""
+    one = rubber(order)
+    ratio = poisson_ratio(one.shear_modulus, one.bulk_modulus)
+    ro = order.units.of_density(order.density or DENSITY)
+    return [
+        "$      mid        ro        pr         n        nv         g      sigf       ref",
+        f"{1:10d}{field(ro)}{_ratio(ratio)}{0:10d}{0:10d}",
+    ]
+
+
+def _ratio(ratio: float) -> str:
+    """Return Poisson's ratio with eight digits: its distance from 0.5 is what the bulk modulus follows from."""
+    return f"{ratio:.8f}"[1:].rjust(10)
+
+
+def _polynomial(order: Order) -> list[str]:
+    values = {name.lower(): value for name, value in stresses(order).items()}
+    numbers = "".join(field(values.get(name, 0.0)) for name in _H)
+    names = "".join(name.rjust(10) for name in _H)
+    return ["*MAT_077_H_TITLE", order.name, *_head(order), f"${names[1:]}", numbers]
+
+
+def _ogden(order: Order) -> list[str]:
+    terms = ogden_terms(stresses(order))
+    padded = terms + [(0.0, 0.0)] * (8 - len(terms))
+    rows = ["".join(field(term[i]) for term in padded) for i in (0, 1)]
+    names = ["$" + "".join(f"{name}{i}".rjust(10) for i in range(1, 9))[1:] for name in ("mu", "alpha")]
+    return ["*MAT_077_O_TITLE", order.name, *_head(order), names[0], rows[0], names[1], rows[1]]
+
+
+def _boyce(order: Order) -> list[str]:
+    one, values, units = rubber(order), stresses(order), order.units
+    ro = units.of_density(order.density or DENSITY)
+    numbers = (ro, units.of_stress(one.bulk_modulus), values["mu"], values["lambda_m"] ** 2)
+    return [
+        "*MAT_127_TITLE",
+        order.name,
+        "$      mid        ro         k         g         n",
+        f"{1:10d}" + "".join(map(field, numbers)),
+        "$     lcid     tramp        nt",
+        f"{0:10d}{field(0.0)}{field(0.0)}",
+    ]
+
+
+def _series(order: Order) -> list[str]:
+    """Return a line per branch: shear modulus and decay constant."""
+    one, units = rubber(order), order.units
+    if not one.series:
+        return []
+    modulus = units.of_stress(one.shear_modulus)
+    lines = [field(g * modulus) + field(1.0 / units.of_time(tau)) for g, tau in one.series]
+    return ["$       gi     betai", *lines]
+
+
+WRITER = Writer(
+    name="lsdyna",
+    title="LS-DYNA",
+    kind="card",
+    ending=".k",
+    comment=("$", ""),
+    write=write,
+    laws={
+        "neo_hookean": "*MAT_077_H",
+        "mooney_rivlin": "*MAT_077_H",
+        "yeoh": "*MAT_077_H",
+        "ogden": "*MAT_077_O",
+        "arruda_boyce": "*MAT_127",
+    },
+    series="Gi, BETAi",
+    incompressible=False,
+    remarks=(
+        f"density {DENSITY:g} kg/m3 unless another was given: a filled natural rubber",
+        "the Prony series is linear in the Green strain: the same as bushcli's at small strain",
+        "N of *MAT_127 is lambda_m squared, a real number; look that your program does not read it as an integer",
+    ),
+    source="LS-DYNA Keyword User's Manual, volume II: *MAT_077_H, *MAT_077_O, *MAT_127",
+)

@@ -1,0 +1,160 @@
+"""Radioss: /MAT/LAW42, LAW92, LAW94, LAW100, with a Prony series or Mullins softening.
+
+LAW42 (Ogden) has W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3) + kappa/2 (J - 1)^2, bushcli's own,
+with G_i and tau_i beside the law. Neo-Hookean and Mooney-Rivlin are Ogden with exponents 2 and -2: mu_1 = 2 C10,
+mu_2 = -2 C01. LAW92 is the five-term series of Arruda and Boyce, LAW94 Yeoh's cubic, both with D = 2/kappa.
+/FAIL/MULLINS_OR, bushcli's own formula, is documented with LAW92, LAW95 and LAW100: the polynomial laws become
+LAW100 with it, which takes no Prony series.
+"""
+
+from __future__ import annotations
+
+from bushcli.errors import InputError, Problem
+from bushcli.export.card import DENSITY, field, incompressibility, ogden_terms, rubber, stresses
+from bushcli.export.units import poisson_ratio
+from bushcli.export.writer import Order, Writer
+
+# Law -> Flag_HE of LAW100.
+_HYPERELASTIC = {"neo_hookean": 3, "mooney_rivlin": 4, "yeoh": 5}
+
+
+def write(order: Order) -> str:
+    """Return the material with id 1.
+
+    Raises
+    ------
+    InputError
+        A Prony series beside Mullins softening, which only LAW92 takes.
+    """
+    one = rubber(order)
+    if one.softening is not None and one.series and one.law != "arruda_boyce":
+        what = f"Radioss takes a Prony series beside Mullins softening with arruda_boyce only, not with {one.law}"
+        remedy = "--without viscoelasticity or --without mullins for a card without it"
+        raise InputError(Problem("--to radioss", what, "", remedy))
+    if one.law == "arruda_boyce":
+        lines = _boyce(order)
+    elif one.softening is not None:
+        lines = _networks(order)
+    else:
+        lines = _yeoh(order) if one.law == "yeoh" else _ogden(order)
+    return "\n".join([*lines, *_softening(order)])
+
+
+def _row(*numbers: float) -> str:
+    return "".join(field(number, 20) for number in numbers)
+
+
+def _head(order: Order, law: str) -> list[str]:
+    ro = order.units.of_density(order.density or DENSITY)
+    return [f"/MAT/{law}/1", order.name, "#              RHO_I", _row(ro)]
+
+
+def _ogden(order: Order) -> list[str]:
+    one, values, units = rubber(order), stresses(order), order.units
+    terms = ogden_terms(values) if one.law == "ogden" else [(2.0 * values["C10"], 2.0)]
+    if one.law == "mooney_rivlin":
+        terms.append((-2.0 * values["C01"], -2.0))
+    padded = terms + [(0.0, 0.0)] * (5 - len(terms))
+    ratio = poisson_ratio(one.shear_modulus, one.bulk_modulus)
+    lines = _head(order, "LAW42")
+    lines += [
+        "#                 NU           SIGMA_CUT           FUNIDBULK         FSCALE_BULK         M",
+        f"{_row(ratio, 0.0)}{'':10s}{0:10d}{field(0.0, 20)}{len(one.series):10d}",
+        "#               MU_1                MU_2                MU_3                MU_4                MU_5",
+        _row(*(mu for mu, _ in padded)),
+        "",
+        "#            ALPHA_1             ALPHA_2             ALPHA_3             ALPHA_4             ALPHA_5",
+        _row(*(alpha for _, alpha in padded)),
+        # The two blank lines are part of the format; what follows keeps the second one from being stripped.
+        "",
+        "#",
+    ]
+    if one.series:
+        modulus = units.of_stress(one.shear_modulus)
+        lines += [
+            "#                G_i",
+            _row(*(g * modulus for g, _ in one.series)),
+            "#              TAU_i",
+            _row(*(units.of_time(tau) for _, tau in one.series)),
+        ]
+    return lines
+
+
+def _yeoh(order: Order) -> list[str]:
+    values = stresses(order)
+    return [
+        *_head(order, "LAW94"),
+        "",
+        "#                C10                 C20                 C30",
+        _row(values["C10"], values["C20"], values["C30"]),
+        "#                 D1                  D2                  D3",
+        _row(incompressibility(order), 0.0, 0.0),
+    ]
+
+
+def _boyce(order: Order) -> list[str]:
+    one, values, units = rubber(order), stresses(order), order.units
+    lines = [
+        *_head(order, "LAW92"),
+        "#                 MU                   D            LAMBDA_M",
+        _row(values["mu"], incompressibility(order), values["lambda_m"]),
+        "#    ITYPE    FCT_ID                  NU              FSCALE",
+        f"{0:10d}{0:10d}{_row(0.0, 0.0)}",
+    ]
+    if one.series:
+        modulus = units.of_stress(one.shear_modulus)
+        lines += ["/VISC/PRONY/1", "#        M                            K_v"]
+        lines.append(f"{len(one.series):10d}{'':10s}{field(0.0, 20)}")
+        lines.append("#                G_i              BETA_i                 K_i             BETA_ki")
+        lines += [_row(g * modulus, 1.0 / units.of_time(tau), 0.0, 0.0) for g, tau in one.series]
+    return lines
+
+
+def _networks(order: Order) -> list[str]:
+    one = rubber(order)
+    return [
+        *_head(order, "LAW100"),
+        "#    N_NET   FLAG_HE   FLAG_CR",
+        f"{0:10d}{_HYPERELASTIC[one.law]:10d}{0:10d}",
+        "#  constants of the law, then D1",
+        _row(*stresses(order).values(), incompressibility(order)),
+    ]
+
+
+def _softening(order: Order) -> list[str]:
+    soft = rubber(order).softening
+    if soft is None:
+        return []
+    m = order.units.of_stress(soft.m)
+    return [
+        "/FAIL/MULLINS_OR/1",
+        "#                  R                BETA                   m",
+        _row(1.0 / soft.inverse_r, soft.beta, m),
+    ]
+
+
+WRITER = Writer(
+    name="radioss",
+    title="Radioss",
+    kind="card",
+    ending="_0000.rad",
+    comment=("#", ""),
+    write=write,
+    laws={
+        "neo_hookean": "/MAT/LAW42",
+        "mooney_rivlin": "/MAT/LAW42",
+        "ogden": "/MAT/LAW42",
+        "yeoh": "/MAT/LAW94",
+        "arruda_boyce": "/MAT/LAW92",
+    },
+    series="a Prony series",
+    softening="/FAIL/MULLINS_OR",
+    series_laws=frozenset({"neo_hookean", "mooney_rivlin", "ogden", "arruda_boyce"}),
+    softening_laws=frozenset({"neo_hookean", "mooney_rivlin", "yeoh", "arruda_boyce"}),
+    incompressible=False,
+    remarks=(
+        f"density {DENSITY:g} kg/m3 unless another was given: a filled natural rubber",
+        "the deck's /BEGIN states the units; no unit_ID is given here",
+    ),
+    source="Altair Radioss Reference Guide 2021: /MAT/LAW42, LAW92, LAW94, LAW100, /VISC/PRONY, /FAIL/MULLINS_OR",
+)

@@ -1,0 +1,186 @@
+"""`bushcli export`: from a case file, from the folders of other commands, and what is refused."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from bushcli.cli import main
+
+CASE = """
+title = "12/22/40"
+[geometry]
+shape = "plain"
+inner_radius = 12.0
+outer_radius = 22.0
+length = 40.0
+[mesh]
+elements_across = 2
+elements_along = 6
+[material]
+law = "yeoh"
+bulk_modulus = 2000.0
+[material.parameters]
+C10 = 0.5
+C20 = -0.05
+C30 = 0.01
+[[load_cases]]
+mode = "axial"
+amplitude = 4.0
+rate = 1.0
+steps = 4
+"""
+SERIES = """
+[[effects]]
+name = "viscoelasticity"
+parameters = { g1 = 0.25, tau1 = 3.0 }
+"""
+GAIN = """
+[[effects]]
+name = "gain"
+parameters = { error = 0.05 }
+"""
+
+
+@pytest.fixture
+def cli(capsys, monkeypatch):
+    """Run bushcli within this process, which has the finite-element stack loaded."""
+
+    def run(*arguments, cwd=None):
+        if cwd:
+            monkeypatch.chdir(cwd)
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        monkeypatch.undo()
+        streams = capsys.readouterr()
+        return SimpleNamespace(returncode=ended.value.code, stdout=streams.out, stderr=streams.err)
+
+    return run
+
+
+@pytest.fixture
+def case(tmp_path):
+    file = tmp_path / "case.toml"
+    file.write_text(CASE)
+    return file
+
+
+def test_a_card_goes_to_stdout(cli, case):
+    done = cli("export", case, "--to", "abaqus", "--units", "si", "--density", 1100)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-5:] == [
+        "*MATERIAL, NAME=rubber_12_22_40",
+        "*DENSITY",
+        "1100",
+        "*HYPERELASTIC, YEOH",
+        "500000, -50000, 10000, 1e-09, 0, 0",
+    ]
+    assert "units: N, m, s; stress Pa" in done.stdout
+
+
+def test_a_file_is_written_and_replaced_but_nobody_elses(cli, case, tmp_path):
+    target = tmp_path / "rubber.k"
+    for _ in range(2):
+        done = cli("export", case, "--to", "lsdyna", "-o", target, "--json")
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["program"] == "lsdyna"
+        assert "*MAT_077_H_TITLE" in target.read_text()
+    target.write_text("mine")
+    done = cli("export", case, "--to", "lsdyna", "-o", target)
+    assert done.returncode == 2
+    assert "not from an earlier export" in done.stderr
+    assert target.read_text() == "mine"
+
+
+def test_the_folder_of_direct_gives_its_curves_from_any_folder(cli, case, tmp_path):
+    out = tmp_path / "out"
+    assert cli("direct", "case.toml", "-q", "--no-fields", "-o", "out", cwd=tmp_path).returncode == 0
+    done = cli("export", out, "--to", "csv", cwd=Path("/"))
+    assert done.returncode == 0, done.stderr
+    rows = [line.split(",") for line in done.stdout.splitlines()]
+    assert rows[0] == ["channel", "mode", "time_s", "displacement_mm_or_rad", "force_N_or_moment_Nmm"]
+    curve = json.loads((out / "result.json").read_text())["load_cases"][0]
+    assert [float(row[3]) for row in rows[1:]] == pytest.approx(curve["displacement"])
+    assert [float(row[4]) for row in rows[1:]] == pytest.approx(curve["force"])
+
+
+def test_an_identified_law_is_exported(cli, tmp_path):
+    out = tmp_path / "fit"
+    root = Path(__file__).parents[2]
+    assert (
+        cli("fit", root / "examples/batch/case.toml", "--model", "mooney_rivlin", "-q", "-o", out).returncode
+        == 0
+    )
+    found = json.loads((out / "result.json").read_text())["parameters"]
+    done = cli("export", out, "--to", "calculix")
+    assert done.returncode == 0, done.stderr
+    numbers = [float(x) for x in done.stdout.splitlines()[-1].split(",")]
+    assert numbers == pytest.approx([found["C10"]["value"], found["C01"]["value"], 1e-3])
+
+
+def test_a_case_without_parameters_is_fitted_first(cli):
+    root = Path(__file__).parents[2]
+    done = cli("export", root / "examples/batch/case.toml", "--to", "febio", "-q")
+    assert done.returncode == 0, done.stderr
+    assert 'type="Yeoh"' in done.stdout
+
+
+WRONG = {
+    "unknown program": (["--to", "abacus"], 'did you mean "abaqus"?'),
+    "unknown units": (["--to", "abaqus", "--units", "N-mm"], 'did you mean "N-mm-s"?'),
+    "law": (
+        ["--to", "abaqus", "--set", 'material={law="gent", parameters={mu=1.0, Jm=30.0}}'],
+        "no gent law",
+    ),
+    "incompressible": (
+        ["--to", "calculix", "--set", "material.bulk_modulus=inf"],
+        "no exactly incompressible",
+    ),
+    "no such effect": (["--to", "abaqus", "--without", "mullins"], "no effect of this case"),
+    "no matrix": (["--to", "chrono"], "--stiffness-matrix"),
+    "no radial curve": (["--to", "adams"], 'mode = "radial"'),
+    "a folder": (["--to", "abaqus", "-o", "/tmp"], "is a folder"),
+    "no folder": (["--to", "abaqus", "-o", "/nowhere/card.inp"], "does not exist"),
+    "fmu to stdout": (["--to", "fmu2"], "-o FILE.fmu"),
+    "json to stdout": (["--to", "abaqus", "--json"], "-o FILE"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "words"), WRONG.values(), ids=WRONG.keys())
+def test_wrong_input_ends_with_2_and_one_sentence(cli, case, arguments, words):
+    done = cli("export", case, *arguments)
+    assert done.returncode == 2, done.stdout
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+
+
+def test_a_folder_without_a_result_is_refused(cli, tmp_path):
+    done = cli("export", tmp_path, "--to", "abaqus")
+    assert done.returncode == 2
+    assert "folder without result.json" in done.stderr
+    (tmp_path / "result.json").write_text('{"command": "doctor"}')
+    done = cli("export", tmp_path, "--to", "abaqus")
+    assert done.returncode == 2
+    assert "no result that can be exported" in done.stderr
+
+
+def test_an_effect_can_be_left_out(cli, case):
+    case.write_text(CASE + SERIES)
+    assert "no model for the effect viscoelasticity" in cli("export", case, "--to", "calculix").stderr
+    done = cli("export", case, "--to", "calculix", "--without", "viscoelasticity")
+    assert done.returncode == 0, done.stderr
+    assert "500000" not in done.stdout
+    assert "0.5, -0.05, 0.01, 0.001, 0, 0" in done.stdout
+
+
+def test_a_direct_curve_is_without_the_rig(cli, case):
+    plain = cli("export", case, "--to", "json").stdout
+    case.write_text(CASE + GAIN)
+    with_gain = cli("export", case, "--to", "json")
+    assert with_gain.returncode == 0, with_gain.stderr
+    force = json.loads(plain)["curves"][0]["force"]
+    found = json.loads(with_gain.stdout)
+    assert found["curves"][0]["force"] == pytest.approx(force, rel=1e-3)
+    assert found["remarks"] == ["without what the rig does: gain"]

@@ -1,0 +1,428 @@
+"""Material cards read back with each program's own formulas: the stress, the bulk modulus, relaxation and softening.
+
+The readers below know the manuals (named in each), not the writers: a card is split into its fields, and the energy
+that the program makes of them is evaluated.
+"""
+
+import re
+from dataclasses import dataclass, field
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from bushcli.case import Material
+from bushcli.errors import InputError
+from bushcli.export import Order, all_writers, unit_system, writer_for
+from bushcli.export.rubber import ExportedRubber, Softening, rubber_of
+from cases.stability import nominal_stress
+from forms.law import law
+
+CARDS = [name for name, one in all_writers().items() if one.kind == "card"]
+LAWS = {
+    "neo_hookean": {"C10": 0.5},
+    "mooney_rivlin": {"C10": 0.4, "C01": 0.1},
+    "yeoh": {"C10": 0.5, "C20": -0.05, "C30": 0.01},
+    "ogden": {"mu1": 0.6, "alpha1": 1.3, "mu2": 0.005, "alpha2": 5.0, "mu3": -0.02, "alpha3": -2.0},
+    "arruda_boyce": {"mu": 1.0, "lambda_m": 3.0},
+    "gent": {"mu": 1.0, "Jm": 30.0},
+}
+BULK = 2000.0
+SERIES = ((0.2, 10.0), (0.1, 0.5))
+SOFTENING = Softening(inverse_r=0.4, m=0.08, beta=0.15)
+# What a field of ten characters can hold.
+DIGITS = 2e-5
+
+
+@dataclass
+class Read:
+    """What a program makes of a card, in the card's units."""
+
+    energy: object
+    bulk: float
+    series: list = field(default_factory=list)
+    instantaneous: bool = False
+    softening: tuple = ()
+
+    def stress(self, stretch):
+        """Nominal stress in uniaxial tension without change of volume."""
+        h = 1e-5
+        values = [self.energy(*_uniaxial(stretch + d)) for d in (-h, h)]
+        return (values[1] - values[0]) / (2 * h)
+
+    def shear_modulus(self):
+        """Initial shear modulus of the law on the card: d2W/dshear2 of a pure shear stretch."""
+        h = 1e-3
+        return 2 * (self.energy(1 + h, 1 / (1 + h), 1.0) - self.energy(1, 1, 1)) / (2 * np.log1p(h)) ** 2
+
+    def relaxation(self, time):
+        """Shear modulus at small strain, a time after a step."""
+        mu = self.shear_modulus()
+        if self.instantaneous:  # shares of the law's own modulus
+            return mu * (1 - sum(a * (1 - np.exp(-time / tau)) for a, tau in self.series))
+        return mu + sum(g * np.exp(-time / tau) for g, tau in self.series)  # moduli beside it
+
+
+def _uniaxial(stretch):
+    return stretch, stretch**-0.5, stretch**-0.5
+
+
+def polynomial(C):
+    """W = sum C_ij (I1 - 3)^i (I2 - 3)^j."""
+
+    def energy(a, b, c):
+        I1, I2 = a * a + b * b + c * c, a**-2 + b**-2 + c**-2
+        return sum(value * (I1 - 3) ** i * (I2 - 3) ** j for (i, j), value in C.items())
+
+    return energy
+
+
+def powers(terms):
+    """W = sum k (l1^alpha + l2^alpha + l3^alpha - 3), terms (k, alpha)."""
+    return lambda *stretches: sum(k * (sum(s**alpha for s in stretches) - 3) for k, alpha in terms)
+
+
+def chains(mu, links):
+    """Five terms of Arruda and Boyce, N = links."""
+
+    def energy(a, b, c):
+        I = a * a + b * b + c * c  # noqa: E741
+        return mu * (
+            (I - 3) / 2
+            + (I**2 - 9) / (20 * links)
+            + 11 * (I**3 - 27) / (1050 * links**2)
+            + 19 * (I**4 - 81) / (7000 * links**3)
+            + 519 * (I**5 - 243) / (673750 * links**4)
+        )
+
+    return energy
+
+
+def gent(mu, limit):
+    return lambda a, b, c: -mu * limit / 2 * np.log(1 - (a * a + b * b + c * c - 3) / limit)
+
+
+def abaqus(text):
+    """Abaqus Analysis User's Guide; CalculiX has the same."""
+    blocks = {}
+    for line in text.splitlines():
+        if line.startswith("*") and not line.startswith("**"):
+            head = line.upper().replace(" ", "")
+            blocks[head] = []
+        elif not line.startswith("**"):
+            blocks[head] += [float(x) for x in line.split(",")]
+    head, numbers = next((h, n) for h, n in blocks.items() if h.startswith("*HYPERELASTIC"))
+    if "NEOHOOKE" in head:
+        energy, D = polynomial({(1, 0): numbers[0]}), numbers[1]
+    elif "MOONEY" in head:
+        energy, D = polynomial({(1, 0): numbers[0], (0, 1): numbers[1]}), numbers[2]
+    elif "YEOH" in head:
+        energy, D = polynomial({(i + 1, 0): numbers[i] for i in range(3)}), numbers[3]
+    elif "OGDEN" in head:
+        n = int(re.search(r"N=(\d)", head)[1])
+        pairs = [(numbers[2 * i], numbers[2 * i + 1]) for i in range(n)]
+        energy, D = powers([(2 * mu / a**2, a) for mu, a in pairs]), numbers[2 * n]
+    else:
+        energy, D = chains(numbers[0], numbers[1] ** 2), numbers[2]
+    found = Read(energy, 2 / D)
+    prony = blocks.get("*VISCOELASTIC,TIME=PRONY", [])
+    found.series = [(prony[i], prony[i + 2]) for i in range(0, len(prony), 3)]
+    if found.series:
+        # Shares are of the instantaneous modulus, which follows from the long-term one given.
+        assert "MODULI=LONGTERM" in head
+        rest = 1 - sum(g for g, _ in found.series)
+        mu = found.shear_modulus()
+        found.series = [(g * mu / rest, tau) for g, tau in found.series]
+    found.softening = tuple(blocks.get("*MULLINSEFFECT", ()))
+    return found
+
+
+def ansys(text):
+    """Mechanical APDL Material Reference: TB,HYPER with TB,PRONY is the instantaneous law."""
+    tables = {}
+    for line in text.splitlines():
+        parts = line.split(",")
+        if parts[0] == "TB":
+            table = tables[parts[1]] = (parts, [])
+        elif parts[0] == "TBDATA":
+            assert int(parts[1]) == len(table[1]) + 1
+            table[1].extend(map(float, parts[2:]))
+    parts, C = tables["HYPER"]
+    option, n = parts[5], int(parts[4])
+    energy, d = {
+        "NEO": lambda: (polynomial({(1, 0): C[0] / 2}), C[1]),
+        "MOONEY": lambda: (polynomial({(1, 0): C[0], (0, 1): C[1]}), C[2]),
+        "YEOH": lambda: (polynomial({(i + 1, 0): C[i] for i in range(3)}), C[3]),
+        "OGDEN": lambda: (powers([(C[2 * i] / C[2 * i + 1], C[2 * i + 1]) for i in range(n)]), C[2 * n]),
+        "BOYCE": lambda: (chains(C[0], C[1] ** 2), C[2]),
+        "GENT": lambda: (gent(C[0], C[1]), C[2]),
+    }[option]()
+    found = Read(energy, 2 / d)
+    prony = tables.get("PRONY", (None, []))[1]
+    found.series, found.instantaneous = [*zip(prony[::2], prony[1::2], strict=True)], bool(prony)
+    found.softening = tuple(tables["CDM"][1]) if "CDM" in tables else ()
+    return found
+
+
+def lsdyna(text):
+    """Keyword User's Manual, volume II: fields of ten characters; K follows from PR."""
+    lines = [line for line in text.splitlines() if not line.startswith("$")]
+    keyword, rows = lines[0], [[float(x or 0) for x in fields(line, 10)] for line in lines[2:]]
+    if keyword.startswith("*MAT_127"):
+        _, _, K, G, N = rows[0][:5]
+        energy, rest = chains(G, N), rows[2:]
+        return Read(energy, K, [(g, 1 / beta) for g, beta in rest])
+    PR = rows[0][2]
+    if keyword.startswith("*MAT_077_H"):
+        C10, C01, C11, C20, C02, C30 = rows[1]
+        C = {(1, 0): C10, (0, 1): C01, (1, 1): C11, (2, 0): C20, (0, 2): C02, (3, 0): C30}
+        energy, mu, rest = polynomial(C), 2 * (C10 + C01), rows[2:]
+    else:
+        pairs = [(mu, alpha) for mu, alpha in zip(rows[1], rows[2], strict=True) if alpha]
+        energy, rest = powers([(mu / alpha, alpha) for mu, alpha in pairs]), rows[3:]
+        mu = sum(mu * alpha for mu, alpha in pairs) / 2
+    return Read(energy, 2 * mu * (1 + PR) / (3 * (1 - 2 * PR)), [(g, 1 / beta) for g, beta in rest])
+
+
+def radioss(text):
+    """Radioss Reference Guide: fields of twenty characters; no comment counts as a line, an empty one does."""
+    blocks, current = {}, None
+    for line in text.splitlines():
+        if line.startswith("/"):
+            current = blocks[line.rsplit("/", 1)[0]] = []
+        elif not line.startswith("#"):
+            current.append(line)
+    head, lines = next((h, b) for h, b in blocks.items() if h.startswith("/MAT/"))
+    series = []
+
+    def real(number):
+        return [float(x) for x in fields(lines[number], 20)]
+
+    if head == "/MAT/LAW42":
+        nu, terms = float(lines[2][:20]), [(m, a) for m, a in zip(real(3), real(5), strict=True) if a]
+        assert lines[4] == lines[6] == ""
+        count = int(lines[2][80:90])
+        assert lines[2][40:60].split() == ["0"]
+        energy = powers([(m / a, a) for m, a in terms])
+        mu = sum(m * a for m, a in terms) / 2
+        bulk = 2 * mu * (1 + nu) / (3 * (1 - 2 * nu))
+        series = [*zip(real(7)[:count], real(8)[:count], strict=True)] if count else []
+    elif head == "/MAT/LAW94":
+        assert lines[2] == ""
+        energy, bulk = polynomial({(i + 1, 0): real(3)[i] for i in range(3)}), 2 / real(4)[0]
+    elif head == "/MAT/LAW92":
+        mu, D, stretch = real(2)
+        energy, bulk = chains(mu, stretch**2), 2 / D
+        visc = blocks.get("/VISC/PRONY", [])
+        for line in visc[1:]:
+            G, beta, K, _ = (float(x) for x in fields(line, 20))
+            assert K == 0
+            series.append((G, 1 / beta))
+        assert not visc or int(visc[0][:10]) == len(series)
+    else:
+        assert head == "/MAT/LAW100"
+        flags, C = [int(x) for x in fields(lines[2], 10)], real(3)
+        names = {3: [(1, 0)], 4: [(1, 0), (0, 1)], 5: [(1, 0), (2, 0), (3, 0)]}[flags[1]]
+        energy, bulk = polynomial(dict(zip(names, C, strict=False))), 2 / C[len(names)]
+    soft = (
+        [float(x) for x in fields(blocks["/FAIL/MULLINS_OR"][0], 20)] if "/FAIL/MULLINS_OR" in blocks else []
+    )
+    return Read(energy, bulk, series, softening=(soft[0], soft[2], soft[1]) if soft else ())
+
+
+def febio(text):
+    """FEBio User Manual; its Yeoh and Gent as in FEYeoh.cpp and FEGentMaterial.cpp."""
+    material = ElementTree.fromstring(text.encode()).find("Material/material")
+    bulk = float(material.find("k").text)
+    elastic = material.find("elastic") if material.get("type") == "uncoupled viscoelastic" else material
+    values = {one.tag: float(one.text) for one in elastic if one.tag != "elastic"}
+    kind = elastic.get("type")
+    if kind == "Mooney-Rivlin":
+        energy = polynomial({(1, 0): values["c1"], (0, 1): values["c2"]})
+    elif kind == "Yeoh":
+        energy = polynomial({(i, 0): values[f"c{i}"] for i in (1, 2, 3)})
+    elif kind == "Ogden":
+        numbers = [name[1:] for name in values if name.startswith("m")]
+        energy = powers([(values[f"c{i}"] / values[f"m{i}"] ** 2, values[f"m{i}"]) for i in numbers])
+    elif kind == "Arruda-Boyce":
+        energy = chains(values["mu"], values["N"])
+    else:
+        energy = gent(values["G"], values["Jm"])
+    found = Read(energy, bulk)
+    if elastic is not material:
+        # G(t) = g0 + sum g_i exp(-t/t_i), g0 = 1 unless given.
+        mu = found.shear_modulus()
+        outer = {one.tag: float(one.text) for one in material if one.tag != "elastic"}
+        assert "g0" not in outer
+        count = sum(tag.startswith("g") for tag in outer)
+        found.series = [(mu * outer[f"g{i}"], outer[f"t{i}"]) for i in range(1, count + 1)]
+    return found
+
+
+def marc(text):
+    """Marc, volume A: the sheet's names are those of Mentat's form."""
+    lines = [line.split(" = ") for line in text.splitlines() if not line.startswith("$")]
+    values = {name.strip(): value.strip() for name, value in lines}
+    number = {name: float(value) for name, value in values.items() if re.fullmatch(r"[-+.\de]+", value)}
+    kind = values["model"]
+    if kind == "mooney":
+        places = {"C10": (1, 0), "C01": (0, 1), "C11": (1, 1), "C20": (2, 0), "C30": (3, 0)}
+        energy = polynomial({at: number[name] for name, at in places.items()})
+    elif kind == "ogden":
+        count = sum(name.startswith("mu_") for name in values)
+        pairs = [(number[f"mu_{i}"], number[f"alpha_{i}"]) for i in range(1, count + 1)]
+        energy = powers([(mu / alpha, alpha) for mu, alpha in pairs])
+    elif kind == "arrudboyce":
+        energy = chains(number["nkT"], number["N"])
+    else:
+        energy = gent(number["E"] / 3, number["Im"])
+    found = Read(energy, number["bulk modulus"])
+    for i in (1, 2, 3):
+        if f"term {i}: deviatoric multiplier" in number:
+            time = number[f"term {i}: deviatoric relaxation time"]
+            found.series.append((number[f"term {i}: deviatoric multiplier"], time))
+    found.instantaneous = bool(found.series)
+    return found
+
+
+def fields(line, width):
+    return [line[i : i + width].strip() for i in range(0, len(line.rstrip()), width)]
+
+
+READERS = {
+    "abaqus": abaqus,
+    "calculix": abaqus,
+    "ansys": ansys,
+    "lsdyna": lsdyna,
+    "radioss": radioss,
+    "febio": febio,
+    "marc": marc,
+}
+
+
+def written(program, rubber, units="N-mm-s"):
+    one = writer_for(program)
+    one.check(rubber)
+    return one.text(Order("A rubber, 60 ShA", "case.toml", unit_system(units), None, rubber)).decode("ascii")
+
+
+def rubber_with(name, **further):
+    return ExportedRubber(name, LAWS[name], BULK, **further)
+
+
+def allowed(program):
+    return [(program, name) for name in LAWS if name in writer_for(program).laws]
+
+
+@pytest.mark.parametrize("units", ["N-mm-s", "SI", "kN-mm-ms", "lbf-in-s"])
+@pytest.mark.parametrize(("program", "name"), [pair for program in CARDS for pair in allowed(program)])
+def test_a_card_has_the_stress_of_the_law(program, name, units):
+    read = READERS[program](written(program, rubber_with(name), units))
+    stretches = np.array([0.6, 0.9, 1.2, 1.8, 2.4])
+    expected = nominal_stress(law(name), LAWS[name], "uniaxial", stretches)
+    pascal = unit_system(units).force / unit_system(units).length ** 2
+    found = np.array([read.stress(stretch) for stretch in stretches]) * pascal / 1e6
+    assert found == pytest.approx(expected, rel=DIGITS)
+    # Poisson's ratio has eight digits where a card has no place for a bulk modulus.
+    assert read.bulk * pascal / 1e6 == pytest.approx(BULK, rel=1e-4)
+
+
+@pytest.mark.parametrize("units", ["N-mm-s", "kN-mm-ms"])
+@pytest.mark.parametrize(
+    ("program", "name"),
+    [
+        (program, name)
+        for program in CARDS
+        for program, name in allowed(program)
+        if writer_for(program).series and name in (writer_for(program).series_laws or LAWS)
+    ],
+)
+def test_a_card_relaxes_as_the_rubber(program, name, units):
+    rubber = rubber_with(name, series=SERIES)
+    read = READERS[program](written(program, rubber, units))
+    system = unit_system(units)
+    for seconds in (0.0, 0.3, 4.0, 20.0, 1e4):
+        expected = rubber.shear_modulus * (1 + sum(g * np.exp(-seconds / tau) for g, tau in SERIES))
+        found = read.relaxation(system.of_time(seconds))
+        # The modulus of the law is a difference of energies over a shear of 0.2 %.
+        assert found == pytest.approx(system.of_stress(expected), rel=1e-4), seconds
+
+
+@pytest.mark.parametrize(
+    ("program", "name"),
+    [
+        (program, name)
+        for program in CARDS
+        for program, name in allowed(program)
+        if writer_for(program).softening and name in (writer_for(program).softening_laws or LAWS)
+    ],
+)
+def test_a_card_softens_as_the_rubber(program, name):
+    read = READERS[program](written(program, rubber_with(name, softening=SOFTENING), "SI"))
+    r, m, beta = read.softening
+    assert (r, m, beta) == pytest.approx((1 / 0.4, 0.08e6, 0.15), rel=DIGITS)
+    # Not the law: Radioss has another one where there is softening.
+    stress = nominal_stress(law(name), LAWS[name], "uniaxial", 1.7)
+    assert read.stress(1.7) == pytest.approx(1e6 * float(stress), rel=DIGITS)
+
+
+@pytest.mark.parametrize(
+    ("program", "rubber", "words"),
+    [
+        ("abaqus", rubber_with("gent"), "Abaqus has no gent law"),
+        ("calculix", rubber_with("yeoh", series=SERIES), "no model for the effect viscoelasticity"),
+        ("calculix", rubber_with("yeoh", softening=SOFTENING), "no model for the effect mullins"),
+        ("calculix", ExportedRubber("yeoh", LAWS["yeoh"], np.inf), "no exactly incompressible rubber"),
+        ("radioss", rubber_with("yeoh", series=SERIES), "not with yeoh"),
+        ("radioss", rubber_with("ogden", softening=SOFTENING), "not with ogden"),
+        ("febio", rubber_with("ogden", softening=SOFTENING), "FEBio has no model for the effect mullins"),
+        ("lsdyna", rubber_with("yeoh", softening=SOFTENING), "LS-DYNA has no model for the effect mullins"),
+        ("abaqus", rubber_with("yeoh", inexpressible=("friction",)), "no place for the effect friction"),
+    ],
+)
+def test_what_a_program_cannot_express_is_refused_by_name(program, rubber, words):
+    with pytest.raises(InputError, match=words):
+        writer_for(program).check(rubber)
+
+
+def test_radioss_takes_no_series_beside_softening_but_with_arruda_boyce():
+    with pytest.raises(InputError, match="--without viscoelasticity"):
+        written("radioss", rubber_with("neo_hookean", series=SERIES, softening=SOFTENING))
+    read = radioss(written("radioss", rubber_with("arruda_boyce", series=SERIES, softening=SOFTENING)))
+    assert len(read.series) == 2
+    assert read.softening
+
+
+def test_an_incompressible_rubber_has_no_compliance():
+    rubber = ExportedRubber("yeoh", LAWS["yeoh"], np.inf)
+    assert "0.5, -0.05, 0.01, 0, 0, 0" in written("abaqus", rubber)
+
+
+def test_a_title_cannot_break_a_card():
+    order = Order("-- *END <b> 3%", "case.toml", unit_system("SI"), None, rubber_with("yeoh"))
+    for program in CARDS:
+        text = writer_for(program).text(order).decode("ascii")
+        assert READERS[program](text).bulk == pytest.approx(BULK * 1e6, rel=1e-4)
+        assert order.name == "END__b__3"
+
+
+def test_effects_of_the_rubber_go_into_the_card():
+    from bushcli.effects.active import ActiveEffect
+    from bushcli.effects.effect import effect
+
+    active = [
+        ActiveEffect(effect("batch_stiffness"), {"log_factor": np.log(1.5)}),
+        ActiveEffect(effect("compressibility"), {"compliance": 5e-4}),
+        ActiveEffect(effect("viscoelasticity"), {"g1": 0.2, "tau1": 3.0, "g2": 0.0, "tau2": 1.0}),
+        ActiveEffect(effect("mullins"), {"inverse_r": 0.5, "m": 0.1, "beta": 0.1}),
+        ActiveEffect(effect("friction"), {"g": 0.0, "slip": 0.1}),
+        ActiveEffect(effect("swaging"), {"reduction": 0.2}),
+    ]
+    found = rubber_of(Material("yeoh", BULK, LAWS["yeoh"]), active)
+    assert found.parameters == pytest.approx({"C10": 0.75, "C20": -0.075, "C30": 0.015})
+    # 1/kappa is 1/2000 + 1/2000; another batch is stiffer in volume too.
+    assert found.bulk_modulus == pytest.approx(1500.0)
+    assert found.series == ((0.2, 3.0),)
+    assert found.softening == Softening(0.5, pytest.approx(0.15), 0.1)
+    assert found.inexpressible == ()
+    assert found.beside == ("swaging",)
