@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from cases.contact import plates
+from cases.snubber import plates
 from cases.feature import Installed
 from cases.march import TOLERANCE, History, NotConverged, Observer, Progress, march
 from cases.mode import Mode

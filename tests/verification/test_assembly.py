@@ -13,7 +13,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
 from bushcli.effects.effect import effect
 from bushcli.effects.library.sleeve_compliance import RIGID
-from cases.contact import pushed_back
+from cases.snubber import pushed_back
 from cases.feature import Feature, Installed
 from cases.march import march
 from cases.mode import modes
