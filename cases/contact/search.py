@@ -35,6 +35,8 @@ FACING, MAYBE = -0.5, 0.3
 THROUGH = 0.3
 # Cosine between the way to the nearest point and the facet's normal; less at an edge means that the point is beside it.
 BESIDE = 0.7
+# Distances to an edge of two facets are one.
+TIE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -105,11 +107,12 @@ class Search:
         normal = self._normals(b.basis.slopes(at.xi), x, other)
         hard = other >= b.soft
         facing = np.einsum("pd,pd->p", normal, self._normals(self._slopes[point], x, facet)) < FACING
-        good = -np.einsum("pd,pd->p", r, normal) > BESIDE * depth
-        good &= (depth > 0.0) & (depth < reach * self._span(facet, other)) & (hard | facing)
+        good = (depth > 0.0) & (depth < reach * self._span(facet, other)) & (hard | facing)
         good[good] &= ~self._through(facet[good], point[good], other[good], at.xi[good])
-        best = _first_of(facet, point, hard, np.where(good, depth, np.inf))
-        chosen = best[good[best]]
+        # Of all that are near, the nearest one tells whether the point is inside, at an edge that which it is over.
+        behind = -np.einsum("pd,pd->p", r, normal) / np.maximum(depth, 1e-300)
+        best = _first_of(facet, point, hard, np.where(good, depth * (1.0 - TIE * np.abs(behind)), np.inf))
+        chosen = best[good[best] & (behind[best] > BESIDE)]
         return Inside(
             facet[chosen],
             point[chosen],
@@ -158,17 +161,17 @@ class Search:
         s, m, normal = self._facing(x)
         height = np.einsum("fnd,fd->fn", x[b.facets] - centre[:, None], normal)
         top, bottom = height.max(axis=1), height.min(axis=1)
-        # Far above the other's highest point: none of the facet's own is inside. It may hang through between its nodes.
+        # Far above the other's highest point: none of the facet's own is near. It may hang down between its nodes.
         above = np.einsum("pnd,pd->pn", x[b.facets[s]] - centre[m][:, None], normal[m])
         hang = 0.3 * np.ptp(above, axis=1)
-        low = above.min(axis=1) - hang < top[m] + 0.1 * (top[m] - bottom[m])
-        s, m = s[low], m[low]
+        deep = reach * self._span(s, m)
+        low = above.min(axis=1) - hang < top[m] + 0.1 * (top[m] - bottom[m]) + deep
+        s, m, deep = s[low], m[low], deep[low][:, None]
         places = np.einsum("qn,fnd->fqd", self._N, x[b.facets[: b.soft]])
         way = places[s] - centre[m][:, None]
         up = np.einsum("pqd,pd->pq", way, normal[m])
         slack = 0.1 * (top - bottom)[m][:, None]
-        deep = (reach * self._span(s, m))[:, None]
-        near = (up < top[m][:, None] + slack) & (up > bottom[m][:, None] - slack - deep)
+        near = (up < top[m][:, None] + slack + deep) & (up > bottom[m][:, None] - slack - deep)
         near &= np.linalg.norm(way, axis=2) < 1.05 * radius[m][:, None] + deep
         pair, point = np.nonzero(near)
         return s[pair], m[pair], point
