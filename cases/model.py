@@ -71,8 +71,6 @@ class Model:
         MPa; infinite = exactly incompressible.
     features
         What else there is to rubber and assembly.
-    contact
-        Whether surfaces that meet push each other back (`cases.contact`).
 
     Attributes
     ----------
@@ -93,7 +91,6 @@ class Model:
         parameters: Mapping[str, float],
         bulk_modulus: float = np.inf,
         features: Sequence[Installed] = (),
-        contact: bool = True,
     ) -> None:
         self.mesh, self.mode, self.law = mesh, mode, law
         self.features = tuple(features)
@@ -111,7 +108,7 @@ class Model:
         self._stress_free = StressFree(mesh, self.features, self.parameters)
         self.body = self._body()
         self.internal = Internal(self.body) if self.body.material.branches else None
-        touching = contact_of(mesh, self.space, mode, self._stress_free) if contact else None
+        touching = contact_of(mesh, self.space, mode, self._stress_free)
         self.surfaces = self._surfaces(followed, touching)
         self.motion = Motion(
             mesh,

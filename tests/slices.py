@@ -9,13 +9,13 @@ import gmsh
 import numpy as np
 from typing_extensions import override
 
-from geometry.shape import Shape
+from geometry.shape import Meets
 
 # Half of the model's thickness; the force of a whole one is divided by twice that (mm).
 LAYER = 1.0
 
 
-class Slice(Shape):
+class Slice(Meets):
     """The upper half (y > 0) of a plane region, extruded; both faces are planes of symmetry."""
 
     name: ClassVar[str] = "slice"
@@ -69,7 +69,7 @@ class Slice(Shape):
         names[3]["rubber"] = gmsh.model.addPhysicalGroup(3, volumes)
         parts: dict[str, list[int]] = {}
         for _, tag in gmsh.model.getBoundary([(3, v) for v in volumes], oriented=False):
-            x0, y0, z0, x1, y1, z1 = gmsh.model.getBoundingBox(2, tag)
+            _, _, z0, _, y1, z1 = gmsh.model.getBoundingBox(2, tag)
             lower, upper = gmsh.model.getParametrizationBounds(2, tag)
             middle = gmsh.model.getValue(2, tag, [0.5 * (a + b) for a, b in zip(lower, upper, strict=True)])
             if z1 - z0 < 1e-3:
@@ -115,7 +115,8 @@ class KidneySlice(Slice):
         wedge = occ.addPlaneSurface([occ.addCurveLoop(lines)])
         arc, _ = occ.intersect(annulus, [(2, wedge)])
         ends = [
-            (2, occ.addDisk(side * 16 * math.cos(half), sign * 16 * math.sin(half), 0, 2, 2)) for sign in (-1, 1)
+            (2, occ.addDisk(side * 16 * math.cos(half), sign * 16 * math.sin(half), 0, 2, 2))
+            for sign in (-1, 1)
         ]
         out, _ = occ.fuse(arc, ends)
         return int(out[0][1])
@@ -143,7 +144,7 @@ class KidneySlice(Slice):
         return "inner" if abs(r - 10) < 1e-3 else "outer" if abs(r - 22) < 1e-3 else "void"
 
 
-def slices(shape: Shape, mode: Any, rubber: Any, q: Any, **more: Any) -> tuple[Any, Any]:
+def slices(shape: Slice, mode: Any, rubber: Any, q: Any, **more: Any) -> tuple[Any, Any]:
     """Return the model and the march of a slice; forces are per length (N/mm)."""
     from dataclasses import replace
 

@@ -163,12 +163,14 @@ class Contact:
 
     def _unknowns(self, nodes: Ints) -> Ints:
         """Unknowns of nodes (p, m), shape (p, m d); -1 for those of rigid facets."""
-        known = np.where((nodes < self._free)[..., None], self.bodies.dofs[np.minimum(nodes, self._free - 1)], -1)
+        known = np.where(
+            (nodes < self._free)[..., None], self.bodies.dofs[np.minimum(nodes, self._free - 1)], -1
+        )
         return known.reshape(len(nodes), -1)
 
 
 def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree | None) -> Contact | None:
-    """Return the contact of a bushing's surfaces; None where it has none that are free.
+    """Return the contact of a bushing's surfaces; None where it has none that can meet.
 
     Parameters
     ----------
@@ -177,9 +179,9 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     stress_free
         Where the stress-free body is; None where it is the mesh.
     """
-    if mode.specimen != "bushing":
+    if mode.specimen != "bushing" or not mesh.shape.meeting:
         return None
-    bonds = {name: only for name, only in (*mode.driven.items(), *mode.held.items())}
+    bonds = [*mode.driven, *mode.held]
     outside = exterior(mesh)
     free = np.setdiff1d(outside, tagged(mesh, bonds))
     if not len(free):
@@ -189,7 +191,7 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
     components = (0, count - 1) if mesh.dimension == 2 else (0, 1, 2)
     surface = patch(mesh, space, free, components)
     strips = []
-    for name in bonds:
+    for name in bonds if mesh.shape.meeting == "sleeves" else ():
         bonded = on_rubber(mesh, np.intersect1d(tagged(mesh, [name]), outside))
         one = strip(mesh, space, bonded, surface, components)
         if one is not None:

@@ -1,11 +1,13 @@
 """Energy of contact, with its exact derivatives by the nodes' places.
 
-A point at the depth d below a facet stores a d^3/3 per area. Its pressure a d^2 sets in without a kink of the tangent, at
-which Newton's method would go to and fro between the points in contact and those that just leave it (with a pressure
-proportional to d a bump stop was not to be followed further than a tenth of a millimetre), and it stiffens, so that a depth of a
-hundredth of an element takes more than a bushing's rubber bears. With f the minimum over the facet of half the squared distance,
-d^2 = 2 f, the derivatives follow from those of f: its first is the distance itself on the shape functions of both sides, and
-its second has the change of the nearest point in it (Schur's complement).
+A point at the depth d below a facet stores a d^3/3 per area. Its pressure a d^2 sets in without a kink of the tangent,
+at which Newton's method would go to and fro between the points in contact and those that just leave it (with a pressure
+in proportion to d, a bump stop was not to be followed for a tenth of a millimetre), and it stiffens, so that a depth of a
+hundredth of an element takes more than a bushing's rubber bears.
+
+With f the minimum over the facet of half the squared distance, d^2 = 2 f, the derivatives follow from those of f. Its
+first is the distance on the shape functions of both sides; its second has the change of the nearest point in it, as a
+Schur complement.
 
 References
 ----------
@@ -29,7 +31,8 @@ from cases.contact.search import Inside
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# a in shear moduli over the square of the facet's size. A pressure of mu makes a depth of 0.1 % of the size, one of 100 mu 1 %.
+# a in shear moduli over the square of the facet's size. A pressure of mu makes a depth of 0.1 % of the size, and one of
+# 100 mu 1 %.
 STIFF = 1e6
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,7 +54,9 @@ class Basis:
         """Of a kind of facet, with equidistant nodes."""
         steps = range(order + 1)
         dimension = CORNERS[kind].shape[1]
-        powers = np.array([p for p in product(steps, repeat=dimension) if kind != "triangle" or sum(p) <= order])
+        powers = np.array(
+            [p for p in product(steps, repeat=dimension) if kind != "triangle" or sum(p) <= order]
+        )
         nodes = powers / order
         monomials = np.prod(nodes[:, None, :] ** powers[None, :, :], axis=2)
         return cls(kind, nodes, powers, np.asarray(np.linalg.inv(monomials), dtype=np.float64))
@@ -101,9 +104,10 @@ class Basis:
 
     def _products(self, table: Array, by: tuple[int, ...] = ()) -> Array:
         """Monomials (p, n) of the powers, differentiated by the coordinates in ``by``."""
-        total = np.ones((table.shape[1], len(self.powers)))
+        total: Array = np.ones((table.shape[1], len(self.powers)))
         for axis in range(table.shape[2]):
-            power, factor = self.powers[:, axis], np.ones(len(self.powers))
+            power: Any = self.powers[:, axis]
+            factor: Any = np.ones(len(self.powers))
             for _ in range(by.count(axis)):
                 factor, power = factor * power, np.maximum(power - 1, 0)
             total *= factor * table[:, :, axis][power].T

@@ -4,8 +4,8 @@ Facets that come near to each other are listed with room to spare, and listed ag
 Of those, few are left by tests of whole facets, and the nearest points of these few are computed anew at every state:
 the distance is a function of the state alone, and its derivatives are exact.
 
-A point is inside a facet where it lies behind it, no deeper than `REACH`, and both surfaces face each other. Rubber that
-lies between two surfaces, as in a thin wall or at a sharp edge, separates them: `THROUGH`.
+A point is inside where the facet nearest to it lies before it, no further than `REACH`, and both surfaces face each
+other. Rubber that lies between two surfaces, as in a thin wall or at a sharp edge, separates them: `THROUGH`.
 """
 
 from __future__ import annotations

@@ -56,7 +56,9 @@ class Strip:
     weights: Array
 
 
-def strip(mesh: NamedMesh, space: Any, bonded: Ints, free: Patch, components: tuple[int, ...]) -> Strip | None:
+def strip(
+    mesh: NamedMesh, space: Any, bonded: Ints, free: Patch, components: tuple[int, ...]
+) -> Strip | None:
     """Return how a bond goes on beyond its edges; None where it has none.
 
     Parameters
@@ -101,13 +103,8 @@ def strip(mesh: NamedMesh, space: Any, bonded: Ints, free: Patch, components: tu
 
 def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:
     """Facets of the bond, and their nodes on an edge that the bond shares with the free surface."""
-    shared = set(free.dofs[:, 0].tolist())
     outside = {key for _, key, _ in _all_edges(free)}
-    return [
-        (facet, nodes)
-        for facet, key, nodes in _all_edges(bond)
-        if key in outside and all(int(dof) in shared for dof in bond.dofs[nodes, 0])
-    ]
+    return [(facet, nodes) for facet, key, nodes in _all_edges(bond) if key in outside]
 
 
 def _all_edges(of: Patch) -> list[tuple[int, frozenset[int], Ints]]:
@@ -119,7 +116,7 @@ def _all_edges(of: Patch) -> list[tuple[int, frozenset[int], Ints]]:
         on = np.flatnonzero(np.linalg.norm(own - t[:, None] * np.array(along), axis=1) < 1e-9)
         places = on[np.argsort(t[on])]
         for facet, nodes in enumerate(of.facets[:, places]):
-            found.append((facet, frozenset(of.dofs[nodes, 0].tolist()), nodes))
+            found.append((facet, frozenset(map(int, of.dofs[nodes, 0])), nodes))
     return found
 
 
@@ -171,5 +168,3 @@ def _anchored(bond: Array, places: Array) -> tuple[Ints, Array]:
     anchors = order[: d + 1].astype(np.int64)
     wanted = np.column_stack([places, np.ones(len(places))])
     return anchors, np.asarray(np.linalg.solve(affine[anchors].T, wanted.T).T)
-
-

@@ -125,7 +125,7 @@ def normals(slope: Array) -> Array:
     """Normal of facets with tangents (f, a, d), as long as their measure; its sign is that of their order."""
     if slope.shape[-1] == 2:
         return np.stack([slope[:, 0, 1], -slope[:, 0, 0]], axis=-1)
-    return np.cross(slope[:, 0], slope[:, 1])
+    return np.asarray(np.cross(slope[:, 0], slope[:, 1]), dtype=np.float64)
 
 
 def rule(basis: Basis) -> tuple[Array, Array]:
@@ -164,4 +164,4 @@ def _nodes_of_cells(mesh: NamedMesh, space: Any, cells: Ints, points: Array) -> 
     coordinate = mesh.mesh.ufl_domain().ufl_coordinate_element().sub_elements[0].basix_element
     N = coordinate.tabulate(0, points)[0, :, :, 0]
     corners = mesh.mesh.geometry.x[cell_nodes(mesh.mesh)[cells]][..., : mesh.dimension]
-    return dofs, np.einsum("mn,cnd->cmd", N, corners)
+    return dofs, np.asarray(np.einsum("mn,cnd->cmd", N, corners), dtype=np.float64)

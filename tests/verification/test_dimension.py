@@ -10,11 +10,11 @@ import pytest
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
 from bushcli.effects.effect import effect
-from cases.snubber import STIFF
 from cases.march import march
 from cases.mode import modes
 from cases.program import Program
 from cases.simulate import Rubber, prepare
+from cases.snubber import STIFF
 from forms.law import law
 from geometry.shape import Refinement, Sleeve, Snubber, shapes
 
