@@ -337,7 +337,8 @@ class Equilibrium:
         if self._balanced(norms[2]):
             # A locking law (Gent) has a residual beyond its limit too, but no energy there.
             self.energy = self.model.energy()
-            if not np.isfinite(self.energy):
+            # A step that is too long may end behind a surface.
+            if not np.isfinite(self.energy) or self.model.surfaces.passed_through:
                 return int(PETSc.SNES.ConvergedReason.DIVERGED_FUNCTION_DOMAIN)
             return int(PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE)
         if iteration >= self.most:

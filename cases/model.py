@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.body import Body, Part
+from cases.contact.contact import Contact, contact_of
 from cases.feature import Installed
 from cases.internal import Internal
 from cases.material import Rubber
@@ -107,7 +108,8 @@ class Model:
         self._stress_free = StressFree(mesh, self.features, self.parameters)
         self.body = self._body()
         self.internal = Internal(self.body) if self.body.material.branches else None
-        self.surfaces = self._surfaces(followed)
+        touching = contact_of(mesh, self.space, mode, self._stress_free)
+        self.surfaces = self._surfaces(followed, touching)
         self.motion = Motion(
             mesh,
             mode,
@@ -166,7 +168,7 @@ class Model:
         """The stress-free body at points of a region's cells; None where it is the mesh."""
         return self._stress_free.at(self.cells(region), rule.points)
 
-    def _surfaces(self, followed: Sequence[str]) -> SurfaceForms:
+    def _surfaces(self, followed: Sequence[str], contact: Contact | None) -> SurfaceForms:
         shear_constant = fem.Constant(self.mesh.mesh, PETSc.ScalarType(0.0))
         energies, shear = list[Any](), ufl.variable(shear_constant)
         if any(item.feature.surface is not None for item in self.features):
@@ -181,7 +183,7 @@ class Model:
             energies = surface_energies(
                 self.mesh, self.features, self.parameters, given, moved, self.quadrature_degree
             )
-        return SurfaceForms(self.state, energies, self.parameters, (shear, shear_constant))
+        return SurfaceForms(self.state, energies, self.parameters, (shear, shear_constant), contact)
 
     @cached_property
     def strain(self) -> Kinematics:
@@ -312,17 +314,28 @@ class Model:
     def assemble_tangent(self, matrix: PETSc.Mat) -> None:
         """Tangent at the present state; constrained rows and columns are those of the identity."""
         self.stiffen()
-        pattern = self._pattern
+        contact = self.surfaces.contact
+        pattern = self._pattern if contact is None else self._touching(contact, matrix)
         pattern.values[:] = 0.0
         self.body.add_stiffness(pattern.places, pattern.values)
+        if contact is not None and contact.touching:
+            pattern.add(*contact.entries())
         matrix.zeroEntries()
         pattern.add_to(matrix)
         self.surfaces.add_stiffness(matrix, self._bc)
         matrix.assemble()
 
+    def _touching(self, contact: Contact, matrix: PETSc.Mat) -> Pattern:
+        """The pattern with room for what is in contact at the present state; the matrix has it too."""
+        if contact.touching and not self._pattern.holds(*contact.entries()[:2]):
+            self._pattern = self._pattern.widened(*contact.couplings())
+            self._pattern.shape(matrix)
+        return self._pattern
+
     def stiffen(self) -> None:
         """Compute the moduli at the present state, for `apply_tangent` and `lift`."""
         self.take_parameters()
+        self.surfaces.look()
         self.body.stiffen(self.state.x.array)
 
     def apply_tangent(self, b: PETSc.Vec, direction: Array) -> None:

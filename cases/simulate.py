@@ -9,12 +9,12 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from cases.contact import plates
 from cases.feature import Installed
 from cases.march import TOLERANCE, History, NotConverged, Observer, Progress, march
 from cases.mode import Mode
 from cases.model import Model, setting_for
 from cases.program import Program
+from cases.snubber import plates
 from forms.law import Law
 from geometry.mesh import build
 from geometry.shape import Mirrors, Refinement, Shape

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 from ufl.algorithms import expand_derivatives
 
+from cases.contact.contact import DEEPEST, Contact
 from cases.feature import Installed, Place
 from cases.jit import options
 from cases.parameters import Parameters
@@ -37,18 +38,26 @@ class SurfaceForms:
         Of the model.
     shear
         ufl.variable of the law's initial shear modulus, which the energies may contain, and its constant.
+    contact
+        Of the surfaces with each other; its energy is added to those.
     """
 
     def __init__(
-        self, state: Any, energies: Sequence[Any], parameters: Parameters, shear: tuple[Any, Any]
+        self,
+        state: Any,
+        energies: Sequence[Any],
+        parameters: Parameters,
+        shear: tuple[Any, Any],
+        contact: Contact | None = None,
     ) -> None:
-        self._state, self._parameters = state, parameters
+        self._state, self._parameters, self.contact = state, parameters, contact
         self._shear, self._shear_constant = shear
         self._surfaces = Surfaces(state, energies)
         self._direction = fem.Function(state.function_space)
         self._slopes: dict[str, Any] = {}
-        self.present = bool(energies)
-        if self.present:
+        self._formed = bool(energies)
+        self.present = self._formed or contact is not None
+        if self._formed:
             self._energy = _compiled(self._surfaces.energy)
             self._residual = _compiled(self._surfaces.residual)
             self._tangent = _compiled(self._surfaces.tangent)
@@ -56,30 +65,55 @@ class SurfaceForms:
     def take(self, shear_modulus: float) -> None:
         """Take the law's present initial shear modulus, MPa."""
         self._shear_constant.value = shear_modulus
+        if self.contact is not None:
+            self.contact.take(shear_modulus)
+
+    def look(self) -> None:
+        """Find what is in contact at the present state."""
+        if self.contact is not None:
+            self.contact.look(self._state.x.array)
+
+    @property
+    def passed_through(self) -> bool:
+        """Whether a surface lies deeper in another at the present state than contact allows."""
+        self.look()
+        return self.contact is not None and self.contact.penetration > DEEPEST
 
     def energy(self) -> float:
         """On this rank, N mm."""
-        return float(fem.assemble_scalar(self._energy)) if self.present else 0.0
+        total = float(fem.assemble_scalar(self._energy)) if self._formed else 0.0
+        if self.contact is not None:
+            self.look()
+            total += self.contact.energy()
+        return total
 
     def add_forces(self, forces: Array) -> None:
         """Add the derivative of the energy at the present state, over all local unknowns."""
-        if self.present:
+        if self._formed:
             fem.assemble_vector(forces, self._residual)
+        if self.contact is not None:
+            self.look()
+            self.contact.add_forces(forces)
 
     def add_stiffness(self, matrix: PETSc.Mat, bc: Any) -> None:
-        """Add the second derivative to a matrix, but for constrained unknowns."""
-        if self.present:
+        """Add the second derivative of the forms to a matrix, but for constrained unknowns."""
+        if self._formed:
             petsc.assemble_matrix(matrix, self._tangent, bcs=[bc])
 
     def add_action(self, direction: Array, forces: Array) -> None:
         """Add the second derivative applied to a direction."""
-        if self.present:
+        if self._formed:
             self._direction.x.array[:] = direction
             fem.assemble_vector(forces, self._action)
+        if self.contact is not None:
+            self.contact.add_action(direction, forces)
 
     def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
         """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes."""
-        if not self.present:
+        if self.contact is not None:
+            self.look()
+            self.contact.add_slope(name, shear_rate, forces)
+        if not self._formed:
             return
         form = self._slope(name, self._parameters.marked[name])
         if form is not None:

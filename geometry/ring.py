@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from typing_extensions import override
 
 from geometry.blocks import Array, Blocks, Interval
-from geometry.shape import Metal, Mirrors, Refinement, Shape, Sleeve, Snubber
+from geometry.shape import Meets, Metal, Mirrors, Refinement, Sleeve, Snubber
 
 # Defaults with which the force stays within 1 % of the converged one (measured: benchmarks/README.md).
 SECTION = Refinement(across=6)
@@ -34,7 +34,7 @@ class Void(NamedTuple):
     theta: tuple[float, float]
 
 
-class Ring(Shape):
+class Ring(Meets):
     """A bushing: rubber between two coaxial sleeves, symmetric about its mid-plane; subclasses give the ends."""
 
     inner_radius: float = Field(gt=0, description="inner radius of the rubber, mm")

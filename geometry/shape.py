@@ -19,6 +19,7 @@ from functools import cache
 from typing import Any, ClassVar, Literal, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
+from typing_extensions import override
 
 from geometry.blocks import Blocks
 from geometry.errors import GeometryError
@@ -232,6 +233,29 @@ class Shape(BaseModel):
     def elastic_sleeves(self) -> Mapping[str, Metal]:
         """The elastic metal bodies by region name."""
         return {}
+
+    @property
+    def meeting(self) -> Meeting:
+        """Which surfaces push each other back where they meet: none, those of the mesh, or rigid sleeves too."""
+        return False
+
+
+Meeting = bool | Literal["sleeves"]
+
+
+class Meets(Shape):
+    """A shape with surfaces that can meet."""
+
+    contact: Meeting = Field(
+        default=True,
+        description="surfaces that meet push each other back, without friction; "
+        '"sleeves" = the rigid sleeves beyond the bonds do so too; false = they pass through each other',
+    )
+
+    @property
+    @override
+    def meeting(self) -> Meeting:
+        return self.contact
 
 
 class _Shapes(Mapping[str, type[Shape]]):

@@ -14,7 +14,7 @@ from geometry.cad.part import MILLIMETRES
 from geometry.cad.ready import SUFFIXES as MESHES
 from geometry.cad.ready import ReadyMesh, read_mesh
 from geometry.cad.rules import Rules, Vector
-from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape, metals
+from geometry.shape import Meets, Metal, Mirrors, Names, Plate, Refinement, metals
 from geometry.view import View
 
 SUFFIXES = (".step", ".stp", ".brep", ".brp", *MESHES)
@@ -29,7 +29,7 @@ class BondRules(BaseModel):
     outer: Rules = Field(default=(), description="likewise")
 
 
-class Cad(Shape):
+class Cad(Meets):
     """A CAD part: solids of rubber, with sleeves and plates as solids or rigid."""
 
     name: ClassVar[str] = "cad"

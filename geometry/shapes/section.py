@@ -12,13 +12,13 @@ from typing_extensions import override
 from geometry.section.dxf import read_dxf
 from geometry.section.found import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
-from geometry.shape import Metal, Mirrors, Names, Plate, Refinement, Shape, metals
+from geometry.shape import Meets, Metal, Mirrors, Names, Plate, Refinement, metals
 from geometry.view import View
 
 Edges = Annotated[tuple[Edge, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
 
 
-class Section(Shape):
+class Section(Meets):
     """Rubber of revolution between named bonds, with plates and sleeves inside it or beside it."""
 
     name: ClassVar[str] = "section"

@@ -13,13 +13,13 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
 from bushcli.effects.effect import effect
 from bushcli.effects.library.sleeve_compliance import RIGID
-from cases.contact import pushed_back
 from cases.feature import Feature, Installed
 from cases.march import march
 from cases.mode import modes
 from cases.model import Model
 from cases.program import Program
 from cases.simulate import Rubber, is_odd, prepare
+from cases.snubber import pushed_back
 from forms.law import law
 from geometry import ring
 from geometry.mesh import build

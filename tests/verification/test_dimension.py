@@ -10,11 +10,11 @@ import pytest
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
 from bushcli.effects.effect import effect
-from cases.contact import STIFF
 from cases.march import march
 from cases.mode import modes
 from cases.program import Program
 from cases.simulate import Rubber, prepare
+from cases.snubber import STIFF
 from forms.law import law
 from geometry.shape import Refinement, Sleeve, Snubber, shapes
 
@@ -109,7 +109,7 @@ def test_plates_stay_where_they_are(mode, monkeypatch):
     expected = force(true, mode, q=q)
     assert expected[-1] > 1.01 * force(free, mode, q=q)[-1]
     # Plates are springs whose stiffness goes by the thickness on the mesh.
-    monkeypatch.setattr("cases.contact.STIFF", STIFF * 9.0 / 9.7)
+    monkeypatch.setattr("cases.snubber.STIFF", STIFF * 9.0 / 9.7)
     found = force(drawn, mode, changed(), q=q)
     np.testing.assert_allclose(found, expected, rtol=1e-6 if mode == "axial" else 1e-3)
 

@@ -1,0 +1,120 @@
+"""All surfaces of a model that can meet, and where they are at a state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+
+from cases.contact.facets import Basis
+from cases.contact.sleeves import Strip
+from cases.contact.surface import Patch, normals, rule
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Facets of the mesh, which press and are pressed, followed by rigid ones, which are only pressed.
+
+    Attributes
+    ----------
+    basis : Basis
+    facets : shape (f, n)
+        Numbers of nodes.
+    sign : shape (f,)
+        As of `Patch`.
+    X : shape (nodes, d)
+        Stress-free, mm.
+    soft : int
+        Number of the facets that belong to the mesh; they come first.
+    dofs : shape (k, d)
+        Unknowns of the nodes that the others follow: those of the mesh, which come first, and of the bonds.
+    follow : sparse matrix, shape (nodes, k)
+        Displacements of all nodes from theirs.
+    axisymmetric : bool
+        Whether they are lines in the half-plane, which stand for surfaces of revolution.
+    """
+
+    basis: Basis
+    facets: Ints
+    sign: Array
+    X: Array
+    soft: int
+    dofs: Ints
+    follow: scipy.sparse.csr_matrix
+    axisymmetric: bool
+
+    @classmethod
+    def of(cls, free: Patch, strips: Sequence[Strip], axisymmetric: bool) -> Bodies:
+        """Of the free surface, and sleeves beyond the bonds."""
+        count = len(free.X)
+        follow = [scipy.sparse.identity(count, format="csr")] + [one.weights for one in strips]
+        starts = count + np.cumsum([0, *(len(one.X) for one in strips)])
+        return cls(
+            free.basis,
+            np.concatenate([free.facets, *(one.facets + n for one, n in zip(strips, starts, strict=False))]),
+            np.concatenate([free.sign, *(one.sign for one in strips)]),
+            np.concatenate([free.X, *(one.X for one in strips)]),
+            len(free.facets),
+            np.concatenate([free.dofs, *(one.anchors.dofs for one in strips)]),
+            scipy.sparse.block_diag(follow, format="csr"),
+            axisymmetric,
+        )
+
+    def without(self, facets: Ints) -> Bodies:
+        """These without some of the rigid facets."""
+        keep = np.setdiff1d(np.arange(len(self.facets)), facets)
+        return replace(self, facets=self.facets[keep], sign=self.sign[keep])
+
+    def displacements(self, unknowns: Array) -> Array:
+        """Of the nodes, shape (nodes, d)."""
+        return np.asarray(self.follow @ unknowns[self.dofs])
+
+    def gathered(self, nodes: Ints, values: Array) -> Array:
+        """Sum of what is at nodes (p, m), values (p, m, d), over the nodes that are followed, shape (k, d)."""
+        total = np.zeros(self.X.shape)
+        np.add.at(total, nodes, values)
+        return np.asarray(self.follow.T @ total)
+
+    @cached_property
+    def points(self) -> tuple[Array, Array]:
+        """Quadrature of a facet: places and weights in the reference facet."""
+        return rule(self.basis)
+
+    @cached_property
+    def weight(self) -> Array:
+        """Area of each point of the soft facets, mm^2, shape (soft, q)."""
+        xi, weights = self.points
+        X = self.X[self.facets[: self.soft]]
+        slopes = np.einsum("qan,fnd->fqad", self.basis.slopes(xi), X)
+        flat = slopes.reshape(-1, *slopes.shape[2:])
+        area = np.linalg.norm(normals(flat), axis=1).reshape(slopes.shape[:2]) * weights
+        if self.axisymmetric:
+            area *= 2 * np.pi * np.einsum("qn,fn->fq", self.basis.values(xi), X[..., 0])
+        return np.asarray(area)
+
+    @cached_property
+    def size(self) -> Array:
+        """Size of each facet, mm: a line's length, or the side of a square of the same area."""
+        xi, weights = self.points
+        slopes = np.einsum("qan,fnd->fqad", self.basis.slopes(xi), self.X[self.facets])
+        flat = slopes.reshape(-1, *slopes.shape[2:])
+        area = np.linalg.norm(normals(flat), axis=1).reshape(slopes.shape[:2]) @ weights
+        if self.X.shape[1] == 2:
+            return np.asarray(area)
+        return np.asarray(np.sqrt(area * (2.0 if self.basis.kind == "triangle" else 1.0)))
+
+    @cached_property
+    def breadth(self) -> Array:
+        """Least extent of each facet, mm: its area over its largest extent."""
+        if self.X.shape[1] == 2:
+            return self.size
+        nodes = self.X[self.facets]
+        longest = np.linalg.norm(nodes[:, :, None] - nodes[:, None, :], axis=3).max(axis=(1, 2))
+        return np.asarray(self.size**2 / longest)

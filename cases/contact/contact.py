@@ -1,0 +1,214 @@
+"""Contact of a model: an energy of its state, beside those of its body and its surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.contact.bodies import Bodies
+from cases.contact.energy import Pressed
+from cases.contact.search import Search
+from cases.contact.sleeves import Strip, strip
+from cases.contact.surface import Patch, exterior, on_rubber, patch, tagged
+from cases.mode import Mode
+from cases.moved import MovedPoints, StressFree
+from geometry.mesh import NamedMesh
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Deepest penetration of an equilibrium, in sizes of a facet.
+DEEPEST = 0.01
+# How deep points are looked for that a step of the march may have brought through a surface, in sizes of a facet.
+BEYOND = 3.0
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """Where the stress-free body is, at the nodes that all others follow."""
+
+    parts: Sequence[tuple[MovedPoints, Ints]]
+
+    def displacement(self) -> Array:
+        """From the mesh, with the present parameters, shape (k, d)."""
+        return np.concatenate([points.now().displacement[w[:, 0], w[:, 1]] for points, w in self.parts])
+
+    def rate(self, name: str) -> Array | None:
+        """Its derivative by a parameter, at the last displacement; None for zero."""
+        found = [(points.rate(name), w) for points, w in self.parts]
+        if found[0][0] is None:
+            return None
+        return np.concatenate([rate.displacement[w[:, 0], w[:, 1]] for rate, w in found if rate is not None])
+
+
+class Contact:
+    """Frictionless contact of a bushing's surfaces.
+
+    Parameters
+    ----------
+    free
+        The free surface.
+    strips
+        Sleeves beyond their bonds.
+    axisymmetric
+        Whether the mesh is the half-plane.
+    stress_free
+        Where the stress-free body is; None where it is the mesh.
+
+    Attributes
+    ----------
+    bodies : Bodies
+    """
+
+    def __init__(
+        self, free: Patch, strips: Sequence[Strip], axisymmetric: bool, stress_free: StressFree | None = None
+    ) -> None:
+        bodies = Bodies.of(free, strips, axisymmetric)
+        # A sleeve goes on beyond its bond where there is no rubber.
+        blocked = Search(bodies).inside(bodies.X, BEYOND).other
+        self.bodies = bodies.without(np.unique(blocked[blocked >= bodies.soft]))
+        self._search = Search(self.bodies)
+        self._free = len(free.X)
+        self._moved = None if stress_free is None else _surroundings(free, strips, stress_free)
+        self._shift = np.zeros(self.bodies.X.shape)
+        self.shear_modulus = 0.0
+        self._state: Array | None = None
+        self._blocks: Array | None = None
+
+    def take(self, shear_modulus: float) -> None:
+        """Take the law's present shear modulus (MPa), and the stress-free body's place."""
+        self.shear_modulus = shear_modulus
+        if self._moved is not None:
+            self._shift = self.bodies.follow @ self._moved.displacement()
+        self._state = None
+
+    # -- at a state ----------------------------------------------------------------------------------------------
+
+    def look(self, state: Array) -> None:
+        """Go to a state, this rank's unknowns."""
+        if self._state is not None and np.array_equal(state, self._state):
+            return
+        self._state, self._blocks = state.copy(), None
+        self._x = self.bodies.X + self._shift + self.bodies.displacements(state)
+        # A line search may try what is no state; the body says so.
+        found = self._search.inside(np.nan_to_num(self._x, posinf=0.0, neginf=0.0))
+        self.pressed = Pressed.of(self.bodies, found, self._x)
+
+    @property
+    def touching(self) -> bool:
+        """Whether any surfaces meet at the state of `look`."""
+        return len(self.pressed.found) > 0
+
+    @property
+    def penetration(self) -> float:
+        """Deepest penetration at the state of `look`, in sizes of the facets; points that went far are seen too."""
+        found = self._search.inside(self._x, BEYOND)
+        return float(np.max(found.depth / self.bodies.size[found.facet], initial=0.0))
+
+    def energy(self) -> float:
+        """N mm."""
+        return self.shear_modulus * self.pressed.energy()
+
+    def add_forces(self, forces: Array) -> None:
+        """Add the derivative of the energy to a vector over this rank's unknowns."""
+        if self.touching:
+            self._add(self.shear_modulus * self.pressed.forces(), forces)
+
+    def add_action(self, direction: Array, forces: Array) -> None:
+        """Add the second derivative applied to a direction."""
+        if self.touching:
+            self._add_change(self.bodies.displacements(direction), forces)
+
+    def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
+        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes."""
+        if not self.touching:
+            return
+        self._add(shear_rate * self.pressed.forces(), forces)
+        rate = None if self._moved is None else self._moved.rate(name)
+        if rate is not None:
+            self._add_change(np.asarray(self.bodies.follow @ rate), forces)
+
+    def entries(self) -> tuple[Ints, Ints, Array]:
+        """Second derivative by the unknowns: rows, columns (of rigid facets none), and values."""
+        unknowns = self._unknowns(self.pressed.nodes)
+        return (*_square(unknowns), self._stiffness.ravel())
+
+    def couplings(self) -> tuple[Ints, Ints]:
+        """Rows and columns that contact has or may soon have, as of `entries`."""
+        pairs = self._search.near(self._x)
+        nodes = np.concatenate([self.bodies.facets[pairs[:, 0]], self.bodies.facets[pairs[:, 1]]], axis=1)
+        found = [_square(self._unknowns(one)) for one in (nodes, self.pressed.nodes)]
+        return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
+
+    # -- pieces --------------------------------------------------------------------------------------------------
+
+    @property
+    def _stiffness(self) -> Array:
+        if self._blocks is None:
+            self._blocks = self.shear_modulus * self.pressed.stiffness()
+        return self._blocks
+
+    def _add(self, values: Array, forces: Array) -> None:
+        np.add.at(forces, self.bodies.dofs, self.bodies.gathered(self.pressed.nodes, values))
+
+    def _add_change(self, change: Array, forces: Array) -> None:
+        """Add what a change of the nodes' places (nodes, d) makes of the forces."""
+        own = change[self.pressed.nodes]
+        answer = np.einsum("pxy,py->px", self._stiffness, own.reshape(len(own), -1))
+        self._add(answer.reshape(own.shape), forces)
+
+    def _unknowns(self, nodes: Ints) -> Ints:
+        """Unknowns of nodes (p, m), shape (p, m d); -1 for those of rigid facets."""
+        known = np.where(
+            (nodes < self._free)[..., None], self.bodies.dofs[np.minimum(nodes, self._free - 1)], -1
+        )
+        return known.reshape(len(nodes), -1)
+
+
+def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree | None) -> Contact | None:
+    """Return the contact of a bushing's surfaces; None where it has none that can meet.
+
+    Parameters
+    ----------
+    mesh, space, mode
+        Of the model; the space is mixed, displacement first.
+    stress_free
+        Where the stress-free body is; None where it is the mesh.
+    """
+    if mode.specimen != "bushing" or not mesh.shape.meeting:
+        return None
+    bonds = [*mode.driven, *mode.held]
+    outside = exterior(mesh)
+    free = np.setdiff1d(outside, tagged(mesh, bonds))
+    if not len(free):
+        return None
+    # The half-plane has two coordinates; a twist, the component between them, moves no surface.
+    count = space.sub(0).num_sub_spaces
+    components = (0, count - 1) if mesh.dimension == 2 else (0, 1, 2)
+    surface = patch(mesh, space, free, components)
+    strips = []
+    for name in bonds if mesh.shape.meeting == "sleeves" else ():
+        bonded = on_rubber(mesh, np.intersect1d(tagged(mesh, [name]), outside))
+        one = strip(mesh, space, bonded, surface, components)
+        if one is not None:
+            strips.append(one)
+    return Contact(surface, strips, mesh.dimension == 2, stress_free)
+
+
+def _surroundings(free: Patch, strips: Sequence[Strip], stress_free: StressFree) -> Surroundings | None:
+    parts = []
+    for cells, where in ((free.cells, free.where), *((s.anchors.cells, s.anchors.where) for s in strips)):
+        points = stress_free.at(cells, free.points)
+        if points is None:
+            return None
+        parts.append((points, where))
+    return Surroundings(parts)
+
+
+def _square(unknowns: Ints) -> tuple[Ints, Ints]:
+    n = unknowns.shape[1]
+    return np.repeat(unknowns, n, axis=1).ravel(), np.tile(unknowns, (1, n)).ravel()

@@ -1,0 +1,220 @@
+"""Which points of the surfaces are inside of what other facets, and where on these they are nearest.
+
+Facets that come near to each other are listed with room to spare, and listed again once a node has moved half of it.
+Of those, few are left by tests of whole facets, and the nearest points of these few are computed anew at every state:
+the distance is a function of the state alone, and its derivatives are exact.
+
+A point is inside where the facet nearest to it lies before it, no further than `REACH`, and both surfaces face each
+other. Rubber that lies between two surfaces, as in a thin wall or at a sharp edge, separates them: `THROUGH`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from cases.contact.bodies import Bodies
+from cases.contact.facets import Nearest, nearest
+from cases.contact.surface import normals
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Deepest penetration that is looked for, in sizes of the facets. A step of the march that goes deeper is too long.
+REACH = 1.0
+# Room to spare of the list, in sizes of the facets.
+SKIN = 1.0
+# Cosine of the normals of surfaces that face each other, and of facets that may contain such (they are curved).
+FACING, MAYBE = -0.5, 0.3
+# Where the way from one point to the other leads into the rubber at both ends, with a cosine of more than this in the
+# stress-free body, there is rubber between them. At an edge of 90 degrees it is 0.7, in a fold of a flat face 0.
+THROUGH = 0.3
+# Cosine between the way to the nearest point and the facet's normal; less at an edge means that the point is beside it.
+BESIDE = 0.7
+# Distances to an edge of two facets are one.
+TIE = 1e-6
+
+
+@dataclass(frozen=True)
+class Inside:
+    """Points that are inside of other facets.
+
+    Attributes
+    ----------
+    facet, point : shape (p,)
+        Soft facet, and its point of quadrature.
+    other : shape (p,)
+        Facet that it is inside of.
+    at : Nearest
+        Where on that one.
+    r : shape (p, d)
+        From there to the point, mm.
+    share : shape (p,)
+        Of the contact's energy: one half where the other facet has points that are inside of this one too.
+    """
+
+    facet: Ints
+    point: Ints
+    other: Ints
+    at: Nearest
+    r: Array
+    share: Array
+
+    def __len__(self) -> int:
+        return len(self.facet)
+
+    @property
+    def depth(self) -> Array:
+        """Penetration, mm."""
+        return np.asarray(np.linalg.norm(self.r, axis=1))
+
+
+class Search:
+    """Finds points that are inside of other facets.
+
+    Parameters
+    ----------
+    bodies
+        The surfaces.
+    """
+
+    def __init__(self, bodies: Bodies) -> None:
+        self.bodies = bodies
+        basis = bodies.basis
+        self._xi, _ = bodies.points
+        self._N = basis.values(self._xi)
+        self._slopes = basis.slopes(self._xi)
+        self._middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
+        self._listed: Array | None = None
+        self._pairs = np.zeros((0, 2), dtype=np.int64)
+        self._room = SKIN * float(np.median(bodies.size[: bodies.soft])) if bodies.soft else 0.0
+
+    def inside(self, x: Array, reach: float = REACH) -> Inside:
+        """Points that are inside of other facets, with the nodes at x (nodes, d), no deeper than ``reach``."""
+        if self._listed is None or np.abs(x - self._listed).max(initial=0.0) > 0.5 * self._room:
+            self._list(x)
+        b = self.bodies
+        facet, other, point = self._candidates(x, reach)
+        nodes = x[b.facets[other]]
+        places = np.einsum("pn,pnd->pd", self._N[point], x[b.facets[facet]])
+        at = nearest(b.basis, nodes, places)
+        r = places - np.einsum("pn,pnd->pd", b.basis.values(at.xi), nodes)
+        depth = np.linalg.norm(r, axis=1)
+        normal = self._normals(b.basis.slopes(at.xi), x, other)
+        hard = other >= b.soft
+        facing = np.einsum("pd,pd->p", normal, self._normals(self._slopes[point], x, facet)) < FACING
+        good = (depth > 0.0) & (depth < reach * self._span(facet, other)) & (hard | facing)
+        good[good] &= ~self._through(facet[good], point[good], other[good], at.xi[good])
+        # Of all that are near, the nearest one tells whether the point is inside, at an edge that which it is over.
+        behind = -np.einsum("pd,pd->p", r, normal) / np.maximum(depth, 1e-300)
+        best = _first_of(facet, point, hard, np.where(good, depth * (1.0 - TIE * np.abs(behind)), np.inf))
+        chosen = best[good[best] & (behind[best] > BESIDE)]
+        return Inside(
+            facet[chosen],
+            point[chosen],
+            other[chosen],
+            Nearest(at.xi[chosen], at.free[chosen]),
+            r[chosen],
+            np.where(hard[chosen], 1.0, 0.5),
+        )
+
+    def near(self, x: Array) -> Ints:
+        """Pairs of a soft facet and another that face each other and are nearer than a facet's size."""
+        self._list(x)
+        centre, _ = self._spheres(x)
+        s, m, normal = self._facing(x)
+        apart = np.einsum("pd,pd->p", centre[s] - centre[m], normal[m])
+        side = np.linalg.norm(centre[s] - centre[m] - apart[:, None] * normal[m], axis=1)
+        span = self._span(s, m)
+        near = (np.abs(apart) < span) & (side < 2.0 * span) & (m < self.bodies.soft)
+        return np.column_stack([s[near], m[near]])
+
+    # -- few of many ---------------------------------------------------------------------------------------------
+
+    def _list(self, x: Array) -> None:
+        """List the pairs of facets that come near to each other."""
+        b = self.bodies
+        centre, radius = self._spheres(x)
+        limit = 2 * float(radius[: b.soft].max(initial=0.0)) + self._room
+        pairs = cKDTree(centre[: b.soft]).query_pairs(limit, output_type="ndarray").astype(np.int64)
+        pairs = np.concatenate([pairs, pairs[:, ::-1]])
+        hard = np.arange(b.soft, len(b.facets))
+        strips = np.column_stack([np.repeat(np.arange(b.soft), len(hard)), np.tile(hard, b.soft)])
+        pairs = np.concatenate([pairs, strips])
+        apart = np.linalg.norm(centre[pairs[:, 0]] - centre[pairs[:, 1]], axis=1)
+        self._pairs = pairs[apart < radius[pairs].sum(axis=1) + self._room]
+        self._listed = x.copy()
+
+    def _spheres(self, x: Array) -> tuple[Array, Array]:
+        nodes = x[self.bodies.facets]
+        centre = nodes.mean(axis=1)
+        return centre, np.linalg.norm(nodes - centre[:, None], axis=2).max(axis=1)
+
+    def _candidates(self, x: Array, reach: float) -> tuple[Ints, Ints, Ints]:
+        """Facet, other facet and point that may be inside of it."""
+        b = self.bodies
+        centre, radius = self._spheres(x)
+        s, m, normal = self._facing(x)
+        height = np.einsum("fnd,fd->fn", x[b.facets] - centre[:, None], normal)
+        top, bottom = height.max(axis=1), height.min(axis=1)
+        # Far above the other's highest point: none of the facet's own is near. It may hang down between its nodes.
+        above = np.einsum("pnd,pd->pn", x[b.facets[s]] - centre[m][:, None], normal[m])
+        hang = 0.3 * np.ptp(above, axis=1)
+        deep = reach * self._span(s, m)
+        low = above.min(axis=1) - hang < top[m] + 0.1 * (top[m] - bottom[m]) + deep
+        s, m, deep = s[low], m[low], deep[low][:, None]
+        places = np.einsum("qn,fnd->fqd", self._N, x[b.facets[: b.soft]])
+        way = places[s] - centre[m][:, None]
+        up = np.einsum("pqd,pd->pq", way, normal[m])
+        slack = 0.1 * (top - bottom)[m][:, None]
+        near = (up < top[m][:, None] + slack + deep) & (up > bottom[m][:, None] - slack - deep)
+        near &= np.linalg.norm(way, axis=2) < 1.05 * radius[m][:, None] + deep
+        pair, point = np.nonzero(near)
+        return s[pair], m[pair], point
+
+    def _facing(self, x: Array) -> tuple[Ints, Ints, Array]:
+        """Pairs of the list that may face each other, and the unit normals of all facets in their middles."""
+        b = self.bodies
+        slopes = np.einsum("an,fnd->fad", self._middle, x[b.facets])
+        normal = normals(slopes) * b.sign[:, None]
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        s, m = self._pairs.T
+        face = (m >= b.soft) | (np.einsum("pd,pd->p", normal[s], normal[m]) < MAYBE)
+        return s[face], m[face], normal
+
+    def _span(self, s: Ints, m: Ints) -> Array:
+        """Breadth of the facets of pairs; of a rigid one that of the other."""
+        size, soft = self.bodies.breadth, self.bodies.soft
+        return np.asarray(0.5 * (size[s] + size[np.where(m < soft, m, s)]))
+
+    # -- which count ---------------------------------------------------------------------------------------------
+
+    def _normals(self, slopes: Array, x: Array, facet: Ints) -> Array:
+        """Outward unit normals where facets have shape functions with these slopes (p, a, n)."""
+        nodes = x[self.bodies.facets[facet]]
+        found = normals(np.einsum("pan,pnd->pad", slopes, nodes)) * self.bodies.sign[facet][:, None]
+        return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+
+    def _through(self, facet: Ints, point: Ints, other: Ints, xi: Array) -> NDArray[np.bool_]:
+        """Whether rubber lies between points and other facets in the stress-free body."""
+        b: Any = self.bodies
+        here = np.einsum("pn,pnd->pd", self._N[point], b.X[b.facets[facet]])
+        there = np.einsum("pn,pnd->pd", b.basis.values(xi), b.X[b.facets[other]])
+        way = there - here
+        way /= np.maximum(np.linalg.norm(way, axis=1), 1e-300)[:, None]
+        own = np.einsum("pd,pd->p", way, self._normals(self._slopes[point], b.X, facet))
+        its = -np.einsum("pd,pd->p", way, self._normals(b.basis.slopes(xi), b.X, other))
+        return np.asarray((own < -THROUGH) & (its < -THROUGH) & (other < b.soft))
+
+
+def _first_of(facet: Ints, point: Ints, hard: NDArray[np.bool_], depth: Array) -> Ints:
+    """Index of the least depth of each point, for soft and rigid facets apart."""
+    order = np.lexsort((depth, hard, point, facet))
+    keys = np.column_stack([facet, point, hard])[order]
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = np.any(keys[1:] != keys[:-1], axis=1)
+    return np.asarray(order[new])

@@ -1,0 +1,170 @@
+"""Rigid sleeves beyond the bond: each goes on from the bond's edges along its tangent.
+
+A sleeve that is not meshed is known by its bond alone. Rubber that bulges over the bond's edge would else go where the
+metal is. The continuation moves as the bond does: its nodes are affine combinations of four of the bond's, which is
+exact for a rigid motion, so that the force on it is in the reactions, and its derivatives are in all others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from cases.contact.facets import Basis
+from cases.contact.surface import Patch, normals, patch
+from geometry.mesh import NamedMesh
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Anchors:
+    """Nodes of a bond: unknowns (k, d), and where they are, as of `Patch`."""
+
+    dofs: Ints
+    where: Ints
+    cells: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Rigid facets.
+
+    Attributes
+    ----------
+    facets : shape (f, n)
+        Numbers of the strip's own nodes.
+    sign : shape (f,)
+        As of `Patch`; the normal points to where the rubber is.
+    X : shape (nodes, d)
+        mm.
+    anchors : Anchors
+        Nodes of the bond.
+    weights : shape (nodes, k)
+        Displacement of a node by those of the anchors.
+    """
+
+    facets: Ints
+    sign: Array
+    X: Array
+    anchors: Anchors
+    weights: Array
+
+
+def strip(
+    mesh: NamedMesh, space: Any, bonded: Ints, free: Patch, components: tuple[int, ...]
+) -> Strip | None:
+    """Return how a bond goes on beyond its edges; None where it has none.
+
+    Parameters
+    ----------
+    mesh, space, components
+        As of `patch`.
+    bonded
+        Numbers of the bond's facets.
+    free
+        The free facets of the mesh.
+    """
+    if not len(bonded):
+        return None
+    bond = patch(mesh, space, bonded, components)
+    edges = _edges(bond, free)
+    if not edges:
+        return None
+    # Rubber that flows out of the gap between two sleeves goes no further than this.
+    length = 0.5 * float(np.ptp(bond.X, axis=0).max() + np.ptp(free.X, axis=0).max())
+    order = int(bond.basis.powers.max())
+    directions = _directions(bond, edges)
+    X, facets, sign = list[Array](), list[Ints](), list[float]()
+
+    def add(own: Array, outward: Array) -> None:
+        facets.append(np.arange(len(own)) + sum(map(len, X)))
+        slope = np.einsum("an,nd->ad", bond.basis.slopes(bond.basis.nodes.mean(axis=0)[None])[0], own)
+        sign.append(-float(np.sign(normals(slope[None])[0] @ outward)))
+        X.append(own)
+
+    for facet, nodes in edges:
+        reach = np.linspace(0.0, length, order + 1)[None, :, None]
+        grid = bond.X[nodes][:, None, :] + reach * np.array([directions[n] for n in nodes])[:, None, :]
+        outward = bond.sign[facet] * _middle(bond, facet)
+        # Rubber may come to lie behind the bond too, where a corner folds.
+        for own in (*_cut(bond.basis, grid), bond.X[bond.facets[facet]]):
+            add(own, outward)
+    places = np.concatenate(X)
+    anchors, weights = _anchored(bond.X, places)
+    held = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
+    return Strip(np.array(facets), np.array(sign), places, held, weights)
+
+
+def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:
+    """Facets of the bond, and their nodes on an edge that the bond shares with the free surface."""
+    outside = {key for _, key, _ in _all_edges(free)}
+    return [(facet, nodes) for facet, key, nodes in _all_edges(bond) if key in outside]
+
+
+def _all_edges(of: Patch) -> list[tuple[int, frozenset[int], Ints]]:
+    """Facet, unknowns that name the edge, and nodes along it, of every edge of every facet."""
+    found = []
+    for start, along in dict.fromkeys((tuple(a), tuple(b)) for a, b in of.basis.edges):
+        own = of.basis.nodes - np.array(start)
+        t = own @ np.array(along) / max(float(np.dot(along, along)), 1.0)
+        on = np.flatnonzero(np.linalg.norm(own - t[:, None] * np.array(along), axis=1) < 1e-9)
+        places = on[np.argsort(t[on])]
+        for facet, nodes in enumerate(of.facets[:, places]):
+            found.append((facet, frozenset(map(int, of.dofs[nodes, 0])), nodes))
+    return found
+
+
+def _directions(bond: Patch, edges: list[tuple[int, Ints]]) -> dict[int, Array]:
+    """Unit tangent of the bond that leads out of it, at each node of its edges: the mean of its facets'."""
+    total: dict[int, Array] = {}
+    for facet, nodes in edges:
+        own = bond.facets[facet]
+        centre = bond.X[own].mean(axis=0)
+        for number, node in enumerate(nodes):
+            xi = bond.basis.nodes[np.flatnonzero(own == node)]
+            slope = np.einsum("an,nd->ad", bond.basis.slopes(xi)[0], bond.X[own])
+            normal = normals(slope[None])[0]
+            if len(nodes) == 1:
+                tangent = slope[0]
+            else:
+                ends = bond.X[nodes[[max(number - 1, 0), min(number + 1, len(nodes) - 1)]]]
+                tangent = np.cross(normal, ends[1] - ends[0])
+            tangent = tangent * np.sign(tangent @ (bond.X[node] - centre)) / np.linalg.norm(tangent)
+            total[int(node)] = total.get(int(node), np.zeros(len(tangent))) + tangent
+    return {node: tangent / np.linalg.norm(tangent) for node, tangent in total.items()}
+
+
+def _middle(bond: Patch, facet: int) -> Array:
+    """Normal of a facet in its middle, by the order of its nodes."""
+    slope = bond.basis.slopes(bond.basis.nodes.mean(axis=0)[None])[0]
+    return normals(np.einsum("an,nd->ad", slope, bond.X[bond.facets[facet]])[None])[0]
+
+
+def _cut(basis: Basis, grid: Array) -> list[Array]:
+    """Facets of a strip between an edge's nodes, along the first axis, and their continuation along the second."""
+    if basis.kind == "interval":
+        return [grid[0]]
+    last = len(grid) - 1
+    i, j = basis.powers.T
+    if basis.kind == "quadrilateral":
+        return [grid[i, j]]
+    return [grid[i, j], grid[last - i, last - j]]
+
+
+def _anchored(bond: Array, places: Array) -> tuple[Ints, Array]:
+    """Nodes of a bond, and the weights with which a rigid motion of places follows from theirs."""
+    d = bond.shape[1]
+    if d == 2:
+        # In the half-plane a sleeve moves along the axis alone.
+        return np.zeros(1, dtype=np.int64), np.ones((len(places), 1))
+    affine = np.column_stack([bond, np.ones(len(bond))])
+    _, _, order = scipy.linalg.qr(affine.T, mode="economic", pivoting=True)
+    anchors = order[: d + 1].astype(np.int64)
+    wanted = np.column_stack([places, np.ones(len(places))])
+    return anchors, np.asarray(np.linalg.solve(affine[anchors].T, wanted.T).T)

@@ -1,0 +1,167 @@
+"""Surfaces of a bushing that can meet: facets of the mesh, and rigid ones that continue the sleeves.
+
+References
+----------
+Wriggers (2006), Computational Contact Mechanics, 2nd ed., Springer, doi:10.1007/978-3-540-32609-0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import basix
+import numpy as np
+from dolfinx.mesh import exterior_facet_indices
+from numpy.typing import NDArray
+
+from cases.contact.facets import Basis
+from geometry.dolfinx_api import cell_nodes
+from geometry.mesh import NamedMesh
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Degree of the quadrature of contact: it is cut off where contact ends, which more points see better.
+DEGREE = 6
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Facets of a mesh with their nodes.
+
+    Attributes
+    ----------
+    basis : Basis
+    facets : shape (f, n)
+        Numbers of nodes, in the order of the basis.
+    sign : shape (f,)
+        Of the normal that the order of the reference coordinates gives, to make it point outward.
+    X : shape (nodes, d)
+        On the mesh, mm.
+    dofs : shape (nodes, d)
+        Unknown of each component of a node's displacement, this rank's numbers.
+    where : shape (nodes, 2)
+        A cell in `cells` that has the node, and its number among the element's.
+    cells : shape (c,)
+        Cells that the facets belong to.
+    points : shape (m, d)
+        Nodes of the displacement's element in the reference cell.
+    """
+
+    basis: Basis
+    facets: Ints
+    sign: Array
+    X: Array
+    dofs: Ints
+    where: Ints
+    cells: NDArray[np.int32]
+    points: Array
+
+
+def exterior(mesh: NamedMesh) -> Ints:
+    """Numbers of the facets with one cell, without those on planes of symmetry."""
+    inner = mesh.mesh
+    inner.topology.create_connectivity(mesh.dimension - 1, mesh.dimension)
+    facets = exterior_facet_indices(inner.topology)
+    cut = [name for name in mesh.boundary if name.startswith("mirror_")]
+    return np.setdiff1d(facets, tagged(mesh, cut)).astype(np.int64)
+
+
+def tagged(mesh: NamedMesh, names: Iterable[str]) -> Ints:
+    """Numbers of the facets of named boundaries."""
+    found = [mesh.facets.find(mesh.boundary[name]) for name in names if name in mesh.boundary]
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found])).astype(np.int64)
+
+
+def on_rubber(mesh: NamedMesh, facets: Ints) -> Ints:
+    """Those of some facets that belong to rubber."""
+    cells, _ = _owners(mesh, facets)
+    return facets[np.isin(cells, mesh.cells.find(mesh.region["rubber"]))]
+
+
+def patch(mesh: NamedMesh, space: Any, facets: Ints, components: tuple[int, ...]) -> Patch:
+    """Return these facets of a mesh.
+
+    Parameters
+    ----------
+    mesh, space
+        The latter mixed, displacement first.
+    facets
+        Numbers.
+    components
+        Of the displacement, one for each coordinate.
+    """
+    d, kind = mesh.dimension, mesh.mesh.basix_cell()
+    element = space.sub(0).element.basix_element
+    order = mesh.displacement_order
+    cells, local = _owners(mesh, facets)
+    facet_kind = basix.cell.subentity_types(kind)[d - 1][0]
+    basis = Basis.of(facet_kind.name, order)
+    closures = _closures(element, kind, d, basis)
+    own, place = np.unique(cells, return_inverse=True)
+    dofs, X = _nodes_of_cells(mesh, space, own, element.points)
+    picked = closures[local]
+    numbers = dofs[place[:, None], picked]
+    _, first, names = np.unique(numbers[..., 0], return_index=True, return_inverse=True)
+    where = np.column_stack([np.repeat(place, picked.shape[1])[first], picked.ravel()[first]])
+    inward = X.mean(axis=1)[place] - X[place[:, None], picked].mean(axis=1)
+    middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
+    normal = normals(np.einsum("an,fnd->fad", middle, X[place[:, None], picked]))
+    return Patch(
+        basis,
+        names.reshape(picked.shape).astype(np.int64),
+        -np.sign(np.einsum("fd,fd->f", normal, inward)),
+        X[where[:, 0], where[:, 1]],
+        dofs[where[:, 0], where[:, 1]][:, list(components)],
+        where,
+        own.astype(np.int32),
+        element.points,
+    )
+
+
+def normals(slope: Array) -> Array:
+    """Normal of facets with tangents (f, a, d), as long as their measure; its sign is that of their order."""
+    if slope.shape[-1] == 2:
+        return np.stack([slope[:, 0, 1], -slope[:, 0, 0]], axis=-1)
+    return np.asarray(np.cross(slope[:, 0], slope[:, 1]), dtype=np.float64)
+
+
+def rule(basis: Basis) -> tuple[Array, Array]:
+    """Quadrature of a facet: points (q, a), and weights for its measure in the reference facet."""
+    points, weights = basix.make_quadrature(basix.CellType[basis.kind], DEGREE)
+    return np.asarray(points), np.asarray(weights)
+
+
+def _owners(mesh: NamedMesh, facets: Ints) -> tuple[Ints, Ints]:
+    """Cell of each facet, and the facet's number among the cell's."""
+    topology, d = mesh.mesh.topology, mesh.dimension
+    topology.create_connectivity(d, d - 1)
+    up, down = topology.connectivity(d - 1, d), topology.connectivity(d, d - 1)
+    cells = np.array([up.links(facet)[0] for facet in facets], dtype=np.int64)
+    local = [int(np.flatnonzero(down.links(c) == f)[0]) for c, f in zip(cells, facets, strict=True)]
+    return cells, np.array(local, dtype=np.int64)
+
+
+def _closures(element: Any, kind: Any, d: int, basis: Basis) -> Ints:
+    """For each facet of the reference cell: its nodes among the element's, in the order of the basis."""
+    corners, rows = basix.geometry(kind), []
+    for vertices, nodes in zip(basix.topology(kind)[d - 1], element.entity_closure_dofs[d - 1], strict=True):
+        origin = corners[vertices[0]]
+        axes = np.array([corners[v] - origin for v in vertices[1:d]])
+        flat = (element.points[nodes] - origin) @ np.linalg.pinv(axes)
+        distance = np.linalg.norm(flat[None, :, :] - basis.nodes[:, None, :], axis=2)
+        rows.append(np.asarray(nodes)[np.argmin(distance, axis=1)])
+    return np.array(rows, dtype=np.int64)
+
+
+def _nodes_of_cells(mesh: NamedMesh, space: Any, cells: Ints, points: Array) -> tuple[Ints, Array]:
+    """Unknowns (cells, nodes, components) of cells, and coordinates of their nodes (cells, nodes, d)."""
+    part = space.sub(0)
+    found = np.array([part.dofmap.cell_dofs(int(cell)) for cell in cells], dtype=np.int64)
+    dofs = found.reshape(len(cells), len(points), -1)
+    coordinate = mesh.mesh.ufl_domain().ufl_coordinate_element().sub_elements[0].basix_element
+    N = coordinate.tabulate(0, points)[0, :, :, 0]
+    corners = mesh.mesh.geometry.x[cell_nodes(mesh.mesh)[cells]][..., : mesh.dimension]
+    return dofs, np.asarray(np.einsum("mn,cnd->cmd", N, corners), dtype=np.float64)

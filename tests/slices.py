@@ -1,0 +1,157 @@
+"""Slabs held in their plane: slices of bushings and a cylinder, of one layer of elements, in plane strain."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import gmsh
+import numpy as np
+from typing_extensions import override
+
+from geometry.shape import Meets
+
+# Half of the model's thickness; the force of a whole one is divided by twice that (mm).
+LAYER = 1.0
+
+
+class Slice(Meets):
+    """The upper half (y > 0) of a plane region, extruded; both faces are planes of symmetry."""
+
+    name: ClassVar[str] = "slice"
+    summary: ClassVar[str] = "a slab in plane strain"
+    structured: ClassVar[bool] = False
+    size: float = 0.8
+
+    @property
+    @override
+    def mirror_planes(self):
+        return frozenset({"y", "z"})
+
+    def draw(self) -> int:
+        """Return the tag of the plane region, whole or its upper half."""
+        raise NotImplementedError
+
+    def boundary(self, x: float, y: float) -> str:
+        """Return the name of the boundary with this point of an edge's middle."""
+        raise NotImplementedError
+
+    @override
+    def generate(self, dimension, mirrors, refinement):
+        size = self.size / refinement.factor
+        face = self.draw()
+        half = gmsh.model.occ.addRectangle(-100, 0, 0, 200, 100)
+        out, _ = gmsh.model.occ.intersect([(2, face)], [(2, half)])
+        gmsh.model.occ.synchronize()
+        # Points of the construction would become nodes without an element.
+        used = set(gmsh.model.getBoundary(out, recursive=True))
+        gmsh.model.occ.remove([point for point in gmsh.model.getEntities(0) if point not in used])
+        gmsh.model.occ.synchronize()
+        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", 0.2 * size)
+        gmsh.option.setNumber("Mesh.Algorithm", 8)
+        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 3)
+        self.grade(size)
+        for _, tag in out:
+            gmsh.model.mesh.setRecombine(2, tag)
+        gmsh.model.occ.extrude(out, 0, 0, LAYER, numElements=[1], recombine=True)
+        gmsh.model.occ.synchronize()
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        return self.groups()
+
+    def grade(self, size: float) -> None:
+        """Refine where it is wanted."""
+
+    def groups(self):
+        names: dict[int, dict[str, int]] = {2: {}, 3: {}}
+        volumes = [tag for _, tag in gmsh.model.getEntities(3)]
+        names[3]["rubber"] = gmsh.model.addPhysicalGroup(3, volumes)
+        parts: dict[str, list[int]] = {}
+        for _, tag in gmsh.model.getBoundary([(3, v) for v in volumes], oriented=False):
+            _, _, z0, _, y1, z1 = gmsh.model.getBoundingBox(2, tag)
+            lower, upper = gmsh.model.getParametrizationBounds(2, tag)
+            middle = gmsh.model.getValue(2, tag, [0.5 * (a + b) for a, b in zip(lower, upper, strict=True)])
+            if z1 - z0 < 1e-3:
+                name = "mirror_z"
+            elif y1 < 1e-3:
+                name = "mirror_y"
+            else:
+                name = self.boundary(middle[0], middle[1])
+            parts.setdefault(name, []).append(tag)
+        for name, tags in parts.items():
+            names[2][name] = gmsh.model.addPhysicalGroup(2, tags)
+        return names
+
+
+class KidneySlice(Slice):
+    """The kidney bushing of the references (10/22, voids of 14 to 18 over +-50 degrees), with its bump stop or not."""
+
+    name: ClassVar[str] = "kidney_slice"
+    bump: bool = False
+
+    @override
+    def draw(self) -> int:
+        occ = gmsh.model.occ
+        ring, _ = occ.cut([(2, occ.addDisk(0, 0, 0, 22, 22))], [(2, occ.addDisk(0, 0, 0, 10, 10))])
+        voids = [(2, self._void(1.0)), (2, self._void(-1.0))]
+        out, _ = occ.cut(ring, voids)
+        if self.bump:
+            out, _ = occ.fuse(out, [(2, self._bump())])
+        assert len(out) == 1
+        return int(out[0][1])
+
+    def _void(self, side: float) -> int:
+        occ, half = gmsh.model.occ, math.radians(42.81924421854172)
+        outer = occ.addDisk(0, 0, 0, 18, 18)
+        annulus, _ = occ.cut([(2, outer)], [(2, occ.addDisk(0, 0, 0, 14, 14))])
+        far = 100.0
+        points = [
+            occ.addPoint(0, 0, 0),
+            occ.addPoint(side * far * math.cos(half), -far * math.sin(half), 0),
+            occ.addPoint(side * far * math.cos(half), far * math.sin(half), 0),
+        ]
+        lines = [occ.addLine(points[i], points[(i + 1) % 3]) for i in range(3)]
+        wedge = occ.addPlaneSurface([occ.addCurveLoop(lines)])
+        arc, _ = occ.intersect(annulus, [(2, wedge)])
+        ends = [
+            (2, occ.addDisk(side * 16 * math.cos(half), sign * 16 * math.sin(half), 0, 2, 2))
+            for sign in (-1, 1)
+        ]
+        out, _ = occ.fuse(arc, ends)
+        return int(out[0][1])
+
+    def _bump(self) -> int:
+        occ = gmsh.model.occ
+
+        def at(r: float, degrees: float) -> int:
+            angle = math.radians(degrees)
+            return int(occ.addPoint(r * math.cos(angle), r * math.sin(angle), 0))
+
+        centre = occ.addPoint(0, 0, 0)
+        corners = [at(14, -20), at(17.2, -12), at(17.2, 12), at(14, 20)]
+        loop = [
+            occ.addLine(corners[0], corners[1]),
+            occ.addCircleArc(corners[1], centre, corners[2]),
+            occ.addLine(corners[2], corners[3]),
+            occ.addCircleArc(corners[3], centre, corners[0]),
+        ]
+        return int(occ.addPlaneSurface([occ.addCurveLoop(loop)]))
+
+    @override
+    def boundary(self, x, y):
+        r = math.hypot(x, y)
+        return "inner" if abs(r - 10) < 1e-3 else "outer" if abs(r - 22) < 1e-3 else "void"
+
+
+def slices(shape: Slice, mode: Any, rubber: Any, q: Any, **more: Any) -> tuple[Any, Any]:
+    """Return the model and the march of a slice; forces are per length (N/mm)."""
+    from dataclasses import replace
+
+    from cases.march import march
+    from cases.program import Program
+    from cases.simulate import prepare
+
+    model = prepare(shape, mode, rubber)
+    history = march(model, Program(np.asarray(q)), **more)
+    return model, replace(history, force=history.force / (2 * LAYER))
