@@ -15,12 +15,12 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from cases.contact import plates
 from cases.feature import Installed
 from cases.mode import Mode
 from cases.model import Model, setting_for
 from cases.relocation import relocate
 from cases.simulate import Rubber, prepare
+from cases.snubber import plates
 from geometry.morph import Morph, elements_of
 from geometry.shape import Refinement, Shape
 

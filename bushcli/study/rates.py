@@ -33,12 +33,12 @@ from bushcli.simulate.predict import rubber_of
 from bushcli.study.target import Target
 from bushcli.study.task import Task
 from bushcli.study.variable import Value
-from cases.contact import plates
 from cases.equilibrium import Equilibrium
 from cases.march import march
 from cases.mode import modes
 from cases.model import Model
 from cases.program import path
+from cases.snubber import plates
 from geometry.shape import Shape
 
 Array = NDArray[np.float64]
