@@ -16,6 +16,9 @@ from bushcli.export.writer import Writer
 from bushcli.recording import read_program, read_recording
 from cases.mode import modes
 
+#: Effects whose force fades, or is bounded whatever the displacement: no part of a static curve.
+FADING = ("viscoelasticity", "friction")
+
 
 def bushing_of(source: Source, chosen: Writer, progress: Progress | None = None) -> Bushing:
     """Return what a writer of vehicle models needs.
@@ -43,28 +46,30 @@ def bushing_of(source: Source, chosen: Writer, progress: Progress | None = None)
             remedy = "`bushcli direct CASE --stiffness-matrix -o OUT` first, then export OUT"
             raise InputError(Problem(source.where, what, "", remedy))
         return Bushing((), source.stiffness_matrix)
-    left = tuple(one for one in source.case.effects if one.effect.acts == "rig")
-    remarks = (f"without what the rig does: {', '.join(one.name for one in left)}",) if left else ()
+    left = [one for one in source.case.effects if one.effect.acts == "rig"]
+    remarks = [f"without what the rig does: {', '.join(one.name for one in left)}"] if left else []
+    fading = [one for one in source.case.effects if chosen.static and one.effect.name in FADING]
+    if fading:
+        remarks.append(f"after a long rest: without {' and '.join(one.name for one in fading)}")
+    left += fading
+    kept = replace(source.case, effects=tuple(one for one in source.case.effects if one not in left))
     if chosen.kind == "force_law":
-        case = replace(source.case, effects=tuple(one for one in source.case.effects if one not in left))
         channels = _ranges(source)
         if not channels:
             raise _nothing(source)
-        return Bushing((), None, remarks, BushingLaw(reduce(case, channels, progress)))
-    curves = source.curves if source.curves and not left else _simulated(source, progress)
-    return Bushing(curves, source.stiffness_matrix, remarks)
+        return Bushing((), None, tuple(remarks), BushingLaw(reduce(kept, channels, progress)))
+    curves = source.curves if source.curves and not left else _simulated(source, kept, progress)
+    return Bushing(curves, source.stiffness_matrix, tuple(remarks))
 
 
-def _simulated(source: Source, progress: Progress | None) -> tuple[ForceCurve, ...]:
-    """Return the curves of the case without what the rig does."""
+def _simulated(source: Source, case: Case, progress: Progress | None) -> tuple[ForceCurve, ...]:
+    """Return the curves of a case with some of the source's effects."""
     from bushcli.simulate.predict import predict
 
-    case = source.case
     if not case.load_cases and not case.recordings:
         if source.stiffness_matrix is not None:
             return ()
         raise _nothing(source)
-    case = replace(case, effects=tuple(one for one in case.effects if one.effect.acts != "rig"))
     response = predict(case, progress=progress)
     stopped = [channel for channel in response.channels if channel.stopped]
     if stopped:

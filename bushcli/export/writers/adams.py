@@ -37,6 +37,7 @@ WRITER = Writer(
     ending=".bus",
     comment=("$", ""),
     write=write,
+    static=True,
     remarks=(
         "the bushing's axis is z; angles in degrees",
         "moments are per the unit of force and length; damping is zero, the FMU has the memory",
