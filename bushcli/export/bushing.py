@@ -90,10 +90,11 @@ def _ranges(source: Source) -> list[tuple[str, str, float, float]]:
     """Return name, mode and range of the first channel of each mode."""
     found: dict[str, tuple[str, str, float, float]] = {}
     case: Case = source.case
-    for (name, mode), q in zip(case.channels, _paths(case), strict=True):
+    moved = [(curve.name, curve.mode, curve.displacement) for curve in source.curves]
+    # A result has the paths; its recordings may be elsewhere by now.
+    for name, mode, q in moved or [(*at, q) for at, q in zip(case.channels, _paths(case), strict=True)]:
         if modes()[mode].specimen == "bushing" and mode not in found:
-            plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
-            found[mode] = (plain, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0)))
+            found[mode] = (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0)))
     return list(found.values())
 
 

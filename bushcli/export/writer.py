@@ -170,8 +170,8 @@ def _preamble(one: Writer, order: Order) -> list[str]:
     lines = [
         f"{one.title}, written by bushcli {__version__}",
         f"from {order.where}: {order.title}",
-        f"units: {units.force_name}, {units.length_name}, {units.time_name}; stress {units.stress_name}, "
-        f"density {units.density_name}",
+        f"units: {units.force_name}, {units.length_name}, {units.time_name}"
+        + (f"; stress {units.stress_name}, density {units.density_name}" if one.kind == "card" else ""),
     ]
     rubber = order.rubber if one.kind == "card" else None
     if rubber is not None:
