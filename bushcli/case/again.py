@@ -35,6 +35,8 @@ def case_again(shown: dict[str, Any], folder: Path) -> Case:
     """
     path = _found(Path(str(shown.get("path", "case.toml"))), folder)
     data = {key: _given(value) for key, value in shown.items() if key != "path" and value is not None}
+    # A path in several directions has no place in an export, and its table is no list of points.
+    data["load_cases"] = [one for one in data.get("load_cases", []) if not isinstance(one.get("path"), dict)]
     material = data.get("material")
     if isinstance(material, dict) and material.get("bulk_modulus") == "inf":
         material["bulk_modulus"] = float("inf")

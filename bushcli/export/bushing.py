@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from bushcli.case import Case
+from bushcli.case import Case, LoadCase
 from bushcli.errors import InputError, Problem
 from bushcli.export.curves import Array, Bushing, ForceCurve
 from bushcli.export.law import BushingLaw
 from bushcli.export.reduce import Progress, reduce
-from bushcli.export.source import Source
+from bushcli.export.source import Source as Exported
 from bushcli.export.writer import Writer
 from bushcli.recording import read_program, read_recording
+from bushcli.recording.source import Source
 from cases.mode import modes
 
+#: Effects whose force fades, or is bounded whatever the displacement: no part of a static curve.
+FADING = ("viscoelasticity", "friction")
 
-def bushing_of(source: Source, chosen: Writer, progress: Progress | None = None) -> Bushing:
+
+def bushing_of(source: Exported, chosen: Writer, progress: Progress | None = None) -> Bushing:
     """Return what a writer of vehicle models needs.
 
     Parameters
     ----------
-    source : Source
+    source : Exported
         Case with values, and the curves that there are.
     chosen : Writer
         Of kind "bushing", "matrix" or "force_law".
@@ -43,28 +48,30 @@ def bushing_of(source: Source, chosen: Writer, progress: Progress | None = None)
             remedy = "`bushcli direct CASE --stiffness-matrix -o OUT` first, then export OUT"
             raise InputError(Problem(source.where, what, "", remedy))
         return Bushing((), source.stiffness_matrix)
-    left = tuple(one for one in source.case.effects if one.effect.acts == "rig")
-    remarks = (f"without what the rig does: {', '.join(one.name for one in left)}",) if left else ()
+    left = [one for one in source.case.effects if one.effect.acts == "rig"]
+    remarks = [f"without what the rig does: {', '.join(one.name for one in left)}"] if left else []
+    fading = [one for one in source.case.effects if chosen.static and one.effect.name in FADING]
+    if fading:
+        remarks.append(f"after a long rest: without {' and '.join(one.name for one in fading)}")
+    left += fading
+    kept = replace(source.case, effects=tuple(one for one in source.case.effects if one not in left))
     if chosen.kind == "force_law":
-        case = replace(source.case, effects=tuple(one for one in source.case.effects if one not in left))
         channels = _ranges(source)
         if not channels:
             raise _nothing(source)
-        return Bushing((), None, remarks, BushingLaw(reduce(case, channels, progress)))
-    curves = source.curves if source.curves and not left else _simulated(source, progress)
-    return Bushing(curves, source.stiffness_matrix, remarks)
+        return Bushing((), None, tuple(remarks), BushingLaw(reduce(kept, channels, progress)))
+    curves = source.curves if source.curves and not left else _simulated(source, kept, progress)
+    return Bushing(curves, source.stiffness_matrix, tuple(remarks))
 
 
-def _simulated(source: Source, progress: Progress | None) -> tuple[ForceCurve, ...]:
-    """Return the curves of the case without what the rig does."""
+def _simulated(source: Exported, case: Case, progress: Progress | None) -> tuple[ForceCurve, ...]:
+    """Return the curves of a case with some of the source's effects."""
     from bushcli.simulate.predict import predict
 
-    case = source.case
     if not case.load_cases and not case.recordings:
         if source.stiffness_matrix is not None:
             return ()
         raise _nothing(source)
-    case = replace(case, effects=tuple(one for one in case.effects if one.effect.acts != "rig"))
     response = predict(case, progress=progress)
     stopped = [channel for channel in response.channels if channel.stopped]
     if stopped:
@@ -76,26 +83,30 @@ def _simulated(source: Source, progress: Progress | None) -> tuple[ForceCurve, .
     )
 
 
-def _nothing(source: Source) -> InputError:
+def _nothing(source: Exported) -> InputError:
     what = "has neither [[load_cases]] nor [[recordings]], which say how far the bushing moves"
     return InputError(Problem(source.where, what, "", '[[load_cases]] with mode = "axial" and amplitude'))
 
 
-def _ranges(source: Source) -> list[tuple[str, str, float, float]]:
+def _ranges(source: Exported) -> list[tuple[str, str, float, float]]:
     """Return name, mode and range of the first channel of each mode."""
     found: dict[str, tuple[str, str, float, float]] = {}
-    case: Case = source.case
-    for (name, mode), q in zip(case.channels, _paths(case), strict=True):
-        if modes()[mode].specimen == "bushing" and mode not in found:
-            plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
-            found[mode] = (plain, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0)))
+    # A result has the paths; its recordings may be elsewhere by now.
+    moved = [(one.name, one.mode, one.displacement) for one in source.curves]
+    for name, mode, q in moved or _moved(source.case):
+        found.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
     return list(found.values())
 
 
-def _paths(case: Case) -> list[Array]:
-    """Return the displacements of all channels, in their order."""
-    prescribed = [
-        np.array(load.path, dtype=float) if load.source is None else read_program(load.source)[1]
-        for load in case.load_cases
-    ]
-    return [*prescribed, *(read_recording(source).displacement for source in case.recordings)]
+def _moved(case: Case) -> Iterator[tuple[str, str, Array]]:
+    """Yield name, mode and displacement of the channels that move a bushing in one direction."""
+    channels: tuple[LoadCase | Source, ...] = (*case.load_cases, *case.recordings)
+    for (name, mode), channel in zip(case.channels, channels, strict=True):
+        if mode not in modes() or modes()[mode].specimen != "bushing":
+            continue
+        if isinstance(channel, Source):
+            yield name, mode, read_recording(channel).displacement
+        elif channel.source is not None:
+            yield name, mode, read_program(channel.source)[1]
+        else:
+            yield name, mode, np.array(channel.path, dtype=float)

@@ -63,8 +63,14 @@ class BushingLaw:
                 "moment": f"{units.force_name}.{units.length_name}",
             },
             "base_units": _base_units(units),
-            "channels": {one.name: _channel(one, units) for one in self.channels},
+            "channels": {_identifier(one.name): _channel(one, units) for one in self.channels},
         }
+
+
+def _identifier(name: str) -> str:
+    """Return the name of a channel as a variable's name begins: letters, digits and underscores, a letter first."""
+    plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
+    return plain if plain[:1].isalpha() else f"channel_{plain}"
 
 
 def _shown(one: Reduced, q: float) -> float:

@@ -83,6 +83,8 @@ class Writer:
         Laws with which it takes them; None = all.
     incompressible : bool
         Whether the card of an incompressible rubber can be written.
+    static : bool
+        Of a vehicle model: whether it takes one force for each displacement, the curve after a long rest.
     remarks : tuple of str
         Sentences about what differs in that program, for the file and the documentation.
     source : str
@@ -102,6 +104,7 @@ class Writer:
     series_laws: frozenset[str] | None = None
     softening_laws: frozenset[str] | None = None
     incompressible: bool = True
+    static: bool = False
     remarks: tuple[str, ...] = ()
 
     def check(self, rubber: ExportedRubber) -> None:
@@ -167,8 +170,8 @@ def _preamble(one: Writer, order: Order) -> list[str]:
     lines = [
         f"{one.title}, written by bushcli {__version__}",
         f"from {order.where}: {order.title}",
-        f"units: {units.force_name}, {units.length_name}, {units.time_name}; stress {units.stress_name}, "
-        f"density {units.density_name}",
+        f"units: {units.force_name}, {units.length_name}, {units.time_name}"
+        + (f"; stress {units.stress_name}, density {units.density_name}" if one.kind == "card" else ""),
     ]
     rubber = order.rubber if one.kind == "card" else None
     if rubber is not None:

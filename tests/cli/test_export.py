@@ -42,6 +42,8 @@ name = "gain"
 parameters = { error = 0.05 }
 """
 
+MODES = ("radial", "conical", "torsional")
+
 
 @pytest.fixture
 def cli(capsys, monkeypatch):
@@ -173,6 +175,21 @@ def test_an_effect_can_be_left_out(cli, case):
     assert done.returncode == 0, done.stderr
     assert "500000" not in done.stdout
     assert "0.5, -0.05, 0.01, 0.001, 0, 0" in done.stdout
+
+
+def test_a_property_file_has_the_curve_after_a_long_rest(cli, case):
+    turns = "".join(
+        f'[[load_cases]]\nmode = "{mode}"\namplitude = 2.0\nrate = 1.0\nsteps = 4\n' for mode in MODES
+    )
+    case.write_text(CASE + turns)
+    plain = cli("export", case, "--to", "adams").stdout
+    case.write_text(CASE + turns + SERIES)
+    done = cli("export", case, "--to", "adams")
+    assert done.returncode == 0, done.stderr
+    assert "$ after a long rest: without viscoelasticity" in done.stdout
+    rows = [line.split() for line in plain.splitlines() if line.startswith(" ")]
+    found = [line.split() for line in done.stdout.splitlines() if line.startswith(" ")]
+    assert [float(row[1]) for row in found] == pytest.approx([float(row[1]) for row in rows])
 
 
 def test_a_direct_curve_is_without_the_rig(cli, case):

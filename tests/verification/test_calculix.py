@@ -179,7 +179,7 @@ def half_plane(across=8, along=24):
     )
 
 
-@pytest.mark.parametrize("name", ["yeoh", "ogden"])
+@pytest.mark.parametrize("name", ["yeoh", pytest.param("ogden", marks=pytest.mark.slow)])
 def test_the_bushing_along_its_axis(calculix, tmp_path, reference_bushing, rubber, name):
     deck = half_plane() + card(name, LAWS[name]) + SECTION
     deck += "*BOUNDARY\nOUTER, 1, 2\nMOVED, 1, 1\n" + step("MOVED, 2, 2, 8.", 32, "")

@@ -158,6 +158,16 @@ def test_the_fmu_needs_nothing_of_bushcli(fmu, tmp_path, version):
     assert float(done.stdout.splitlines()[-1]) > 0
 
 
+def test_channels_of_any_name_become_variables(bushing):
+    from dataclasses import replace
+
+    from bushcli.export.law import BushingLaw
+
+    named = [replace(bushing.law.channels[0], name=name) for name in ("axial slow", "2 Hz")]
+    data = BushingLaw(tuple(named)).data("x", "x", unit_system("SI"))
+    assert list(data["channels"]) == ["axial_slow", "channel_2_Hz"]
+
+
 def test_a_cubic_meets_its_points_and_slopes_and_goes_on_straight():
     x = [-1.0, 0.0, 2.0]
     curve = Cubic(x, [v**3 for v in x], [3 * v**2 for v in x])

@@ -37,9 +37,10 @@ WRITER = Writer(
     ending=".bus",
     comment=("$", ""),
     write=write,
+    static=True,
     remarks=(
         "the bushing's axis is z; angles in degrees",
-        "moments are per the unit of force and length; damping is zero, the FMU has the memory",
+        "damping is zero: what the rubber loses is no force in proportion to speed",
     ),
     source="Adams/Car bushing property files, TeimOrbit format version 4",
 )

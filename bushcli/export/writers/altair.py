@@ -47,6 +47,7 @@ WRITER = Writer(
     ending=".gbs",
     comment=("$", ""),
     write=write,
+    static=True,
     remarks=("the bushing's axis is z; angles in degrees",),
     source="Altair MotionSolve 2021 help, Bushing Property File: Header, Units, Global, Directions, Spline Stiffness",
 )

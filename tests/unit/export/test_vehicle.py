@@ -168,3 +168,11 @@ def test_curves_and_matrices_are_found_in_a_result():
     assert twist.displacement[1] == pytest.approx(np.pi / 2)
     assert matrix_of(result) == pytest.approx(2 * MATRIX)
     assert matrix_of({"load_cases": []}) is None
+
+
+def test_an_fmu_without_its_library_names_the_extra(monkeypatch):
+    from bushcli.export.fmu.build import build
+
+    monkeypatch.setitem(sys.modules, "pythonfmu.builder", None)
+    with pytest.raises(InputError, match=r"bushcli\[fmu\]"):
+        build({"name": "x", "channels": {}}, 2)
