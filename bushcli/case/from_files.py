@@ -136,7 +136,7 @@ def _entry(file: Path) -> _Entry:
 
 
 def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
-    """Return the kinds of modes, those that the file's name tells first; each whether in machine units.
+    """Return the kinds of modes, those that the name tells first; each with whether a coupon is in machine units.
 
     A file with stress and strain is of a coupon; one with force and travel can be of either, and is a bushing's unless
     its name says otherwise.

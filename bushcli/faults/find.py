@@ -105,13 +105,16 @@ def _samples(recording: Recording) -> Iterator[DataFault]:
     held_displacement = stuck_displacement(recording.displacement, recording.force, x)
     for held, what in ((held_force, "force"), (held_displacement, "displacement")):
         if held.any():
+            # Where most samples only repeat others, leaving them out leaves no recording.
+            fatal = bool(held.mean() > _MOST_BAD)
             yield DataFault(
                 recording.name,
                 "stuck",
                 f"{held.sum()} of {len(held)} samples repeat the {what} before them while the test goes on "
                 f"({places(recording, np.flatnonzero(held))})",
-                f"look for lost telegrams between sensor and logger; {_LEFT_OUT}",
-                False,
+                "look for lost telegrams between sensor and logger"
+                + ("; record it again" if fatal else f"; {_LEFT_OUT}"),
+                fatal,
                 held,
             )
     taken = clip | held_force | held_displacement

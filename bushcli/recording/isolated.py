@@ -1,7 +1,7 @@
 """Run somebody else's parser in a process of its own, with bounds on time and memory, and take over what it read.
 
 A file from a rig may be damaged, and a parser of a binary format then loops, takes all memory, or crashes. In a process
-of its own that is an error like any other. The child is this module, run as ``python -m``; it writes one line of JSON
+of its own that is an error like any other. The child runs `main` of this module; it writes one line of JSON
 and the columns as raw bytes to its standard output.
 """
 
@@ -35,6 +35,7 @@ _MOST_NUMBERS = 5_000_000
 #: Samples of a table, and all numbers that are taken over.
 MOST_SAMPLES, _MOST_IN_ALL = 5_000_000, 40_000_000
 _MOST_PARTS, _MOST_NAMES = 2_000, 20_000
+_ROOT = Path(__file__).resolve().parents[2]
 EXTRA = 'pip install "bushcli[rig]"'
 
 
@@ -95,19 +96,12 @@ def _found(path: Path, parts: Iterable[tuple[Part, Sequence[NDArray[Any] | None]
 
 def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
     """Return what the child writes."""
-    command = [
-        sys.executable,
-        "-P",
-        "-W",
-        "ignore",
-        "-m",
-        __name__,
-        format_name,
-        str(path),
-        json.dumps(list(wanted)),
-    ]
+    # -P: a file in the folder of the user may have the name of a module. The packages are appended for a checkout that
+    # is not installed.
+    start = f"import sys; sys.path.append({str(_ROOT)!r}); from {__name__} import main; main(*sys.argv[1:])"
+    command = [sys.executable, "-P", "-W", "ignore", "-c", start, format_name, str(path)]
+    command.append(json.dumps(list(wanted)))
     try:
-        # In the folder of the user a file may have the name of a module.
         done = subprocess.run(
             command, capture_output=True, timeout=_WAITING * LONGEST, stdin=subprocess.DEVNULL, check=False
         )
@@ -171,8 +165,17 @@ def _meant(name: str, unit: str) -> bool:
     return named_columns([name]) > 0 or any(usual_unit(text) is not None for text in (unit, *head.written))
 
 
-def _main(format_name: str, path: str, wanted: str) -> None:
-    """Read a file and write what is in it to the standard output."""
+def main(format_name: str, path: str, wanted: str) -> None:
+    """Read a file and write what is in it to the standard output: what the child does.
+
+    Parameters
+    ----------
+    format_name : str
+        Of the reader.
+    path : str
+    wanted : str
+        List of columns that the case chooses, as JSON.
+    """
     # asammdf greets, and pyarrow warns, where the columns are expected.
     output, sys.stdout = sys.stdout.buffer, sys.stderr
     resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
@@ -213,7 +216,3 @@ def _bounded(parts: Sequence[Part]) -> None:
     longest = max((part.samples for part in parts), default=0)
     if longest > MOST_SAMPLES:
         raise ValueError(f"has {longest} samples; at most {MOST_SAMPLES}: every tenth will do for a fit")
-
-
-if __name__ == "__main__":
-    _main(*sys.argv[1:])

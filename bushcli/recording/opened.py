@@ -141,6 +141,10 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
     else:
         single = [table.part for table, joins in found if not joins]
         what = f"no sheet or group has columns for {needed}, among {_listed(single)}"
+        widest = max((table for table, joins in found if not joins), key=lambda table: len(table.names))
+        what += (
+            f'; "{widest.part}" has {", ".join(filter(None, widest.names))[:200] or "columns without names"}'
+        )
         split = [
             quantity
             for quantity in quantities
@@ -150,9 +154,8 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
             what += ": they are in groups with different time stamps"
             expected = "export the channels with one common raster"
             raise RecordingError(Problem(str(source.file), what, "", expected))
-    raise RecordingError(
-        Problem(str(source.file), what, "", 'choose one: group = "..." (or sheet) in the case file')
-    )
+    key = 'group = "..." (or sheet)' if fitting else "columns = {...}, by name"
+    raise RecordingError(Problem(str(source.file), what, "", f"choose in the case file: {key}"))
 
 
 def _listed(names: Sequence[str]) -> str:

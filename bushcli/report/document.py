@@ -21,7 +21,7 @@ from bushcli.report.cycles import (
 from bushcli.report.fit_part import fit_part
 from bushcli.report.quantity import quantities
 from bushcli.report.six import six_json
-from bushcli.report.verdict import Verdict, judge
+from bushcli.report.verdict import Verdict, all_within_10_percent, judge
 from bushcli.report.versions import versions
 from bushcli.runtime.condition import Condition
 from cases.mode import modes
@@ -291,19 +291,11 @@ def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:
     }
 
 
-def _all_within_10_percent(verdict: Verdict, misfits: Mapping[str, Misfit]) -> bool | None:
-    """Return whether every recorded channel is within 10 %; None where there is nothing to compare."""
-    found = [misfits[one.name].within_10_percent for one in verdict.channels if one.name in misfits]
-    # All compared ones within the tolerance and yet no good verdict: a recorded channel could not be compared.
-    lost = not verdict.within and all(one.within for one in misfits.values())
-    return None if verdict.within is None else bool(found) and all(found) and not lost
-
-
 def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
     document: dict[str, Any] = {
         "headline": verdict.headline,
         "text": verdict.text,
-        "within_10_percent": _all_within_10_percent(verdict, misfits),
+        "within_10_percent": all_within_10_percent(verdict, misfits),
         "within_tolerance": verdict.within,
         "channels": {},
         "single_factor": None,

@@ -194,6 +194,21 @@ def _alone(channel: Simulated, shown: Quantities) -> str:
     return f"{text}, where it stopped" if channel.stopped else text
 
 
+def all_within_10_percent(verdict: Verdict, misfits: Mapping[str, Misfit]) -> bool | None:
+    """Return whether every recorded channel is within 10 %; None where there is nothing to compare.
+
+    Parameters
+    ----------
+    verdict : Verdict
+    misfits : mapping of str to Misfit
+        By channel name.
+    """
+    found = [misfits[one.name].within_10_percent for one in verdict.channels if one.name in misfits]
+    # All compared ones within the tolerance and yet no good verdict: a recorded channel could not be compared.
+    lost = not verdict.within and all(one.within for one in misfits.values())
+    return None if verdict.within is None else bool(found) and all(found) and not lost
+
+
 def stiffer(ratio: float) -> str:
     """Return how stiff a simulation is, given simulated over measured stiffness: "78 % too stiff"."""
     if not math.isfinite(ratio):

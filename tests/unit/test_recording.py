@@ -136,8 +136,13 @@ def test_columns_by_number_and_units_by_key(tmp_path):
     assert_read(recording)
     clear = content.replace("[%-trav]", "[mm]")
     assert_read(read_coupon(source(tmp_path, clear, "uniaxial")))
+    # Both strains are the same numbers: they are one.
+    assert_read(read_coupon(source(tmp_path, content, "uniaxial")))
+    different = "# [N/mm**2] [N] [%-ext] [%-trav] [s]\n" + table((F, 100 * F, 100 * Q, 101 * Q, T)).replace(
+        ",", "\t"
+    )
     with pytest.raises(RecordingError, match="column 3 and column 4 could both be the displacement"):
-        read_coupon(source(tmp_path, content, "uniaxial"))
+        read_coupon(source(tmp_path, different, "uniaxial"))
     headless = source(tmp_path, rows, "uniaxial", units={"displacement": "percent"}, **keys)
     assert_read(read_coupon(headless))
 

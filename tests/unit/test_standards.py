@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from bushcli.case.schema import RecordingTable
 from bushcli.cli import main
 from bushcli.recording import Recording
 from bushcli.recording.source import Source, Specimen
@@ -145,3 +147,9 @@ def test_check_says_all_of_it(tmp_path):
     assert found["standards"][0]["clauses"][0]["met"] is False
     assert {"channels", "question", "why", "remedy"} == set(found["open_questions"][0])
     assert CliRunner().invoke(main, ["check", str(case), "--strict", "-q"]).exit_code == 1
+
+
+def test_the_case_file_knows_every_standard():
+    field = RecordingTable.model_fields["standard"]
+    names = {name for part in get_args(field.annotation) for name in get_args(part)}
+    assert names == set(standards())

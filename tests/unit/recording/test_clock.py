@@ -127,3 +127,19 @@ def test_lost_telegrams_are_not_thinned(tmp_path):
     for start in (50, 120, 260, 300):
         held[start : start + 6] = held[start]
     assert len(record(tmp_path / "a.csv", TIME, f=held).force) == N
+
+
+def test_a_channel_that_is_stuck_most_of_the_time_is_a_fatal_fault(tmp_path):
+    rng = np.random.default_rng(2)
+    # In noise five equal samples are no accident, wherever they are.
+    held = F + rng.normal(0.0, 1.0, N)
+    start = 12
+    while start < N - 30:
+        length = int(rng.integers(14, 30))
+        held[start : start + length] = held[start]
+        start += length + int(rng.integers(8, 12))
+    recording = record(tmp_path / "a.csv", TIME, f=held)
+    assert len(recording.force) == N
+    [fault] = [fault for fault in _samples(recording) if fault.kind == "stuck"]
+    assert fault.fatal
+    assert fault.samples.mean() > 0.5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import struct
 from collections.abc import Callable
@@ -9,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from bushcli.errors import RecordingError
-from bushcli.recording import Recording, isolated, opened, read_coupon, read_recording
+from bushcli.recording import Recording, isolated, opened, read_coupon, read_program, read_recording
 from bushcli.recording.reader import readers
 from bushcli.recording.source import Source
 
@@ -296,3 +299,24 @@ def test_a_coupon_of_a_workbook(tmp_path):
     coupon = read_coupon(Source("uniaxial", tmp_path / "zug.xlsx"))
     np.testing.assert_allclose(coupon.displacement, [0, 0.1, 0.2, 0.5], atol=1e-12)
     assert coupon.units == ("percent", "MPa")
+
+
+def test_the_drive_file_of_a_rig_is_a_program(tmp_path):
+    time, path = read_program(Source("axial", write_rpc(tmp_path / "drive.drv", "SHORT_INTEGER")))
+    assert time is not None
+    np.testing.assert_allclose(time, TIME, atol=1e-12)
+    np.testing.assert_allclose(path, TRAVEL, atol=4.0 / 60_000)
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(at=st.integers(0, 2400), byte=st.integers(0, 255), cut=st.integers(0, 6000))
+def test_a_damaged_rpc_file_is_read_or_refused(tmp_path, at, byte, cut):
+    path = tmp_path / "rig.rsp"
+    if not path.exists():
+        write_rpc(path, "SHORT_INTEGER")
+    content = bytearray(path.read_bytes())
+    content[at] = byte
+    (tmp_path / "bad.rsp").write_bytes(content[: len(content) - cut if cut < 3000 else len(content)])
+    with contextlib.suppress(RecordingError):
+        recording = read(tmp_path / "bad.rsp")
+        assert np.isfinite(recording.force).all()

@@ -66,7 +66,7 @@ def test_several_groups_with_the_columns_need_a_choice(tmp_path):
     one = [("Weg", "mm", TIME, Q), ("Kraft", "N", TIME, F)]
     path = mdf(tmp_path / "a.mf4", one, [("Weg", "mm", TIME, 2 * Q), ("Kraft", "N", TIME, 2 * F)])
     with pytest.raises(
-        RecordingError, match=r'2 sheets or groups .*"raster 1", "raster 2" \(choose one: group'
+        RecordingError, match=r'2 sheets or groups .*"raster 1", "raster 2" \(choose in the case file: group'
     ):
         read(path)
     np.testing.assert_allclose(read(path, group="Raster 2").force, 2 * F, atol=1e-12)
@@ -75,6 +75,13 @@ def test_several_groups_with_the_columns_need_a_choice(tmp_path):
         read(path, group="raster 3")
     with pytest.raises(RecordingError, match="has no group 7"):
         read(path, group=7)
+
+
+def test_the_columns_are_named_where_none_suits(tmp_path):
+    other = [("T_Luft", "°C", TIME, Q), ("p_Luft", "mbar", TIME, F)]
+    path = mdf(tmp_path / "a.mf4", other, [("U_Batt", "V", TIME[::2], Q[::2])])
+    with pytest.raises(RecordingError, match=r'"raster 1" has time, T_Luft, p_Luft \(choose .*columns'):
+        read(path)
 
 
 def test_samples_that_mdf_marks_as_invalid_are_refused_with_their_place(tmp_path):
