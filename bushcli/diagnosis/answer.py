@@ -63,8 +63,8 @@ def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]
             one.effects,
             one.probability,
             one.log_evidence - base,
-            one.state.size,
-            one.state.evidence.judged.phi,
+            None if one.predicted else one.state.size,
+            None if one.predicted else one.state.evidence.judged.phi,
         )
         for one in models
         if one.probability >= SHOWN
@@ -298,7 +298,7 @@ def doubts(
         made.append(
             Condition(
                 "budget",
-                f"the time allowed was over: models that were not fitted may hold {100 * search.left:.0f} % of the "
+                f"the time allowed was over: further fits may move {100 * search.left:.0f} % of the "
                 "probability",
                 "a larger --budget, or --resume with it",
             )

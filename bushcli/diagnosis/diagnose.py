@@ -232,9 +232,7 @@ def _run(search: Search, crew: Workers) -> list[Condition]:
         crew.stop()
         search.ended = "interrupted"
         left = 100 * search.left
-        message = (
-            f"stopped during the search: models that were not fitted may hold {left:.0f} % of the probability"
-        )
+        message = f"stopped during the search: further fits may move {left:.0f} % of the probability"
         return [Condition("interrupted", message, "run it again with --resume")]
     return []
 

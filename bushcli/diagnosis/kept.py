@@ -28,7 +28,7 @@ from geometry.shape import Refinement, Shape
 
 T = TypeVar("T")
 Array = NDArray[np.float64]
-Coarse = Literal["never", "memory", "solid"]
+Coarse = Literal["never", "memory", "always"]
 
 # At a time: bodies of the law alone and of the effect at hand, each for up to three channels.
 BODIES, SETS = 12, 6
@@ -54,7 +54,8 @@ def channels(
     fineness
         Steps of a march over the usual number.
     coarse
-        Which bodies get a coarse mesh: none, solid ones that remember, or all solid ones.
+        Which bodies get a coarse mesh: none, those that remember, or all. In the half-plane, where the usual mesh costs
+        little more, those in which an effect of assembly acts keep it: it may act on a part of a bond.
     anchor
         Parameters of the law alone at which the force of a coarse body is brought to that of the usual one.
     patience
@@ -96,7 +97,7 @@ def brought(plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array
 
     def made() -> list[tuple[float, Array]]:
         found = []
-        for usual, coarse in zip(channels(plain), channels(plain, coarse="solid"), strict=True):
+        for usual, coarse in zip(channels(plain), channels(plain, coarse="always"), strict=True):
             exact, rough = (one.at_samples(one.solve(anchor, ()))[0] for one in (usual, coarse))
             share = float(rough @ exact) / max(float(rough @ rough), 1e-300)
             found.append((share, exact - share * rough))
@@ -121,11 +122,12 @@ def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) 
     ) -> Body:
         solid = mode.section is None or not shape.axisymmetric
         remembers = any(item.feature.branches is not None for item in features)
-        if solid and (coarse == "solid" or (coarse == "memory" and remembers)):
+        acting = [one for one in task.effects if one.name in {item.name for item in features}]
+        assembled = any(one.effect.acts == "assembly" for one in acting)
+        if coarse == "always" or (coarse == "memory" and remembers and (solid or not assembled)):
             refinement = COARSE.refinement
             if modes is not None:
                 modes.add(mode.name)
-        acting = [one for one in task.effects if one.name in {item.name for item in features}]
         path = None if mode.solid.six is None else mode.solid.six.identity
         what = (shape, mode.name, path, _law(task), rubber.bulk_modulus, refinement, _structure(acting))
         return _kept(

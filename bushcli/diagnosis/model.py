@@ -32,7 +32,7 @@ class Model:
     terms : int, optional
         Of a law with optional terms.
     anchor : mapping, optional
-        Of the law alone: with it, solid bodies that remember get a coarse mesh, whose force is brought to that of the
+        Of the law alone: with it, bodies that remember get a coarse mesh, whose force is brought to that of the
         usual one at these parameters (`kept`). A march in three dimensions takes a minute otherwise.
     """
 

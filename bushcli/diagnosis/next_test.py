@@ -73,7 +73,7 @@ def next_test(
     problem: Problem, rivals: Sequence[Weighed], workers: Workers, notify: Progress
 ) -> NextTest | None:
     """Return the recording with the largest expected gain of information per minute; None where none is worth it."""
-    known = [one for one in rivals if one.faint is None and (one.state.model.effects or not one.unknown)]
+    known = [one for one in rivals if one.predicted is None and (one.state.model.effects or not one.unknown)]
     chosen = list({one.state.model.identities: one for one in reversed(known)}.values())[::-1][:RIVALS]
     if len(chosen) < 2:
         return None
@@ -125,7 +125,7 @@ def foretell(
         q,
         None,
         comm=MPI.COMM_SELF,
-        prepared=kept.bodies(task, "solid"),
+        prepared=kept.bodies(task, "always"),
     )
     names, root = known
     try:

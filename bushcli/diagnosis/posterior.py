@@ -47,8 +47,8 @@ class Weighed:
     log_evidence : float
     freed : bool
         Whether the law is identified from the recordings although coupons give one.
-    faint : tuple of str, optional
-        All its effects, where one of them brings nothing and the state is that of the model without it.
+    predicted : tuple of str, optional
+        Its effects, where it is not fitted and the state is that of the model beside which it was predicted.
     """
 
     state: State
@@ -56,12 +56,12 @@ class Weighed:
     probability: float
     log_evidence: float
     freed: bool = False
-    faint: tuple[str, ...] | None = None
+    predicted: tuple[str, ...] | None = None
 
     @property
     def effects(self) -> tuple[str, ...]:
         """Names of the effects with their rigs, a law set free after them, the unknown effect last."""
-        own = self.state.model.identities if self.faint is None else self.faint
+        own = self.state.model.identities if self.predicted is None else self.predicted
         return (*own, *((FREE_LAW,) if self.freed else ()), *((UNKNOWN,) if self.unknown else ()))
 
     @property
@@ -80,15 +80,19 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
             probability = float(np.exp(weight - total))
             freed = fixed and not state.model.fixed
             found.append(Weighed(state, bool(unknown), probability, log[unknown], freed))
-    for faint in search.counted:
-        probability = float(np.exp(faint.weight - total))
-        freed = fixed and not faint.base.model.fixed
-        found.append(Weighed(faint.base, False, probability, faint.log_evidence, freed, faint.effects))
+    for queued in search.counted:
+        probability = float(np.exp(queued.predicted - total))
+        freed = fixed and not queued.model.fixed
+        names = queued.model.identities
+        found.append(Weighed(queued.base, False, probability, queued.log_evidence, freed, names))
     sets: dict[tuple[str, ...], float] = {}
     for one in found:
         sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
     # The laws that go with one set of effects stand together: what is asked for first is the effects.
-    return tuple(sorted(found, key=lambda one: (-sets[one.effects], one.effects, -one.probability)))
+    found.sort(key=lambda one: (-sets[one.effects], one.effects, one.predicted is not None, -one.probability))
+    # The first of all has values.
+    first = next(one for one in found if one.predicted is None).effects
+    return tuple(sorted(found, key=lambda one: one.effects != first))
 
 
 def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:

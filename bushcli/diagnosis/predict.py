@@ -235,11 +235,11 @@ class Beside:
         found = [self._value(point) for point in points]
         best = int(np.argmax([one.log for one, _ in found]))
         log = float(logsumexp([one.log for one, _ in found])) - math.log(len(found))
-        gain = max(one.judged.log for one, _ in found) - self._own
+        gain = max(one.judged.log for one, _ in found) - self.own
         return Prediction(self._model(points[best], found[best][1]), log, gain)
 
     @cached_property
-    def _own(self) -> float:
+    def own(self) -> float:
         """Log likelihood of the model itself, to first order at its best."""
         return self._value(())[0].judged.log
 
@@ -342,7 +342,7 @@ class Beside:
                 i += 1
             model = _with(model, one.trial, values)
         if model.anchor is None:
-            # Solid bodies that remember are compared on a coarse mesh; what it misses is known at the law alone.
+            # Bodies that remember are compared on a coarse mesh; what it misses is known at the law alone.
             model = replace(model, anchor=dict(self.state.model.start))
         return model
 

@@ -2,9 +2,10 @@
 
 Every fitted model that may still matter enters its neighbours into the queue: one effect more (or a branch more), two
 more beside the plain law, some less, one in the place of others, another law. What an effect would bring is predicted
-to first order beside the model (`predict`), on the scale of the evidence. The search ends when what is in the queue
-cannot hold more than 1 % of the posterior, or when the time allowed is over. Models are fitted in batches of one size,
-so that the answer does not depend on the number of workers.
+to first order beside the model (`predict`), on the scale of the evidence. The nearer that model is, the surer is the
+prediction, and a sure one counts as a fit does. The search ends when fits could not move more than a few per cent of
+the posterior, or when the time allowed is over. Models are fitted in batches of one size, so that the answer does not
+depend on the number of workers.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from bushcli.diagnosis.columns import unfit
 from bushcli.diagnosis.derivatives import Derivatives
 from bushcli.diagnosis.fit import Measured, fit
 from bushcli.diagnosis.model import Fitted, Key, Model
-from bushcli.diagnosis.predict import Addition, Beside
+from bushcli.diagnosis.predict import Addition, Beside, Prediction
 from bushcli.diagnosis.prior import log_odds
 from bushcli.diagnosis.result import Trial as Row
 from bushcli.diagnosis.state import Problem, State
@@ -37,13 +38,17 @@ Progress = Callable[[str, str, str], None]
 
 # Effects in one model, at most: more cannot be told from any recording seen so far.
 MOST = 3
-# Share of the posterior that may be left in the queue, and that makes a model worth neighbours.
-LEFT = 0.01
+# Share of the posterior that fits may still move when the search ends.
+LEFT = 0.05
+# Share of the posterior that makes a fitted model worth neighbours.
+NEIGHBOURS = 0.01
 # Models fitted at once.
 BATCH = 2
-# First order may underestimate what a fit brings: by such a share of what the model at hand leaves to be gained, and by
-# so many nats at least. A guess from the first twenty fits on the development deck.
-SHARE_SLACK, SLACK = 0.05, 1.5
+# What first order may underestimate, in nats: so many, and a share of the log likelihood between the fitted model and
+# the predicted one. Measured on the development deck (docs/diagnosis.md).
+SLACK, SHARE_SLACK = 0.5, 0.15
+# A prediction that may underestimate by no more than so many nats counts until the model is fitted.
+SURE = 1.5
 # Natural logarithm of the likelihood that effects have to bring to first order for a fit to find more than that: half a
 # nat. With less the optimum is that of the model beside which they are tried, where first order is exact.
 FAINT = 0.5
@@ -53,42 +58,52 @@ VISIBLE = 2.0
 TERMS, TERMS_OF_COUPON = 2, 3
 
 
-@dataclass
+@dataclass(frozen=True)
 class Queued:
-    """A model that waits to be fitted.
+    """A model that is not fitted, with its predicted posterior weight: logarithm of evidence times prior odds.
 
     Attributes
     ----------
     model : Model
+    base : State
+        The fitted model beside which it was predicted.
+    log_evidence : float
+        Predicted.
     predicted : float
-        Log evidence and prior odds.
+        Weight.
     optimistic : float
         The same with what first order may underestimate.
+    slack : float
+        What first order may underestimate, in nats.
+    is_bound : bool
+        Whether the prediction is no more than an upper bound.
     """
 
     model: Model
+    base: State
+    log_evidence: float
     predicted: float
     optimistic: float
+    slack: float
+    is_bound: bool = False
 
+    @property
+    def is_sure(self) -> bool:
+        """Whether the prediction counts until the model is fitted."""
+        return not self.is_bound and self.slack <= SURE
 
-@dataclass(frozen=True)
-class Faint:
-    """A model whose further effect brings nothing, to first order.
+    @property
+    def rank(self) -> tuple[bool, bool, float]:
+        """Order among predictions of one model."""
+        return not self.is_bound, self.is_sure, -self.slack if self.is_sure else self.predicted
 
-    Attributes
-    ----------
-    base : State
-        The model without it.
-    effects : tuple of str
-    weight : float
-        Log evidence and prior odds.
-    log_evidence : float
-    """
-
-    base: State
-    effects: tuple[str, ...]
-    weight: float
-    log_evidence: float
+    @property
+    def uncertain(self) -> float:
+        """Logarithm of the weight by which a fit may change the posterior."""
+        if not self.is_sure:
+            return self.optimistic
+        # log(exp(optimistic) - exp(predicted))
+        return self.optimistic + math.log(max(-math.expm1(self.predicted - self.optimistic), 1e-12))
 
 
 @dataclass
@@ -100,8 +115,7 @@ class Search:
     states : dict of Key to State
         Fitted models.
     waiting : dict of Key to Queued
-    faint : dict of Key to Faint
-        Models that count by their predictions.
+        Models that are not.
     rows : list
         What was fitted, in its order.
     lost : list of str
@@ -119,13 +133,13 @@ class Search:
     progress: Progress
     states: dict[Key, State] = field(default_factory=dict)
     waiting: dict[Key, Queued] = field(default_factory=dict)
-    faint: dict[Key, Faint] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     ended: str = "nothing left"
     solves: int = 0
     failed: int = 0
     _expanded: set[Key] = field(default_factory=set)
+    _tried: set[Key] = field(default_factory=set)
     _beside_plain: Mapping[str, list[Addition]] = field(default_factory=dict)
 
     # -- the loop ------------------------------------------------------------------------------------------------
@@ -155,23 +169,23 @@ class Search:
 
     @property
     def left(self) -> float:
-        """Share of the posterior that the queue may hold."""
+        """Share of the posterior that further fits may move."""
         if not self.waiting:
             return 0.0
-        known = self.total
-        hoped = float(logsumexp([one.optimistic for one in self.waiting.values()]))
-        return float(1.0 / (1.0 + math.exp(min(known - hoped, 700.0))))
+        hoped = float(logsumexp([one.uncertain for one in self.waiting.values()]))
+        return float(1.0 / (1.0 + math.exp(min(self.total - hoped, 700.0))))
 
     @property
     def total(self) -> float:
         """Logarithm of the sum of all posterior weights so far."""
         fitted = [w for one in self.states.values() for w in self.weights(one)]
-        return float(logsumexp([*fitted, *(one.weight for one in self.counted)]))
+        return float(logsumexp([*fitted, *(one.predicted for one in self.counted)]))
 
     @property
-    def counted(self) -> list[Faint]:
-        """Models that count by their predictions: those that were not fitted all the same, nor wait to be."""
-        return [one for key, one in self.faint.items() if key not in self.states and key not in self.waiting]
+    def counted(self) -> list[Queued]:
+        """Models that count by their predictions: sure ones, none of them the best."""
+        most = max(max(self.weights(one)) for one in self.states.values())
+        return [one for one in self.waiting.values() if one.is_sure and one.predicted < most]
 
     def weights(self, state: State) -> tuple[float, float]:
         """Logarithm of the posterior weight of a model, and of the same with the unknown effect."""
@@ -193,10 +207,14 @@ class Search:
     # -- fits ----------------------------------------------------------------------------------------------------
 
     def _fit_next(self) -> None:
-        order = sorted(self.waiting, key=lambda key: (-self.waiting[key].optimistic, key))
-        # What is beaten by the first one if that is as good as predicted need not be fitted beside it.
-        least = self.waiting[order[0]].predicted + math.log(LEFT)
-        chosen = [self.waiting.pop(key) for key in order[:BATCH] if self.waiting[key].optimistic >= least]
+        order = sorted(self.waiting, key=lambda key: (-self.waiting[key].uncertain, key))
+        chosen = [self._first(order[0])]
+        for key in order[1:BATCH]:
+            # If the first one is as good as predicted, the search may be over with it.
+            known = float(np.logaddexp(self.total, chosen[0].predicted))
+            hoped = float(logsumexp([one.uncertain for one in self.waiting.values()]))
+            if hoped > known + math.log(LEFT):
+                chosen.append(self.waiting.pop(key))
         measured = Measured(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
         questions = []
         for one in chosen:
@@ -228,6 +246,16 @@ class Search:
                 continue
             self._enter(State(self.problem, fitted), one.predicted)
 
+    def _first(self, key: Key) -> Queued:
+        """The model to be fitted next: before another law is fitted with effects it is fitted alone."""
+        first = self.waiting[key]
+        alone = _without_effects(first.model)
+        if first.is_bound and first.model.effects and alone.structure not in self._tried:
+            first = self.waiting.get(alone.structure, replace(first, model=alone))
+        self._tried.add(first.model.structure)
+        self.waiting.pop(first.model.structure, None)
+        return first
+
     def _size(self, fitted: Fitted) -> str:
         state = State(self.problem, fitted)
         gain = self.weights(state)[0] - self.plain.evidence.log
@@ -241,6 +269,11 @@ class Search:
         if known is None or state.evidence.log > known.evidence.log:
             self.states[key] = state
         self.waiting.pop(key, None)
+        if not state.model.effects:
+            # What another law brings beside effects can be predicted now.
+            for other in [self.states[one] for one in self._expanded if self.states[one].model.effects]:
+                for model in self._other_laws(other.model):
+                    self._exchange_law(other, model)
         self.rows.append(self._row(state.model, predicted, self.weights(state)[0], state.size, ""))
 
     def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> Row:
@@ -256,7 +289,7 @@ class Search:
             key
             for key, state in self.states.items()
             if key not in self._expanded
-            and (state is self.plain or max(self.weights(state)) > total + math.log(LEFT))
+            and (state is self.plain or max(self.weights(state)) > total + math.log(NEIGHBOURS))
         ]
 
     def _expand(self, key: Key) -> None:
@@ -271,15 +304,13 @@ class Search:
             predictions += beside.pairs()
         for one in predictions:
             names = [active.effect.name for active in one.model.effects]
-            if unfit(self.problem.case, names):
-                continue
-            if one.gain < FAINT and len(one.model.identities) > len(state.model.identities):
-                self._count(one.model, one.log_evidence, state)
-            else:
-                self._queue(one.model, one.log_evidence, state)
+            if not unfit(self.problem.case, names):
+                is_more = len(one.model.identities) > len(state.model.identities)
+                self._queue(one, state, 0.0 if is_more and one.gain < FAINT else _slack(one.gain))
         for model in self._other_laws(state.model):
-            more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
-            self._queue(model, beside.any_law(more), state)
+            if not self._exchange_law(state, model):
+                more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
+                self._queue(Prediction(model, beside.any_law(more), 0.0), state, 0.0, is_bound=True)
         self._expand_without(state, beside)
 
     def _expand_without(self, state: State, beside: Beside) -> None:
@@ -300,32 +331,34 @@ class Search:
                 other = Beside(
                     state.without(gone), [one for one in others if one.trial.active.identity not in known]
                 )
-                less = other.alone()
-                self._queue(less.model, less.log_evidence, state)
+                lost = abs(state.evidence.judged.log - other.own)
+                self._queue(other.alone(), state, _slack(lost))
                 for one in other.singles():
-                    if one.gain >= FAINT and not unfit(
-                        self.problem.case, [active.effect.name for active in one.model.effects]
-                    ):
-                        self._queue(one.model, one.log_evidence, state)
+                    names = [active.effect.name for active in one.model.effects]
+                    if one.gain >= FAINT and not unfit(self.problem.case, names):
+                        self._queue(one, state, _slack(lost + one.gain))
 
-    def _count(self, model: Model, log_evidence: float, base: State) -> None:
-        """Count a model by its prediction: a fit would end at the optimum of the one that it is beside."""
-        key = model.structure
-        weight = log_evidence + self.odds(model)
-        known = self.faint.get(key)
-        if known is None or weight > known.weight:
-            self.faint[key] = Faint(base, model.identities, weight, log_evidence)
+    def _exchange_law(self, state: State, model: Model) -> bool:
+        """Enter a model with another law, where that law is known without effects; return whether it is."""
+        own = self.states.get(_without_effects(state.model).structure)
+        alone = self.states.get(_without_effects(model).structure)
+        if own is None or alone is None or not model.effects:
+            return False
+        other = Beside(state.with_law(alone, own), ())
+        self._queue(other.alone(), state, _slack(state.evidence.judged.log - other.own))
+        return True
 
-    def _queue(self, model: Model, log_evidence: float, base: State) -> None:
-        key = model.structure
-        predicted = log_evidence + self.odds(model)
-        best_possible = self.problem.likelihood.judge(self.problem.likelihood.nothing).log
-        gap = max(0.0, best_possible - base.evidence.judged.log)
-        # Where the plain law is far off, as one of coupons may be, all of the gap is no measure of what is uncertain.
-        slack = SLACK + min(SHARE_SLACK * gap, SLACK * len(self.problem.recordings))
+    def _queue(self, one: Prediction, base: State, slack: float, is_bound: bool = False) -> None:
+        """Enter a prediction; of several of one model the surest counts, of unsure ones the largest."""
+        key, odds = one.model.structure, self.odds(one.model)
+        predicted = one.log_evidence + odds
+        # No model is better than one that leaves nothing but noise.
+        most = self.problem.likelihood.judge(self.problem.likelihood.nothing).log + odds
+        optimistic = max(predicted, min(predicted + slack, most))
+        new = Queued(one.model, base, one.log_evidence, predicted, optimistic, slack, is_bound)
         known = self.waiting.get(key)
-        if key not in self.states and (known is None or predicted > known.predicted):
-            self.waiting[key] = Queued(model, predicted, predicted + slack)
+        if key not in self.states and (known is None or new.rank > known.rank):
+            self.waiting[key] = new
 
     def _other_laws(self, model: Model) -> list[Model]:
         """The model with another law of at least as many parameters, or with the law set free."""
@@ -344,6 +377,15 @@ class Search:
                 replace(model, law=name, start=start, terms=terms if optional else None, anchor=None)
             )
         return found
+
+
+def _slack(reach: float) -> float:
+    """What first order may underestimate of a model so many nats of log likelihood away from the fitted one."""
+    return SLACK + SHARE_SLACK * abs(reach)
+
+
+def _without_effects(model: Model) -> Model:
+    return replace(model, effects=(), anchor=None)
 
 
 def label(model: Model) -> str:

@@ -112,9 +112,9 @@ class RankedModel:
     probability : float
     log_evidence : float
         Natural logarithm, less that of the plain law alone.
-    misfit : float
-        Root mean square misfit over the noise.
-    form_error : float
+    misfit : float, optional
+        Root mean square misfit over the noise; None where the model was not fitted and counts by its prediction.
+    form_error : float, optional
         Error of the model's formulas that its likelihood took as most probable, as a share of the plain law's misfit.
     """
 
@@ -122,8 +122,8 @@ class RankedModel:
     effects: tuple[str, ...]
     probability: float
     log_evidence: float
-    misfit: float
-    form_error: float
+    misfit: float | None
+    form_error: float | None
 
 
 @dataclass(frozen=True)

@@ -150,6 +150,40 @@ class State:
         )
         return State(self.problem, fitted)
 
+    def with_law(self, other: State, plain: State) -> State:
+        """The model with another law, to first order: the curves move by what the two laws alone differ in.
+
+        Parameters
+        ----------
+        other : State
+            The other law at its best without effects, or the same law set free.
+        plain : State
+            The model's own law without effects.
+        """
+        gone = [e.identity for e in self.model.effects if e.effect.needs_fixed_law and not other.model.fixed]
+        state = self.without(gone)
+        old, new = state.fitted, other.fitted
+        model = replace(
+            state.model,
+            law=new.model.law,
+            start=dict(new.model.start),
+            fixed=new.model.fixed,
+            terms=new.model.terms,
+            anchor=dict(new.model.start),
+        )
+        keep = [i for i, name in enumerate(old.names) if name not in state.model.start]
+        change = zip(old.simulated, new.simulated, plain.fitted.simulated, strict=True)
+        slopes = zip(old.jacobians, new.jacobians, strict=True)
+        fitted = replace(
+            old,
+            model=model,
+            names=(*new.names, *(old.names[i] for i in keep)),
+            x=np.concatenate([new.x, old.x[keep]]),
+            simulated=tuple(force + b - a for force, b, a in change),
+            jacobians=tuple(np.hstack([b, a[:, keep]]) for a, b in slopes),
+        )
+        return State(self.problem, fitted)
+
     @property
     def objective(self) -> float:
         """What the fit has minimised: twice the negative logarithm of the posterior density, up to a constant."""

@@ -65,8 +65,8 @@ def model_table(found: Diagnosis, most: int | None = None) -> Table:
                 short_chance(one.probability),
                 short_chance(so_far),
                 logarithm(one.log_evidence),
-                number(one.misfit),
-                percent(100 * one.form_error),
+                "predicted" if one.misfit is None else number(one.misfit),
+                "-" if one.form_error is None else percent(100 * one.form_error),
             )
         )
     heads = ("model", "probability", "together", "ln evidence", "misfit/noise", "form error")

@@ -261,10 +261,9 @@ def searched_lines(found: Diagnosis) -> list[str]:
         "budget": ": the time allowed was over",
         "interrupted": ": the search was interrupted",
     }[searched.ended]
-    if searched.complete:
-        lines = [f"{fitted}; no other can hold more than 1 % of the probability"]
-    else:
-        lines = [f"{fitted}; models that may hold {chance(searched.left)} of the probability were not{why}"]
+    lines = [
+        f"{fitted}, others predicted; to fit these as well may move {chance(searched.left)} of the probability{why}"
+    ]
     if searched.lost:
         lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")
     return lines

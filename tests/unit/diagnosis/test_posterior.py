@@ -61,9 +61,14 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
         return one.evidence.log + known[id(one)], one.evidence.log_unknown + known[id(one)] - 4.0
 
     # A third model counts by its prediction alone.
-    faint = SimpleNamespace(base=states[1], effects=("mullins", "offset"), weight=0.5, log_evidence=5.1)
+    queued = SimpleNamespace(
+        base=states[1],
+        model=SimpleNamespace(identities=("mullins", "offset"), fixed=False),
+        predicted=0.5,
+        log_evidence=5.1,
+    )
     total = math.log(sum(math.exp(w) for one in states.values() for w in weights(one)) + math.exp(0.5))
-    search = SimpleNamespace(states=states, weights=weights, counted=[faint], total=total, plain=states[0])
+    search = SimpleNamespace(states=states, weights=weights, counted=[queued], total=total, plain=states[0])
     found = posterior(search)
     assert sum(one.probability for one in found) == pytest.approx(1.0, abs=1e-12)
     assert [one.probability for one in found] == sorted((one.probability for one in found), reverse=True)

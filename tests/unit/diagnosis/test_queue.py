@@ -15,6 +15,7 @@ from bushcli.diagnosis.columns import shear_modulus
 from bushcli.diagnosis.fit import WORSE
 from bushcli.diagnosis.model import Fitted
 from bushcli.diagnosis.posterior import posterior, probabilities
+from bushcli.diagnosis.predict import Prediction
 from bushcli.diagnosis.prior import known_parameters, scales_of
 from bushcli.diagnosis.queue import LEFT, Search, label
 from bushcli.diagnosis.state import State
@@ -24,6 +25,7 @@ from bushcli.runtime.workers import Workers
 NAMES = ("permanent_set", "drift", "time_lag", "warming", "viscoelasticity", "friction", "mullins")
 
 
+PREDICTION = Prediction(None, 0.0, 0.0)
 TRUTH = {"drift.rate": 1.5, "permanent_set.set": 2.0}
 
 
@@ -131,7 +133,7 @@ def test_the_best_waits_least(world, monkeypatch):
         before = set(waiting)
         whole(self)
         taken = before - set(self.waiting)
-        best = sorted(waiting, key=lambda key: (-waiting[key].optimistic, key))[:1]
+        best = sorted(waiting, key=lambda key: (-waiting[key].uncertain, key))[:1]
         order.append(taken >= set(best))
 
     monkeypatch.setattr(Search, "_fit_next", spied)
@@ -143,6 +145,31 @@ def test_the_best_waits_least(world, monkeypatch):
     # No model is fitted twice.
     assert len(set(world.asked)) == len(world.asked)
     assert found.solves > len(world.asked)
+
+
+def test_of_two_predictions_the_surer_one_counts(world, monkeypatch):
+    """A model that is predicted beside the plain law is predicted again beside one that is nearer to it."""
+    found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
+    key, one = next(
+        item for item in found.waiting.items() if item[1].model.identities == ("drift", "time_lag")
+    )
+    del found.waiting[key]
+    # Of unsure ones the largest; a sure one before these; of sure ones the surest.
+    for log, slack, kept in ((5, 9.0, 5), (7, 20.0, 7), (6, 5.0, 7), (2, 1.0, 2), (9, 1.2, 2), (1, 0.6, 1)):
+        found._queue(replace(PREDICTION, model=one.model, log_evidence=log), found.plain, slack)
+        assert found.waiting[key].log_evidence == kept
+
+
+def test_what_is_surely_predicted_counts(world, monkeypatch):
+    found = world.search(monkeypatch)
+    assert found.counted
+    models = posterior(found)
+    assert sum(one.probability for one in models) == pytest.approx(1.0, abs=1e-9)
+    assert any(one.predicted for one in models)
+    # The first model of all has values.
+    assert models[0].predicted is None
+    most = max(max(found.weights(one)) for one in found.states.values())
+    assert all(one.predicted < most and one.slack <= queue.SURE for one in found.counted)
 
 
 def test_it_ends_when_what_is_left_is_next_to_nothing(world, monkeypatch):

@@ -245,7 +245,9 @@ def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_can
     assert "radial, held out, from 3" in text
     assert f"These recordings cannot tell {together(('mullins', 'friction'))} (62 %) from: " in text
     assert f"Next test: {diagnoses.NEXT.text}." in text
-    assert text.endswith("models that may hold 12 % of the probability were not: the time allowed was over.")
+    assert text.endswith(
+        "others predicted; to fit these as well may move 12 % of the probability: the time allowed was over."
+    )
 
 
 def test_the_paragraph_has_what_is_added_and_the_total(case, diagnoses):
@@ -394,7 +396,7 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
         "taken to be wrong by 8.3 % of the misfit of the plain law (of the force range: 0.40 % in axial and 0.40 % in "
         "radial); that covers 96 % of what is left above the noise.",
         "radial (held out)",
-        "7 models were fitted; models that may hold 12 % of the probability were not: the time allowed was over.",
+        "7 models were fitted, others predicted; to fit these as well may move 12 % of the probability",
         "Could not be solved from any start: Yeoh + swaging: the mesh folds at 0.8 mm.",
         f"Cannot be seen in these recordings: {phrase('batch_stiffness')} and {phrase('time_lag')} (why: result.json",
         "problem coarse_noise",
@@ -443,11 +445,13 @@ def test_the_form_error_says_how_much_it_covers(case, diagnoses):
 
 def test_the_search_says_whether_it_was_complete(case, diagnoses):
     found = diagnoses.diagnosis(case())
-    assert searched_lines(found)[0].endswith("no other can hold more than 1 % of the probability")
+    assert searched_lines(found)[0].endswith(
+        "fitted, others predicted; to fit these as well may move less than 1 % of the probability"
+    )
     stopped = replace(found.searched, complete=False, left=0.004, ended="interrupted")
     assert searched_lines(replace(found, searched=stopped))[0] == (
-        "4 models were fitted; models that may hold less than 1 % of the probability were not: the search was "
-        "interrupted"
+        "4 models were fitted, others predicted; to fit these as well may move less than 1 % of the probability: the "
+        "search was interrupted"
     )
     assert searched_lines(diagnoses.diagnosis(case(), "faulty_data")) == []
 
