@@ -15,9 +15,9 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.effects.active import acting, require_time
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.faults import bad_samples
+from bushcli.inverse.answering import with_effects, with_others
 from bushcli.inverse.result import Weighting
 from bushcli.recording import (
     Recording,
@@ -29,10 +29,11 @@ from bushcli.recording import (
 )
 from bushcli.recording.curve import Curve
 from bushcli.simulate.simulation import Simulation
-from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
+from bushcli.simulate.six_simulation import Reaction, SixSimulation
 from cases.equilibrium import Equilibrium
 from cases.march import History, unsolved
 from cases.mode import modes
+from cases.model import Model
 from cases.simulate import Prepare, Rubber, even_targets, is_odd, prepare, sweep
 from cases.stretches import principal_stretches
 from geometry.shape import Shape, shapes
@@ -96,39 +97,20 @@ class Channel:
     ) -> None:
         self.recording = recording
         mode = modes()[recording.mode]
-        active = acting(case.effects, recording.name, recording.mode)
-        self.simulation: Simulation | Reaction | None = None
+        path = whole or recording
+        body = (shape, rubber, case, comm, prepared)
+        self.simulation: Simulation | Reaction | None
         if recording.six is not None:
-            known = {} if paths is None else paths
-            if recording.six.name not in known:
-                on_it = on_path(case.effects, recording.name)
-                known[recording.six.name] = SixSimulation(
-                    shape, rubber, case.mesh.refinement, on_it, recording.six, comm, prepared
-                )
-            self.simulation = Reaction(known[recording.six.name], recording.six.number, active)
-            self._used = matching(recording, recording)
-            self.model = self.simulation.model
-        elif active:
-            path = whole or recording
-            if path.time is None:
-                require_time(active, recording.name, recording.mode, str(recording.source))
-            self.simulation = Simulation(
-                shape,
-                mode,
-                rubber,
-                case.mesh.refinement,
-                active,
-                path.time,
-                path.displacement,
-                displacement_noise(path),
-                comm,
-                prepared,
-            )
-            # Samples of the cycles in use, among those of the whole path.
-            self._used = matching(path, recording)
-            self.model = self.simulation.model
+            self.simulation = with_others(recording, recording.six, {} if paths is None else paths, *body)
         else:
-            self.model = prepared(shape, mode, rubber, case.mesh.refinement, comm)
+            self.simulation = with_effects(recording, path, *body)
+        # Samples of the cycles in use, among those of the whole path.
+        self._used = matching(recording if recording.six else path, recording)
+        self.model: Model = (
+            prepared(shape, mode, rubber, case.mesh.refinement, comm)
+            if self.simulation is None
+            else self.simulation.model
+        )
         # Of a model on a coarser mesh: what brings its force to that of the usual one.
         self.share = 1.0
         self.offset: Array = np.zeros(len(recording.force))

@@ -106,8 +106,9 @@ def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tup
 
 def fit_histories(fit: Fit) -> tuple[History, ...]:
     """Return the channels of an identification whose path comes back or holds, but for paths of six motions."""
+    curves = [curve for curve in fit.curves if curve.recording.six is None]
     found = (
-        _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in fit.curves
+        _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in curves
     )
     return tuple(history for history in found if history.has_history)
 

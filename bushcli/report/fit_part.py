@@ -63,9 +63,11 @@ def _interval(found: tuple[float, float] | None) -> list[float | None] | None:
 
 
 def curves_by_mode(fit: Fit) -> dict[str, FittedCurve]:
-    """Return the fitted curves by mode, or by name for modes that were tested more than once."""
+    """Return the fitted curves by mode, or by name for modes that were tested more than once and for six motions."""
     count = Counter(curve.recording.mode for curve in fit.curves)
     return {
-        curve.recording.mode if count[curve.recording.mode] == 1 else curve.name: curve
+        curve.recording.mode
+        if count[curve.recording.mode] == 1 and curve.recording.six is None
+        else curve.name: curve
         for curve in fit.curves
     }

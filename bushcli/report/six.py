@@ -47,7 +47,7 @@ def six_json(channel: Simulated) -> dict[str, Any]:
             "lead": MOTIONS[six.lead],
             "reach": channel.reach if channel.stopped else float(six.time[-1]),
         }
-    for state, (displacement, matrix) in channel.stiffness.items():
+    for state, (displacement, matrix) in (channel.stiffness or {}).items():
         name = "stiffness_matrix" if state == "end" else f"stiffness_matrix_{state}"
         document[name] = matrix.tolist()
         if state == "at":
@@ -60,7 +60,7 @@ def six_tables(response: Response) -> Iterator[Table]:
     for channel in response.channels:
         if channel.six is not None and len(channel.six.time):
             yield _path_table(channel.name, channel.six)
-        for state, (displacement, matrix) in channel.stiffness.items():
+        for state, (displacement, matrix) in (channel.stiffness or {}).items():
             yield _matrix_table(channel, state, displacement, matrix)
 
 

@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 from bushcli.case import Case
 from bushcli.errors import InputError, Problem
+from bushcli.simulate.six import mode_of
 from cases.fields import write_mesh
 from cases.mode import modes
 from cases.model import setting_for
@@ -59,13 +60,15 @@ def meshes(case: Case, directory: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> tupl
     comm : MPI.Comm
         Ranks that share each mesh.
     """
-    asked = {load.mode for load in case.load_cases} | {source.mode for source in case.recordings}
-    names = asked or {mode.name for mode in modes().values() if mode.specimen == case.geometry.specimen}
+    asked = {load.mode: mode_of(load.mode, load.six) for load in case.load_cases}
+    asked |= {source.mode: modes()[source.mode] for source in case.recordings}
+    specimen = case.geometry.specimen
+    alone = {name: mode for name, mode in modes().items() if mode.specimen == specimen and not mode.follow}
     wanted: dict[tuple[int, frozenset[str]], list[str]] = {}
     planes = case.geometry.mirror_planes
-    for name in sorted(names):
-        dimension = 2 if modes()[name].section is not None and case.geometry.axisymmetric else 3
-        mirrors = setting_for(modes()[name], dimension).mirrors & planes
+    for name, mode in sorted((asked or alone).items()):
+        dimension = 2 if mode.section is not None and case.geometry.axisymmetric else 3
+        mirrors = setting_for(mode, dimension).mirrors & planes
         wanted.setdefault((dimension, mirrors), []).append(name)
     if comm.rank == 0:
         directory.mkdir(parents=True, exist_ok=True)

@@ -157,14 +157,14 @@ class _Run:
         mode = mode or mode_of(channel.mode, channel.six)
         return self.prepared(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
 
-    def matrices(self, channel: Channel) -> dict[str, tuple[float, Array]]:
-        """Return the stiffness matrices that are asked for."""
+    def matrices(self, channel: Channel) -> dict[str, tuple[float, Array]] | None:
+        """Return the stiffness matrices that are asked for; None where the march did not get through."""
         if not self.stiffness or modes()[channel.mode].specimen != "bushing":
             return {}
         try:
             return matrices(channel, self.stiffness_at, lambda mode: self.model(channel, mode=mode))
         except NotConverged:
-            return {}
+            return None
 
     def simulate(self, channel: Channel) -> Simulated:
         """March one channel, and examine the stretches and the stability of its states."""

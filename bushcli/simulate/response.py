@@ -72,8 +72,9 @@ class Simulated:
         Why its fields could not be written; empty where they were, or were not asked for.
     six : SixCurve or None
         Motions and reactions on a path of six motions; ``mode`` and ``curve`` are then of the one that leads.
-    stiffness : mapping of str to (float, (6, 6) array)
-        Displacement (mm, rad; s of a path) and stiffness matrix (N, mm, rad) by state, "start", "end" and "at".
+    stiffness : mapping of str to (float, (6, 6) array), or None
+        Displacement (mm, rad; s of a path) and stiffness matrix (N, mm, rad) by state, "start", "end" and "at"; None
+        where the march without planes of symmetry did not get through.
     """
 
     name: str
@@ -94,7 +95,7 @@ class Simulated:
     along: bool = False
     unwritten: str = ""
     six: SixCurve | None = None
-    stiffness: Mapping[str, tuple[float, Array]] = field(default_factory=dict)
+    stiffness: Mapping[str, tuple[float, Array]] | None = field(default_factory=dict)
 
     @property
     def in_time(self) -> bool:
@@ -147,6 +148,14 @@ def conditions(channel: Simulated) -> list[Condition]:
                 f"that the rubber reaches (principal stretches {channel.stretches[0]:.2f} to "
                 f"{channel.stretches[1]:.2f})",
                 "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
+            )
+        )
+    if channel.stiffness is None:
+        found.append(
+            Condition(
+                "no_stiffness_matrix",
+                f"{channel.name}: no stiffness matrix, since the march of the body without planes of symmetry stopped",
+                "ask for a smaller displacement, or for other steps",
             )
         )
     if channel.unwritten:

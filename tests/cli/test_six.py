@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.interpolate import CubicSpline
 
 from bushcli.cli import main
 
@@ -145,3 +146,113 @@ def test_effects_of_the_assembly_act_and_those_of_the_rig_are_refused(cli: Cli, 
     refused = cli("direct", case)
     assert refused.returncode == 2
     assert "gain" in refused.stderr
+
+
+NOISE = 1e-3
+RECORDED = """
+[[recordings]]
+mode = "path"
+file = "combined.csv"
+"""
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a case and a recording of it by this tool, 60 samples with noise (fixed seed)."""
+    folder = tmp_path_factory.mktemp("recorded")
+    (folder / "truth.toml").write_text(
+        CASE + PATH.replace('free = ["ry"]\n', "").replace("steps = 3", "steps = 6")
+    )
+    done = CliRunner().invoke(
+        main, ["direct", str(folder / "truth.toml"), "-o", str(folder / "truth"), "--no-fields", "-q"]
+    )
+    assert done.exit_code == 0, done.output
+    rows = list(csv.DictReader((folder / "truth" / "path.csv").read_text().splitlines()))
+    time = np.array([float(row["time_s"]) for row in rows])
+    at, rng = np.linspace(0.0, time[-1], 61), np.random.default_rng(7)
+    names = ("ux_mm", "uz_mm", "rz_deg", "fx_N", "fz_N", "my_Nmm", "mz_Nmm")
+    columns = [at]
+    for name in names:
+        values = np.array([float(row[name]) for row in rows])
+        smooth = CubicSpline(time[time <= 1.0], values[time <= 1.0])
+        after = CubicSpline(time[time >= 1.0], values[time >= 1.0])
+        exact = np.where(at <= 1.0, smooth(np.minimum(at, 1.0)), after(np.maximum(at, 1.0)))
+        columns.append(
+            exact + (NOISE * np.ptp(values) if name[0] in "fm" else 0.0) * rng.standard_normal(len(at))
+        )
+    text = ",".join(("time_s", *names)) + "\n"
+    text += "".join(",".join(f"{value:.9g}" for value in row) + "\n" for row in np.column_stack(columns))
+    (folder / "combined.csv").write_text(text)
+    (folder / "case.toml").write_text(CASE + RECORDED)
+    return folder
+
+
+def test_a_recorded_path_is_compared_reaction_by_reaction(recorded: Path) -> None:
+    done = CliRunner().invoke(
+        main, ["direct", str(recorded / "case.toml"), "--json", "-q", "--stiffness-at", "1"]
+    )
+    assert done.exit_code == 0, done.output
+    found = {one["name"]: one for one in json.loads(done.stdout)["load_cases"]}
+    # my has no motion of its own: ry is held.
+    assert found.keys() == {"path.fx", "path.fz", "path.mz"}
+    for one in found.values():
+        assert one["recording"]["rms_percent"] == pytest.approx(100 * NOISE, rel=0.5)
+        assert one["recording"]["within_10_percent"]
+        K = np.array(one["stiffness_matrix_at"])
+        assert abs(K[2, 4]) > 100.0
+
+
+def test_the_law_is_identified_from_a_recorded_path(recorded: Path) -> None:
+    """All reactions together; C20 and C30 of so small a travel are known together only, as the result says."""
+    start = "material.parameters={C10 = 0.7, C20 = -0.02, C30 = 0.01}"
+    arguments = [
+        "inverse",
+        str(recorded / "case.toml"),
+        "--json",
+        "-q",
+        "--model",
+        "yeoh",
+        "--fix",
+        "C30",
+        "--set",
+        start,
+    ]
+    done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["converged"]
+    for name, true in (("C10", 0.5), ("C20", -0.05)):
+        estimate = found["parameters"][name]
+        assert abs(estimate["value"] - true) < 4 * estimate["std"]
+    assert found["parameters"]["C10"]["value"] == pytest.approx(0.5, rel=5e-3)
+    assert found["misfit"].keys() == {"path.fx", "path.fz", "path.mz"}
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ('motions={ux = "ux_mm"}', None),
+        ('motions={wx = "ux_mm"}', "wx"),
+        ('motions={ux = "Weg"}', "no column"),
+        ('forces={fy = "fx_N"}', "no reaction whose own motion moves"),
+        ('columns={force = "fx_N"}', "has no meaning for mode path"),
+        ("cycles=[1]", "has no meaning for mode path"),
+        ("mode=radial", "no column displacement_mm"),
+    ],
+)
+def test_what_is_wrong_with_a_recorded_path_is_said(key: str, said: str | None, recorded: Path) -> None:
+    done = CliRunner().invoke(main, ["check", str(recorded / "case.toml"), "--set", f"recordings.0.{key}"])
+    assert done.exit_code == (0 if said is None else 2), done.output
+    assert said is None or said in done.output
+
+
+def test_keys_of_a_path_are_refused_elsewhere(recorded: Path) -> None:
+    case = recorded / "other.toml"
+    case.write_text(
+        CASE
+        + RECORDED.replace('"path"', '"radial"')
+        + 'free = ["ry"]\ncolumns = { displacement = "ux_mm", force = "fx_N" }\n'
+    )
+    done = CliRunner().invoke(main, ["check", str(case)])
+    assert done.exit_code == 2
+    assert "has no meaning for mode radial" in done.output

@@ -312,6 +312,17 @@ def test_the_case_shown_is_valid(tmp_path):
     assert [load.mode for load in loaded.load_cases] == ["axial", "torsional"]
 
 
+def test_the_path_of_six_motions_shown_is_valid(tmp_path):
+    case, shown = tmp_path / "case.toml", blocks(DOCS / "case-file.md", "toml")
+    (path,) = [block for block in shown if 'mode = "path"' in block]
+    rest = shown[0].partition("[[load_cases]]")[0]
+    case.write_text(rest + path, encoding="utf-8")
+    (load,) = load_case(case).load_cases
+    assert load.six is not None
+    assert load.six.free == (4,)
+    assert load.six.moving == (0, 2, 4, 5)
+
+
 @pytest.mark.parametrize(("number", "mode"), [(0, "axial"), (1, "torsional"), (2, "uniaxial")])
 def test_the_recordings_shown_can_be_read(tmp_path, number, mode):
     lines = blocks(DOCS / "recordings.md", "csv")[number].splitlines()

@@ -23,7 +23,9 @@ SCRIPT = textwrap.dedent(
     from cases.march import NotConverged, march
     from cases.mode import modes
     from cases.program import ramp
+    from cases.rigid import tangent
     from cases.simulate import Rubber, prepare, sweep
+    from cases.six import SixPath
     from forms.law import law
     from geometry.shape import Refinement, Sleeve, shapes
 
@@ -43,6 +45,18 @@ SCRIPT = textwrap.dedent(
         model = prepare(shape, modes()[mode], yeoh, coarse)
         history = march(model, ramp(end, 2), tolerance=1e-11, sensitivity=("C10", "compliance"))
         result[name] = [history.force.tolist(), history.energy.tolist(), history.sensitivity.ravel().tolist()]
+    # Six motions, two of them free, and their tangent.
+    pose = np.array([0.8, 0.0, 2.0, 0.03, 0.0, 0.1])
+    six = SixPath(np.array([0.0, 1.0]), np.array([np.zeros(6), pose]), free=(1, 4), whole=True)
+    model, found = prepare(rigid, modes()["path"].follow(six), yeoh, coarse), []
+
+    def observe(solver):
+        solver.factorise()
+        found.append(tangent(model, solver.factor, solver.q).symmetric.ravel().tolist())
+
+    history = march(model, ramp(1.0, 2), tolerance=1e-11, sensitivity=("C10",), observer=observe)
+    result["six"] = [history.reactions[-1].tolist(), history.motion[-1].tolist(), found[-1],
+                     history.reaction_sensitivity[-1].ravel().tolist()]
     # Every rank must see the failure.
     try:
         march(prepare(rigid, modes()["torsional"], gent, coarse), ramp(1.0, 4))
