@@ -102,7 +102,7 @@ def diagnose(
                     journal=journal,
                     resume=resume,
                     maps=not no_maps,
-                    progress=_progress(run),
+                    progress=_progress(run, None if budget is None else 60.0 * budget),
                 )
         except BaseException as error:
             if journal is not None and is_interrupt(error):
@@ -142,8 +142,16 @@ def _names(wanted: tuple[str, ...]) -> list[str] | None:
     return list(dict.fromkeys(names)) or None
 
 
-def _progress(run: Run) -> Callable[[str, str, str], None] | None:
-    """Return a function that prints one line per step on stderr: seconds, stage, effect, misfit."""
+def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str], None] | None:
+    """Return a function that prints a line per step on stderr: seconds, those left of a budget, stage, effect, misfit.
+
+    Parameters
+    ----------
+    run : Run
+        Options of the command.
+    budget : float or None
+        s; None where there is none, and nobody knows how long it will take.
+    """
     if run.quiet or not speaks():
         return None
     begin, last = time.perf_counter(), ""
@@ -155,6 +163,8 @@ def _progress(run: Run) -> Callable[[str, str, str], None] | None:
             if known:
                 return
             text = ""
-        run.say(f"  {time.perf_counter() - begin:5.0f} s  {stage:10s} {what:30s} {text}".rstrip())
+        spent = time.perf_counter() - begin
+        left = "" if budget is None else f"{max(0.0, budget - spent):5.0f} s left  "
+        run.say(f"  {spent:5.0f} s  {left}{stage:10s} {what:30s} {text}".rstrip())
 
     return line
