@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, ranks_there_are, speaks
+from bushcli.cli.shared import elsewhere, scheduled
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import is_interrupt
 
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Processes that share the work; the answer does not depend on their number.",
 )
+@scheduled
 @click.option("--resume", is_flag=True, help="Go on with the fits of the last run into the same -o DIR.")
 @click.option("--no-maps", is_flag=True, help="Do not map the misfit in the bushing.")
 @click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
@@ -64,6 +65,7 @@ def diagnose(
     uniform_odds: bool,
     budget: float | None,
     workers: int,
+    scheduler: str | None,
     resume: bool,
     no_maps: bool,
     strict: bool,
@@ -72,18 +74,21 @@ def diagnose(
 
     The result lists the probability of every effect, the most probable models, and the fit before and after. With
     -o DIR each fit is saved in DIR/history-diagnose; --resume uses those of an earlier run. Under `mpirun -n N` the
-    first process leads and the others share the work, on one machine or several.
+    first process leads and the others share the work, on one machine or several; --scheduler shares it among the
+    workers of Dask.
     """
     from bushcli.diagnosis.diagnose import diagnose as find
-    from bushcli.runtime.workers import ranks
 
     case = run.load()
     several = ranks_there_are() > 1
     if several and workers > 1:
         raise InputError(Problem("--workers", "is for one machine", "", "mpirun -n N gives N - 1 of them"))
+    if scheduler and (several or workers > 1):
+        other = "mpirun" if several else "--workers"
+        raise InputError(Problem("--scheduler", f"has no meaning beside {other}", "", "one or the other"))
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
-    with ranks() if several else nullcontext() as executor:
+    with elsewhere(several, scheduler) as executor:
         if several and executor is None:
             # This rank has answered until the first one left the context.
             return DONE
