@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,6 +19,7 @@ from bushcli.cli.run import (
     ranks_there_are,
     speaks,
 )
+from bushcli.cli.shared import elsewhere, scheduled
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import is_interrupt
 
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Processes that share the work; the answer does not depend on their number.",
 )
+@scheduled
 @click.option("--resume", is_flag=True, help="Go on with the fits of the last run into the same -o DIR.")
 @click.option("--no-maps", is_flag=True, help="Do not map the misfit in the bushing.")
 @click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
@@ -73,6 +74,7 @@ def diagnose(
     uniform_odds: bool,
     budget: float | None,
     workers: int,
+    scheduler: str | None,
     resume: bool,
     no_maps: bool,
     strict: bool,
@@ -81,18 +83,21 @@ def diagnose(
 
     The result lists the probability of every effect, the most probable models, and the fit before and after. With
     -o DIR each fit is saved in DIR/history-diagnose; --resume uses those of an earlier run. Under `mpirun -n N` the
-    first process leads and the others share the work, on one machine or several.
+    first process leads and the others share the work, on one machine or several; --scheduler shares it among the
+    workers of Dask.
     """
     from bushcli.diagnosis.diagnose import diagnose as find
-    from bushcli.runtime.workers import ranks
 
     case = run.load()
     several = ranks_there_are() > 1
     if several and workers > 1:
         raise InputError(Problem("--workers", "is for one machine", "", "mpirun -n N gives N - 1 of them"))
+    if scheduler and (several or workers > 1):
+        other = "mpirun" if several else "--workers"
+        raise InputError(Problem("--scheduler", f"has no meaning beside {other}", "", "one or the other"))
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
-    with ranks() if several else nullcontext() as executor:
+    with elsewhere(several, scheduler) as executor:
         if several and executor is None:
             # This rank has answered until the first one left the context.
             return DONE
@@ -111,7 +116,7 @@ def diagnose(
                     journal=journal,
                     resume=resume,
                     maps=not no_maps,
-                    progress=_progress(run),
+                    progress=_progress(run, None if budget is None else 60.0 * budget),
                 )
         except BaseException as error:
             if journal is not None and is_interrupt(error):
@@ -153,8 +158,16 @@ def _names(wanted: tuple[str, ...]) -> list[str] | None:
     return list(dict.fromkeys(names)) or None
 
 
-def _progress(run: Run) -> Callable[[str, str, str], None] | None:
-    """Return a function that prints one line per step on stderr: seconds, stage, effect, misfit."""
+def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str], None] | None:
+    """Return a function that prints a line per step on stderr: seconds, those left of a budget, stage, effect, misfit.
+
+    Parameters
+    ----------
+    run : Run
+        Options of the command.
+    budget : float or None
+        s; None where there is none, and nobody knows how long it will take.
+    """
     if run.quiet or not speaks():
         return None
     begin, last = time.perf_counter(), ""
@@ -166,6 +179,8 @@ def _progress(run: Run) -> Callable[[str, str, str], None] | None:
             if known:
                 return
             text = ""
-        run.say(f"  {time.perf_counter() - begin:5.0f} s  {stage:10s} {what:30s} {text}".rstrip())
+        spent = time.perf_counter() - begin
+        left = "" if budget is None else f"{max(0.0, budget - spent):5.0f} s left  "
+        run.say(f"  {spent:5.0f} s  {left}{stage:10s} {what:30s} {text}".rstrip())
 
     return line

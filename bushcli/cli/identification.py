@@ -180,7 +180,7 @@ def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
 
     run.say(f"identifying {task.model} from {len(task.case.recordings) - len(task.hold_out)} recordings")
     journal = run.output / f"history-{task.model}" if run.output else None
-    progress = search_progress(run, task.turned)
+    progress = search_progress(run, task.turned, task.starts + task.globally)
     with run.timed(task.model):
         return identify(task, journal=journal, resume=resume, progress=progress, pool=shared)
 

@@ -112,7 +112,9 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
         yield advance
 
 
-def search_progress(run: Run, turned: Mapping[str, EffectParameter]) -> Callable[[Evaluation], None] | None:
+def search_progress(
+    run: Run, turned: Mapping[str, EffectParameter], starts: int = 1
+) -> Callable[[Evaluation], None] | None:
     """Return a function that prints one line for each evaluation of an identification.
 
     Step and radius are in units of the parameters' scales; they are left out where there is no trust region (the
@@ -124,13 +126,22 @@ def search_progress(run: Run, turned: Mapping[str, EffectParameter]) -> Callable
         Options of the command; with ``--quiet`` there is no progress.
     turned : mapping of str to EffectParameter
         Parameters that are shown in degrees, by full name.
+    starts : int
+        Number of start points; of several, the time left is said at the beginning of each.
     """
     if run.quiet or not speaks():
         return None
 
     from bushcli.inverse.file_units import values_in_file_units
 
+    begin, begun = time.perf_counter(), 0
+
     def line(found: Evaluation) -> None:
+        nonlocal begun
+        if found.start > begun:
+            begun = found.start
+            left = (time.perf_counter() - begin) / begun * (starts - begun)
+            run.say(f"start {begun + 1} of {starts}, about {left:.0f} s left")
         run.say(progress_line(replace(found, parameters=values_in_file_units(found.parameters, turned))))
 
     return line

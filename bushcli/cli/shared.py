@@ -13,6 +13,8 @@ from bushcli.cli.run import ranks_there_are
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from bushcli.runtime.executor import Pool
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -71,3 +73,32 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
     else:
         with processes(workers or len(os.sched_getaffinity(0))) as found:
             yield found
+
+
+@contextmanager
+def elsewhere(several: bool, scheduler: str | None) -> Iterator[Executor | None]:
+    """Yield an executor that is not of this machine's processes; None where there is none, and on ranks that answer.
+
+    Parameters
+    ----------
+    several : bool
+        Whether `mpirun` has started several processes.
+    scheduler : str or None
+        Address of a Dask scheduler.
+
+    Raises
+    ------
+    InputError
+        The scheduler does not answer.
+    """
+    from bushcli.runtime.executor import dask
+    from bushcli.runtime.workers import ranks
+
+    if several:
+        with ranks() as executor:
+            yield executor
+    elif scheduler:
+        with dask(scheduler) as found:
+            yield found.executor
+    else:
+        yield None

@@ -96,7 +96,7 @@ def design_tables(found: Design) -> list[Table]:
             one.target.unit,
             number(one.wanted, 5),
             number(one.value, 5),
-            f"{100 * one.deviation:+.3f} %",
+            f"{round(100 * one.deviation, 3) + 0.0:+.3f} %",
             "reached" if one.met else "missed",
         )
         for one in found.targets

@@ -15,7 +15,7 @@ from bushcli.report.tables import Row, Table
 from bushcli.report.text import Shown, problem_parts
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response
-from bushcli.study.analysis import Limits, Summary
+from bushcli.study.analysis import Failure, Limits, Summary
 from bushcli.study.study import Study
 
 #: What the way in which designs were chosen is called.
@@ -97,13 +97,13 @@ def headline(found: Study) -> str:
     """Return the result in one sentence: the yield where there are limits, else the number of designs."""
     total = len(found.plan.rows)
     of = f"{total} designs ({NAMES[found.plan.sampling]})"
-    worst = min(
-        ((name, one.limits) for name, one in found.summaries.items() if one.limits is not None),
-        key=lambda pair: pair[1].share,
-        default=None,
-    )
-    if worst is not None:
-        return f"{_share(worst[1])} of {of} are within the limits of {worst[0]}"
+    shares = {name: one.limits.share for name, one in found.summaries.items() if one.limits is not None}
+    if shares:
+        worst = min(shares, key=lambda name: shares[name])
+        one = found.summaries[worst]
+        whole = f" with a result, of {total}" if one.count < total else ""
+        sample = f"{one.count} designs{whole} ({NAMES[found.plan.sampling]})"
+        return f"{100 * shares[worst]:.1f} % of {sample} are within the limits of {worst}"
     if found.failed:
         return f"{total - found.failed} of {of} have a result"
     return f"{of}, all with a result"
@@ -177,10 +177,14 @@ def _influences(found: Study) -> Table:
     return Table("What each key does alone", heads, tuple(rows), left=2)
 
 
+def _few(one: Failure) -> str:
+    more = ", ..." if one.count > len(one.designs) else ""
+    return ", ".join(map(str, one.designs)) + more
+
+
 def _failures(found: Study) -> Table:
     rows = tuple(
-        (one.kind.replace("_", " "), one.reason, ", ".join(map(str, one.designs)), str(one.count))
-        for one in found.failures
+        (one.kind.replace("_", " "), one.reason, _few(one), str(one.count)) for one in found.failures
     )
     return Table(
         "Designs without a result", ("kind", "reason, of the first", "designs", "number"), rows, left=3

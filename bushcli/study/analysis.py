@@ -188,7 +188,7 @@ def summary(
         Of the bootstrap of the Sobol indices' intervals.
     """
     values = found.answers[name]
-    there = np.isfinite(values)
+    there = np.isfinite(values) & plan.independent[found.design]
     y = values[there]
     if len(y) < 2:
         return None
@@ -202,7 +202,7 @@ def summary(
         key: Influence(*_correlation(x, y), swings[key], *indices.get(key, ())) for key, x in moving.items()
     }
     return Summary(
-        count=len(y),
+        count=int(np.count_nonzero(np.isfinite(values))),
         mean=float(y.mean()),
         std=float(y.std(ddof=1)),
         quantiles=tuple(float(q) for q in np.quantile(y, QUANTILES)),

@@ -137,6 +137,11 @@ def answered(
         A curve does not reach the travel, or the result has no such number.
     """
     channels = {channel.name: channel for channel in response.channels}
+    missing = next((one for one in answers if one.channel and one.channel not in channels), None)
+    if missing is not None:
+        raise NoAnswer(
+            f"{missing.name}: this design has no channel {missing.channel} ({', '.join(channels)})"
+        )
     return {
         one.name: number_at(one.kind, document or {})
         if one.of_result
@@ -190,7 +195,14 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
             return leg[order], force[first : last + 1][order]
     turn = math.degrees(1.0) if modes()[curve.mode].rotational else 1.0
     low, high = float(q.min()) * turn, float(q.max()) * turn
-    raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}")
+    unit = quantity_unit(curve.mode)
+    raise NoAnswer(f"{name}: the curve goes from {low:.6g} to {high:.6g}{unit}")
+
+
+def quantity_unit(mode: str) -> str:
+    """Return the unit of a mode's travel after a space; nothing for a coupon."""
+    found = modes()[mode]
+    return "" if found.specimen == "coupon" else " deg" if found.rotational else " mm"
 
 
 def _finite(asked: Answer, value: float) -> float:

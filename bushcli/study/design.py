@@ -204,7 +204,7 @@ def _ends(
         if notify is not None:
             notify(len(ends) + lost, len(questions), lost)
     if not ends:
-        what = f"no design could be simulated from the start: {reason}"
+        what = f"no start could be simulated: {reason.rstrip('.')}"
         raise InputError(Problem("design", what, "", "other bounds, or --starts"))
     return ends
 

@@ -60,6 +60,15 @@ class Plan:
         return tuple(one.key for one in self.variables)
 
     @property
+    def independent(self) -> NDArray[np.bool_]:
+        """Designs that were drawn, shape (n,): others of a Saltelli design are mixed of two that were."""
+        numbers = np.arange(len(self.rows))
+        if self.sampling != "saltelli":
+            return np.ones(len(numbers), dtype=bool)
+        within = numbers % (len(self.variables) + 2)
+        return (within == 0) | (within == len(self.variables) + 1)
+
+    @property
     def of_probability(self) -> bool:
         """Whether shares of the designs are probabilities: a yield has no meaning on a grid or at corners."""
         return self.sampling in ("lhs", "sobol", "random", "saltelli")

@@ -27,7 +27,6 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
-from bushcli.errors import InputError, Problem
 from bushcli.simulate.bodies import Bodies
 from bushcli.simulate.predict import rubber_of
 from bushcli.study.target import Target
@@ -46,6 +45,8 @@ Array = NDArray[np.float64]
 # Travel of an initial stiffness, as a share of the rubber's thickness or in rad: the secant over it is the tangent at
 # rest to 1e-6 (the curves are odd), and the march's tolerance leaves 1e-8 of the force.
 SMALL = 1e-4
+# Thickness of the rubber of a shape that does not say it, mm.
+USUAL_GAP = 10.0
 # Steps to a travel.
 STEPS = 8
 # Share of a dimension by which a mesh is moved for a difference of residuals, and a design for one of marches.
@@ -151,11 +152,8 @@ def _rate(
     model = _bodies(case.geometry, mode, rubber_of(material), case.mesh.refinement, MPI.COMM_SELF)
     q, steps = one.travel, STEPS
     if one.kind == "initial":
-        gap = case.geometry.gap
-        if gap is None and not mode.rotational:
-            what = f"the shape {type(case.geometry).name} does not say how far it can move"
-            raise InputError(Problem(f"--target {one.name}", what, "", f"{one.mode}.secant@TRAVEL"))
-        q, steps = SMALL * (1.0 if mode.rotational or gap is None else gap), 1
+        gap = case.geometry.gap or USUAL_GAP
+        q, steps = SMALL * (1.0 if mode.rotational else gap), 1
     program = path((0.0, q), steps)
     slopes: dict[str, float] = {}
 

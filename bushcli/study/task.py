@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +18,7 @@ from bushcli.errors import InputError
 from bushcli.simulate.bodies import Bodies
 from bushcli.simulate.predict import predict
 from bushcli.simulate.response import Response
-from bushcli.study.answers import Answer, NoAnswer, answered
+from bushcli.study.answers import Answer, NoAnswer, answered, quantity_unit
 from bushcli.study.hardness import HARDNESS, hardened
 from bushcli.study.variable import Value
 from cases.mode import modes
@@ -152,28 +153,28 @@ def failed(row: Row, kind: str, reason: str) -> Row:
 
 def _evaluated(task: Task, number: int, values: Sequence[Value]) -> Row:
     begin = time.perf_counter()
-    row = _simulated(task, empty_row(task, number, values), values)
+    row = empty_row(task, number, values)
+    try:
+        row = _simulated(task, row, values)
+    except (InputError, GeometryError, ValueError) as error:
+        row = failed(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
+    except Exception as error:  # noqa: BLE001 - one design must not end the study
+        row = failed(row, "error", f"{type(error).__name__}: {error}".splitlines()[0])
     return row | {SECONDS: time.perf_counter() - begin}
 
 
 def _simulated(task: Task, row: Row, values: Sequence[Value]) -> Row:
-    try:
-        case, material = task.load(values)
-        response = predict(case, material, comm=MPI.COMM_SELF, prepared=_bodies, pictures=False)
-    except (InputError, GeometryError, ValueError) as error:
-        return failed(row, "input", str(error).splitlines()[0].removeprefix(f"{task.case}: "))
-    except Exception as error:  # noqa: BLE001 - one design must not end the study
-        return failed(row, "error", f"{type(error).__name__}: {error}".splitlines()[0])
+    case, material = task.load(values)
+    response = predict(case, material, comm=MPI.COMM_SELF, prepared=_bodies, pictures=False)
     if task.curves:
         row |= curves(response)
     row[CONDITIONS] = ",".join(dict.fromkeys(condition.name for condition in response.conditions))
     for channel in response.channels:
         if channel.stopped:
-            turned = modes()[channel.mode].rotational
-            unit, factor = ("deg", 57.29577951308232) if turned else ("mm", 1.0)
+            factor = math.degrees(1.0) if modes()[channel.mode].rotational else 1.0
             reached, target = channel.reach * factor, channel.target * factor
-            reason = f"{channel.name}: no equilibrium beyond {reached:.4g} of {target:.4g} {unit}"
-            return failed(row, "not_converged", f"{reason} ({channel.stopped})")
+            reason = f"{channel.name}: no equilibrium beyond {reached:.4g} of {target:.4g}"
+            return failed(row, "not_converged", f"{reason}{quantity_unit(channel.mode)} ({channel.stopped})")
     try:
         document = None if task.describe is None else task.describe(response)
         return row | answered(task.answers, response, document)
@@ -185,7 +186,7 @@ def curves(response: Response) -> Row:
     """Return the curves as columns: displacement (mm, degrees) and force of every channel."""
     found: Row = {}
     for channel in response.channels:
-        factor = 57.29577951308232 if modes()[channel.mode].rotational else 1.0
+        factor = math.degrees(1.0) if modes()[channel.mode].rotational else 1.0
         found[f"{channel.name}.displacement"] = (factor * channel.curve.displacement).tolist()
         found[f"{channel.name}.force"] = channel.curve.force.tolist()
     return found

@@ -83,7 +83,7 @@ def variable(text: str) -> Variable:
     found = _called(key, spec, text) or _tolerance(key, spec) or _range(key, spec, text)
     if found is not None:
         return found
-    values = tuple(value_of(part) for part in spec.split(","))
+    values = tuple(value_of(part) for part in _split(spec))
     if any(isinstance(value, float) and not math.isfinite(value) for value in values):
         raise _wrong(text, "has a value that is no number to compute with", EXAMPLES)
     return of_values(key, spec, values)
@@ -247,6 +247,18 @@ _DISTRIBUTIONS: dict[str, tuple[Callable[..., Variable | None], tuple[str, ...]]
     "lognormal": (_lognormal, ("MEDIAN", "STANDARD_DEVIATION_OF_LOG")),
     "triangular": (_triangular, ("LOW", "MODE", "HIGH")),
 }
+
+
+def _split(text: str) -> list[str]:
+    """Split at commas that are not within brackets, as of a point or a path."""
+    parts, depth = [""], 0
+    for character in text:
+        depth += (character in "[{") - (character in "]}")
+        if character == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return parts
 
 
 def value_of(text: str) -> Value:

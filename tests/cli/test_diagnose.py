@@ -86,6 +86,23 @@ def test_a_screening_is_told_effect_by_effect_or_point_by_point(capsys: pytest.C
         assert "misfit 1.02" in said
 
 
+def test_the_time_left_of_a_budget_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    line = command._progress(Run("diagnose", Path("case.toml"), (), None, False, False, False), 90.0)
+    assert line is not None
+    line("fit", "mullins", "misfit 1.02")
+    assert capsys.readouterr().err.split() == [
+        "0",
+        "s",
+        "90",
+        "s",
+        "left",
+        "fit",
+        "mullins",
+        "misfit",
+        "1.02",
+    ]
+
+
 def test_json_is_alone_on_stdout(run: Any) -> None:
     done = run("--json", "-q")
     assert done.err == ""

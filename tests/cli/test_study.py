@@ -307,8 +307,9 @@ def test_the_page_is_served_to_this_machine_only(cli, case, tmp_path):
                 request = urllib.request.Request(
                     address.rsplit("/", 1)[0] + path, headers={"Host": host} if host else {}
                 )
-                with pytest.raises(urllib.error.HTTPError, match=r"40[34]"):
+                with pytest.raises(urllib.error.HTTPError, match=r"40[34]") as refused:
                     urllib.request.urlopen(request, timeout=10)
+                refused.value.close()
         finally:
             process.send_signal(signal.SIGINT)
             process.communicate(timeout=20)

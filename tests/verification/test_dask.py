@@ -1,7 +1,8 @@
-"""A study shared among the workers of a real Dask scheduler, one of which is killed on the way."""
+"""Work shared among the workers of a real Dask scheduler; of a study, one of them is killed on the way."""
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -84,54 +85,66 @@ class Process:
         self.process.stdout.close()
 
 
-def test_no_result_is_lost_and_none_twice_when_a_worker_is_killed(tmp_path):
+@pytest.fixture
+def cluster(tmp_path):
+    """Yield a scheduler, its address, and three workers that are there."""
     pytest.importorskip("distributed")
-    parquet = pytest.importorskip("pyarrow.parquet")
-    case, out = tmp_path / "case.toml", tmp_path / "out"
-    case.write_text(CASE)
     with ExitStack() as stack:
         scheduler = stack.enter_context(
             Process("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard")
         )
         address = scheduler.said(r"Scheduler at: +(tcp://127\.0\.0\.1:\d+)")[1]
         options = ("--nthreads", 1, "--no-nanny", "--no-dashboard", "--host", "127.0.0.1")
+        places = [("--local-directory", tmp_path / f"dask-{i}") for i in range(3)]
         workers = [
-            stack.enter_context(
-                Process(
-                    "distributed.cli.dask_worker",
-                    address,
-                    *options,
-                    "--local-directory",
-                    tmp_path / f"dask-{i}",
-                )
-            )
-            for i in range(3)
+            stack.enter_context(Process("distributed.cli.dask_worker", address, *options, *place))
+            for place in places
         ]
         for worker in workers:
             worker.said("Registered to")
-        study = stack.enter_context(
-            Process(
-                *("bushcli.cli", "study", case, "--vary", "geometry.length=30:40", "--designs", DESIGNS),
-                *("--scheduler", address, "-o", out, "--seed", 7),
-            )
-        )
+        yield scheduler, address, workers
+
+
+def test_no_result_is_lost_and_none_twice_when_a_worker_is_killed(cluster, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    scheduler, address, workers = cluster
+    case, out = tmp_path / "case.toml", tmp_path / "out"
+    case.write_text(CASE)
+    command = ("study", case, "--vary", "geometry.length=30:40", "--designs", DESIGNS, "--seed", 7)
+    with Process("bushcli.cli", *command, "--scheduler", address, "-o", out) as study:
         # In the middle: the first designs are there, the last are not.
         study.said(r"designs: [1-9]\d*/60")
         workers[1].process.send_signal(signal.SIGKILL)
         study.said(r"wrote ", 120.0)
         study.process.wait(30)
         assert study.process.returncode == 0, "".join(study.lines)
-        assert workers[1].process.wait(5) == -signal.SIGKILL
-        assert [worker.process.poll() for worker in (workers[0], workers[2])] == [None, None]
-        assert re.search(r"Remove worker addr", "".join(scheduler.lines))
+    assert workers[1].process.wait(5) == -signal.SIGKILL
+    assert [worker.process.poll() for worker in (workers[0], workers[2])] == [None, None]
+    assert re.search(r"Remove worker addr", "".join(scheduler.lines))
     rows = parquet.read_table(out / "designs.parquet").to_pylist()
     assert [row["design"] for row in rows] == list(range(DESIGNS))
     assert {row["status"] for row in rows} == {"ok"}
     # The same designs by one process of this machine.
     here = tmp_path / "here"
-    command = ["study", case, "--vary", "geometry.length=30:40", "--designs", DESIGNS, "--seed", 7]
     with Process("bushcli.cli", *command, "--workers", 1, "-o", here) as alone:
         alone.said(r"wrote ", 120.0)
     for one, other in zip(rows, parquet.read_table(here / "designs.parquet").to_pylist(), strict=True):
         assert one["geometry.length"] == other["geometry.length"]
         assert one["axial.initial"] == pytest.approx(other["axial.initial"], rel=1e-9)
+
+
+def test_a_diagnosis_is_shared_too(cluster, tmp_path):
+    case = ROOT / "examples" / "concealed" / "case.toml"
+    options = ("--effects", "offset", "--no-maps", "-o")
+    found = []
+    for name, more in (("there", ("--scheduler", cluster[1])), ("here", ())):
+        with Process("bushcli.cli", "diagnose", case, *options, tmp_path / name, *more) as run:
+            run.said(r"wrote ", 240.0)
+        found.append(json.loads((tmp_path / name / "result.json").read_text()))
+    assert found[0]["probability"] == pytest.approx(found[1]["probability"], rel=1e-6, abs=1e-30)
+    # The first process keeps what the workers find.
+    kept = [
+        sorted(file.name for file in (tmp_path / n / "history-diagnose").glob("*.npz"))
+        for n in ("there", "here")
+    ]
+    assert kept[0] == kept[1] != []

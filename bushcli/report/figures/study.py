@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +15,6 @@ from bushcli.report.figures.picture import (
     BLACK,
     BLUE,
     GREEN,
-    GREY,
     LIGHT,
     ORANGE,
     RED,
@@ -131,15 +131,23 @@ def band_figure(found: Study, one: Band) -> Figure:
     with style():
         figure = new_figure(5.6, 4.2)
         axes = figure.subplots()
-        if (np.diff(q) > 0).all() or (np.diff(q) < 0).all():
-            axes.fill_between(q, least, most, color=LIGHT, lw=0, label="all designs")
-            axes.fill_between(q, low, high, color=BLUE, alpha=0.35, lw=0, label="5 to 95 %")
-        else:
-            # A loop has no area between two of its curves.
-            for values, colour, label in ((least, GREY, "all designs"), (low, BLUE, "5 to 95 %")):
-                axes.plot(q, values, color=colour, lw=0.9, ls="--", label=label)
-            for values, colour in ((most, GREY), (high, BLUE)):
-                axes.plot(q, values, color=colour, lw=0.9, ls="--")
+        # A loop leg by leg: between its turning points the displacement goes one way.
+        turns = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
+        edges = [0, *map(int, turns), len(q) - 1]
+        for number, (first, last) in enumerate(pairwise(edges)):
+            leg, label = slice(first, last + 1), number == 0
+            axes.fill_between(
+                q[leg], least[leg], most[leg], color=LIGHT, lw=0, label="all designs" if label else None
+            )
+            axes.fill_between(
+                q[leg],
+                low[leg],
+                high[leg],
+                color=BLUE,
+                alpha=0.35,
+                lw=0,
+                label="5 to 95 %" if label else None,
+            )
         axes.plot(q, middle, color=BLUE, label="median")
         axes.set_xlabel(shown.displacement_label)
         axes.set_ylabel(shown.force_label)

@@ -117,3 +117,17 @@ def test_hardness_scales_the_shear_modulus_of_every_law(name):
 def test_a_hardness_outside_of_the_relation_is_refused():
     with pytest.raises(ValueError, match="outside 20 to 90"):
         hardened(Material("neo_hookean", 2000.0, {"C10": 0.5}), 60.0, 95.0)
+
+
+def test_mean_and_yield_of_a_saltelli_design_are_those_of_the_designs_that_were_drawn():
+    chosen = plan([variable("a=0:1"), variable("b=0:1")], "saltelli", 4096)
+    drawn = np.flatnonzero(chosen.independent)
+    assert len(drawn) == 2 * len(chosen.rows) // 4
+    # Drawn designs share no value; the mixed ones have theirs from them.
+    assert len({row[0] for row in np.array(chosen.rows)[drawn]}) == len(drawn)
+    assert len({row[0] for row in chosen.rows}) == len(drawn)
+    found = summary(chosen, columns(chosen, [a * b for a, b in chosen.rows]), "y", Limits(0.0, 0.25))
+    assert found.mean == pytest.approx(0.25, abs=0.005)
+    # P(ab < 1/4) = (1 + ln 4) / 4.
+    assert found.limits.share == pytest.approx(0.25 * (1.0 + np.log(4.0)), abs=0.02)
+    assert found.count == len(chosen.rows)

@@ -1,9 +1,12 @@
 import json
+import sys
 
 import pytest
 
 from bushcli.errors import InputError
+from bushcli.runtime.executor import dask
 from bushcli.study import rows as module
+from bushcli.study.plan import saltelli
 from bushcli.study.rows import JOURNAL, Rows, columns_of
 
 COLUMNS = columns_of({"a": True, "word": False}, ["k"], ["axial.force"])
@@ -105,3 +108,17 @@ def test_one_file_for_all(tmp_path):
     table = pyarrow.parquet.read_table(tmp_path / "all.parquet")
     assert table["design"].to_pylist() == [0, 1, 2, 3, 4, 7]
     assert table.column_names == list(COLUMNS)
+
+
+@pytest.mark.parametrize(
+    ("module_name", "use"),
+    [
+        ("pyarrow", lambda: module.parquet()),
+        ("SALib.sample", lambda: saltelli(2, 4, 0)),
+        ("distributed", lambda: dask("tcp://127.0.0.1:9").__enter__()),
+    ],
+)
+def test_without_a_library_the_message_names_the_extra(monkeypatch, module_name, use):
+    monkeypatch.setitem(sys.modules, module_name, None)
+    with pytest.raises(InputError, match=r'which is not installed \(pip install "bushcli\[study\]"\)'):
+        use()
