@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING
 import click
 
 from bushcli.cli.progress import search_progress
-from bushcli.cli.run import DONE, INTERRUPTED, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+from bushcli.cli.run import (
+    DONE,
+    INTERRUPTED,
+    NEGATIVE,
+    NOT_CONVERGED,
+    Run,
+    on_a_case,
+    ranks_there_are,
+    speaks,
+)
 from bushcli.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -176,6 +185,11 @@ def inverse(
     if run.output and speaks():
         report.write_inverse(run.output, result, case, fits)
         run.say(f"wrote {run.output}")
+    if interrupted and ranks_there_are() > 1:
+        # mpirun ends all ranks as soon as one has ended so, and the first one may still be writing.
+        from mpi4py import MPI
+
+        MPI.COMM_WORLD.Barrier()
     return INTERRUPTED if interrupted else _exit_code(fits[0], strict)
 
 

@@ -77,6 +77,8 @@ class Channel:
         What a unit of weighted misfit is at each sample, in the recording's force unit; inf where the sample is bad.
     coupon : bool
         The curve is of a material test.
+    comm : MPI.Comm
+        Ranks that share the model.
     noise : float
         Standard deviation of the force's noise, the displacement's included, in the recording's force unit.
     """
@@ -92,7 +94,7 @@ class Channel:
         whole: Recording | None = None,
         prepared: Prepare = prepare,
     ) -> None:
-        self.recording = recording
+        self.recording, self.comm = recording, comm
         mode = modes()[recording.mode]
         active = acting(case.effects, recording.name, recording.mode)
         self.simulation: Simulation | None = None
