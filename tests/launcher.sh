@@ -56,8 +56,8 @@ stop TERM group
 if grep -q bwrap .venv/enter 2>/dev/null; then
     stop KILL launcher 2>/dev/null
     # mpirun by itself kills its ranks before they have saved anything.
-    stop INT launcher mpirun -n 2
-    stop TERM group mpirun -n 2
+    stop INT launcher mpirun -n 2 2>/dev/null
+    stop TERM group mpirun -n 2 2>/dev/null
 fi
 status=0
 echo words | setup/enter sh -c 'read -r line; [ "$line" = words ] && exit 7' || status=$?

@@ -14,8 +14,8 @@ from bushcli.cli.run import (
     NOT_CONVERGED,
     Run,
     on_a_case,
-    ranks_there_are,
     speaks,
+    wait_for_ranks,
 )
 from bushcli.errors import InputError, Problem
 
@@ -185,15 +185,14 @@ def inverse(
     if run.output and speaks():
         report.write_inverse(run.output, result, case, fits)
         run.say(f"wrote {run.output}")
-    if interrupted and ranks_there_are() > 1:
+    return _exit_code(fits[0], strict, interrupted)
+
+
+def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
+    if interrupted:
         # mpirun ends all ranks as soon as one has ended so, and the first one may still be writing.
-        from mpi4py import MPI
-
-        MPI.COMM_WORLD.Barrier()
-    return INTERRUPTED if interrupted else _exit_code(fits[0], strict)
-
-
-def _exit_code(best: Fit, strict: bool) -> int:
+        wait_for_ranks()
+        return INTERRUPTED
     if not best.converged:
         return NOT_CONVERGED
     return NEGATIVE if strict and best.conditions else DONE
