@@ -64,6 +64,11 @@ class Mode:
         A plane whose mirror image turns the motion q into -q: where the shape is symmetric about it, the curve is odd.
     shares
         Number of equal faces that work on q: the force is divided by it (equibiaxial 2, volumetric 3).
+    unit_stiffness
+        Inner radius, outer radius and length (mm) of a bonded annulus -> bounds of its stiffness at rest over the shear
+        modulus; None where no formula is known. Recordings are judged by it: is this rubber's stiffness at all?
+    unit_slope
+        The same of a coupon: slope of the nominal stress at rest over the shear modulus, dimensionless.
     """
 
     name: str
@@ -77,6 +82,15 @@ class Mode:
     shares: int = 1
     reversed_by: Literal["x", "y", "z"] | None = None
     needs_compressibility: bool = False
+    unit_stiffness: Callable[[float, float, float], tuple[float, float]] | None = None
+    unit_slope: float | None = None
+
+    @property
+    def sideways(self) -> float:
+        """How far a unit of q moves the inner sleeve towards the outer one, mm; 0 where q is an angle or a strain."""
+        if self.rotational or self.specimen != "bushing":
+            return 0.0
+        return float(np.linalg.norm(self.solid.rate(np.zeros((3, 1)), 0.0)[:2]))
 
     def looks_the_same(self, planes: frozenset[Literal["x", "y", "z"]]) -> bool:
         """Whether the motion is its own mirror image about z = 0, by itself or with another of these planes.

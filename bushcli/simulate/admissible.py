@@ -10,6 +10,7 @@ from bushcli.case import Case, Material
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
+from cases.mode import modes
 from cases.stability import coupon_limits
 from forms.law import law
 
@@ -52,7 +53,7 @@ def check_material(case: Case, material: Material) -> None:
 
 
 def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[DataFault]) -> None:
-    """Refuse a radial recording that travels further than the rubber is thick: wrong units, or another bushing.
+    """Refuse a recording that travels further across the axis than the rubber is thick: wrong units or bushing.
 
     Parameters
     ----------
@@ -72,7 +73,7 @@ def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[D
         return
     for recording in recordings:
         furthest = float(np.abs(recording.displacement).max())
-        if recording.mode == "radial" and furthest >= gap:
+        if modes()[recording.mode].sideways * furthest >= gap:
             raise InputError(
                 Problem(
                     str(recording.source),

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from cases import annulus
 from cases.mode import Array, Mode, Setting
 
 
@@ -24,5 +25,6 @@ MODE = Mode(
     rotational=False,
     section=Setting("axisymmetric", motion, rate),
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"x", "y"})),
+    unit_stiffness=annulus.axial,
     reversed_by="z",
 )

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from cases import annulus
 from cases.mode import Array, Mode, Setting
 
 
@@ -23,5 +24,6 @@ MODE = Mode(
     specimen="bushing",
     rotational=True,
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y"})),
+    unit_stiffness=annulus.conical,
     reversed_by="x",
 )

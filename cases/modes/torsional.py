@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from cases import annulus
 from cases.mode import Array, Mode, Setting
 
 
@@ -36,5 +37,6 @@ MODE = Mode(
     rotational=True,
     section=Setting("axisymmetric_twist", twist, twist_rate, mirrors=frozenset({"z"})),
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"z"})),
+    unit_stiffness=annulus.torsional,
     reversed_by="y",
 )

@@ -176,3 +176,9 @@ def test_sleeves_approach_rigid_ones_as_they_stiffen(mode, rubber):
     # Far stiffer than the rubber (mu = 1 MPa), a sleeve yields in proportion to 1 / E.
     assert 0 < short[0] < 0.02 * rigid
     assert short[0] / short[1] == pytest.approx(10.0, rel=0.02)
+
+
+@pytest.mark.parametrize("name", shapes())
+def test_a_shape_has_the_name_of_its_file(name):
+    assert shapes()[name].name == name
+    assert shapes()[name].__module__ == f"geometry.shapes.{name}"
