@@ -119,7 +119,17 @@ def options() -> dict[str, Any]:
 
 
 def compiled_expression(expression: Any, points: Any, comm: Any) -> tuple[Any, Any]:
-    """Compile a UFL expression at reference points without a DOLFINx expression around it: object and cffi module."""
+    """Compile a UFL expression at reference points without a DOLFINx expression around it: object and cffi module.
+
+    Parameters
+    ----------
+    expression : Any
+        UFL expression.
+    points : Any
+        Reference coordinates in the cell, shape (points, dimension).
+    comm : Any
+        Ranks that take part.
+    """
     from dolfinx import jit
 
     compiled, module, _ = jit.ffcx_jit(comm, (expression, points), jit_options=options())
@@ -187,7 +197,15 @@ def _guard() -> None:
 
 
 def remove_damaged(folder: Path, module: str) -> None:
-    """Remove a module that was compiled, but whose library is not whole or not there."""
+    """Remove a module that was compiled, but whose library is not whole or not there.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the kernels.
+    module : str
+        Name of the module.
+    """
     ready = folder / f"{module}.c.cached"
     if not ready.exists():
         return  # not there, or another process compiles it

@@ -112,6 +112,27 @@ class Mode:
         return False
 
 
+def setting_for(mode: Mode, dimension: int) -> Setting:
+    """Return the mode's setting in the half-plane or in three dimensions.
+
+    Parameters
+    ----------
+    mode : Mode
+        What is done to the body.
+    dimension : int
+        2 for the half-plane, 3 for space.
+
+    Raises
+    ------
+    ValueError
+        The mode has no half-plane model.
+    """
+    setting = mode.section if dimension == 2 else mode.solid
+    if setting is None:
+        raise ValueError(f"mode {mode.name} has no half-plane model")
+    return setting
+
+
 @cache
 def modes() -> Mapping[str, Mode]:
     """All modes by name, discovered in `cases/modes`."""

@@ -146,7 +146,15 @@ class Motion:
         return self._over_all(self._along_sleeve(self._setting.rate, q))
 
     def boundary_rate(self, name: str, q: float) -> Array | None:
-        """Derivative of the constrained unknowns at q by a parameter, over all local unknowns; None for zero."""
+        """Derivative of the constrained unknowns at q by a parameter, over all local unknowns; None for zero.
+
+        Parameters
+        ----------
+        name : str
+            Full name of the parameter.
+        q : float
+            Generalised displacement, mm or rad.
+        """
         if name in self._reductions:
             return self._over_all(self._stage * self._reductions[name])
         if self.resizes(name):
@@ -154,7 +162,15 @@ class Motion:
         return None
 
     def boundary_bend(self, name: str, q: float) -> Array | None:
-        """Derivative of `rate` by a parameter, over all local unknowns; None for zero."""
+        """Derivative of `rate` by a parameter, over all local unknowns; None for zero.
+
+        Parameters
+        ----------
+        name : str
+            Full name of the parameter.
+        q : float
+            Generalised displacement, mm or rad.
+        """
         if not self.resizes(name):
             return None
         return self._over_all(self._along_sleeve(self._setting.rate, q, by=name))

@@ -67,18 +67,44 @@ class SurfaceForms:
             fem.assemble_vector(forces, self._residual)
 
     def add_stiffness(self, matrix: PETSc.Mat, bc: Any) -> None:
-        """Add the second derivative to a matrix, but for constrained unknowns."""
+        """Add the second derivative to a matrix, but for constrained unknowns.
+
+        Parameters
+        ----------
+        matrix : PETSc.Mat
+            Matrix to which is added.
+        bc : Any
+            Constrained unknowns.
+        """
         if self.present:
             petsc.assemble_matrix(matrix, self._tangent, bcs=[bc])
 
     def add_action(self, direction: Array, forces: Array) -> None:
-        """Add the second derivative applied to a direction."""
+        """Add the second derivative applied to a direction.
+
+        Parameters
+        ----------
+        direction : Array
+            Vector over this rank's unknowns, shape (m,).
+        forces : Array
+            Vector over this rank's unknowns, shape (m,), to which is added.
+        """
         if self.present:
             self._direction.x.array[:] = direction
             fem.assemble_vector(forces, self._action)
 
     def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
-        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes."""
+        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes.
+
+        Parameters
+        ----------
+        name : str
+            Full name of the parameter.
+        shear_rate : float
+            Derivative of the shear modulus by the parameter, MPa per unit of it.
+        forces : Array
+            Vector over this rank's unknowns, shape (m,), to which is added.
+        """
         if not self.present:
             return
         form = self._slope(name, self._parameters.marked[name])
@@ -114,12 +140,18 @@ def surface_energies(
 
     Parameters
     ----------
-    given
+    mesh : NamedMesh
+        The mesh with its named boundaries.
+    features : Sequence[Installed]
+        What else there is to rubber and assembly.
+    parameters : Parameters
+        Of the model.
+    given : Mapping[str, Any]
         Of `cases.feature.Place`: u, motion, kinematics, shear_modulus.
-    moved
+    moved : Moved | None
         Where the stress-free body is.
-    degree
-        Of the quadrature.
+    degree : int
+        Degree of the quadrature.
     """
     x, normal = ufl.SpatialCoordinate(mesh.mesh), ufl.FacetNormal(mesh.mesh)
     weight: Any = 1

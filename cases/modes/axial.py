@@ -7,14 +7,30 @@ from cases.mode import Array, Mode, Setting
 
 
 def motion(x: Array, q: float) -> Array:
-    """Translation by q along the axis, the last coordinate of the half-plane and of space."""
+    """Translation by q along the axis, the last coordinate of the half-plane and of space.
+
+    Parameters
+    ----------
+    x : Array
+        Coordinates, shape (d, n), mm.
+    q : float
+        Displacement of the sleeve, mm.
+    """
     u = np.zeros_like(x)
     u[-1] = q
     return u
 
 
 def rate(x: Array, q: float) -> Array:
-    """Derivative of `motion` with respect to q."""
+    """Derivative of `motion` with respect to q.
+
+    Parameters
+    ----------
+    x : Array
+        Coordinates, shape (d, n), mm.
+    q : float
+        Displacement of the sleeve, mm.
+    """
     return motion(x, 1.0)
 
 
