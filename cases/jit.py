@@ -148,14 +148,16 @@ def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> An
     declarations
         What of it Python may call, as cffi reads it.
     """
-    import cffi
+    from _cffi_backend import __version__ as cffi_version  # cffi itself loads a parser of C
 
     code = "\n".join(source.read_text() for source in sources)
-    digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi.__version__}".encode()).hexdigest()[:16]
+    digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi_version}".encode()).hexdigest()[:16]
     module = f"bushcli_{name}_{digest}"
     file = cache_directory() / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
     if not is_whole(file):
         import tempfile
+
+        import cffi
 
         file = Path(options()["cache_dir"]) / file.name
         builder = cffi.FFI()

@@ -11,7 +11,6 @@ from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
 from cases.mode import modes
-from cases.stability import coupon_limits
 from forms.law import law
 
 # Every rubber is stable between these stretches.
@@ -38,6 +37,10 @@ def check_material(case: Case, material: Material) -> None:
                 case.path.name, "material.parameters are not given", "", "them, or [[coupons]] to fit them to"
             )
         )
+    from cases.stability import (
+        coupon_limits,
+    )  # with it comes UFL: not for a case whose law is still to be fitted
+
     chosen = law(material.law)
     for mode, (low, high) in coupon_limits(chosen, dict(material.parameters)).items():
         if low > SMALL_STRAIN[0] or high < SMALL_STRAIN[1]:
