@@ -113,6 +113,7 @@ def direct(run: Run, weighting: str, mesh_check: bool, no_fields: bool, strict: 
             found.material if found else None,
             mesh_check=mesh_check,
             fields=run.output if run.output and not no_fields else None,
+            pictures=run.output is not None,
             progress=progress,
         )
     compared = misfits(response)

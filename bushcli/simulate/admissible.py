@@ -37,9 +37,8 @@ def check_material(case: Case, material: Material) -> None:
                 case.path.name, "material.parameters are not given", "", "them, or [[coupons]] to fit them to"
             )
         )
-    from cases.stability import (
-        coupon_limits,
-    )  # with it comes UFL: not for a case whose law is still to be fitted
+    # With it comes UFL: not for a case whose law is still to be fitted.
+    from cases.stability import coupon_limits
 
     chosen = law(material.law)
     for mode, (low, high) in coupon_limits(chosen, dict(material.parameters)).items():

@@ -33,7 +33,7 @@ from cases.model import Model
 from cases.program import Program, path
 from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
 from cases.stability import stable
-from cases.stretches import Surface, principal_stretches, surface
+from cases.stretches import Surface, stretches_of_states, surface
 from forms.law import law
 
 Array = NDArray[np.float64]
@@ -51,6 +51,7 @@ def predict(
     *,
     mesh_check: bool = False,
     fields: Path | None = None,
+    pictures: bool = True,
     progress: Progress | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
 ) -> Response:
@@ -66,6 +67,8 @@ def predict(
         Solve again on a finer mesh and estimate the discretisation error of each curve.
     fields : Path or None
         Folder for field files (XDMF), one per channel; None writes none.
+    pictures : bool
+        Keep the surface of each channel's widest state, of which pictures are made.
     progress : Progress or None
         Called after each step of the march.
     comm : MPI.Comm
@@ -98,7 +101,7 @@ def predict(
     channels += [_recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     for channel in channels:
         check_play(case, channel.name, channel.mode, channel.displacement)
-    run = _Run(case, rubber_of(material), mesh_check, fields, progress, comm)
+    run = _Run(case, rubber_of(material), mesh_check, fields, pictures, progress, comm)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in conditions(channel))
     return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
@@ -163,6 +166,7 @@ class _Run:
     rubber: Rubber
     mesh_check: bool
     fields: Path | None
+    pictures: bool
     progress: Progress | None
     comm: MPI.Comm
 
@@ -219,7 +223,7 @@ class _Run:
             stretches=stretches,
             unstable=unstable,
             seconds={"mesh_and_forms": ready - begin, "march": done - ready},
-            surface=_picture(model, history),
+            surface=_picture(model, history) if self.pictures else None,
             mesh_error=error,
             step_error=step_error,
             along=answer is not None and channel.recording is not None,
@@ -294,9 +298,9 @@ def _stability(model: Model, history: History, rubber: Rubber) -> tuple[tuple[fl
     assert history.states is not None
     low, high, bad, total = 1.0, 1.0, 0, 0
     count = len(history.states)
-    for i in np.unique(np.linspace(0, count - 1, min(STABILITY_STATES, count)).round().astype(int)):
-        model.state.x.array[:] = history.states[i]
-        values = principal_stretches(model).reshape(-1, 3)
+    chosen = np.unique(np.linspace(0, count - 1, min(STABILITY_STATES, count)).round().astype(int))
+    for found in stretches_of_states(model, (history.states[i] for i in chosen)):
+        values = found.reshape(-1, 3)
         if len(values):
             low, high = min(low, float(values.min())), max(high, float(values.max()))
             bad += int(np.count_nonzero(~stable(rubber.law, rubber.parameters, values)))
