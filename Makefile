@@ -52,7 +52,8 @@ uninstall: ## take it off again
 sizes: ## lines of each package, longest files and functions
 	@$(IN) python tests/sizes.py
 
-lock: setup ## write setup/requirements.lock anew: versions and hashes of what set-up takes from PyPI
+# Not after `setup`, which stops where the lock file lacks something; what it has made until then does for this.
+lock: ## write setup/requirements.lock anew: versions and hashes of what set-up takes from PyPI
 	setup/lock.sh
 
 clean: ## remove the environment of this checkout, results and caches

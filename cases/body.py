@@ -61,7 +61,15 @@ class Part:
         self._forces: tuple[Array, Call] | None = None
 
     def place(self, swelling: float, anew: bool) -> None:
-        """Bring the stress-free body to its place; ``anew`` where parameters may have moved it."""
+        """Bring the stress-free body to its place; ``anew`` where parameters may have moved it.
+
+        Parameters
+        ----------
+        swelling : float
+            Volume of the stress-free body over that of its shape, a ratio.
+        anew : bool
+            Whether parameters may have moved the stress-free body.
+        """
         if self._moved is not None and anew:
             self.points.move(self._moved.now(), swelling)
         else:
@@ -143,7 +151,15 @@ class Body:
         self.numbers: Numbers | None = None
 
     def take(self, numbers: Numbers, anew: bool) -> None:
-        """Be made of this from now on; ``anew`` where parameters may have moved the stress-free body."""
+        """Be made of this from now on; ``anew`` where parameters may have moved the stress-free body.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            What the material is made of.
+        anew : bool
+            Whether parameters may have moved the stress-free body.
+        """
         self.numbers = numbers
         self.material.take(numbers)
         self.rubber.place(float(numbers.volumetric[1]), anew)
@@ -159,7 +175,15 @@ class Body:
         return float(self.numbers.volumetric[1])
 
     def add_forces(self, x: Array, forces: Array) -> None:
-        """Add the derivative of the energy with respect to the unknowns x, on this rank."""
+        """Add the derivative of the energy with respect to the unknowns x, on this rank.
+
+        Parameters
+        ----------
+        x : Array
+            This rank's unknowns, shape (m,).
+        forces : Array
+            Vector over this rank's unknowns, shape (m,), to which is added.
+        """
         for part in self.parts:
             part.look(x)
             part.points.add_forces(part.answer(), forces)
@@ -171,12 +195,28 @@ class Body:
             part.stiffen()
 
     def add_stiffness(self, places: Sequence[Index], values: Array) -> None:
-        """Add the stiffness at the state of `stiffen` (`cases.matrix.Pattern`)."""
+        """Add the stiffness at the state of `stiffen` (`cases.matrix.Pattern`).
+
+        Parameters
+        ----------
+        places : Sequence[Index]
+            Positions of the entries of element matrices, part by part.
+        values : Array
+            Entries to which is added, shape (entries,).
+        """
         for part, place in zip(self.parts, places, strict=True):
             part.points.add_stiffness(part.A, place, values)
 
     def add_action(self, direction: Array, forces: Array) -> None:
-        """Add the stiffness at the state of `stiffen`, applied to a direction."""
+        """Add the stiffness at the state of `stiffen`, applied to a direction.
+
+        Parameters
+        ----------
+        direction : Array
+            Vector over this rank's unknowns, shape (m,).
+        forces : Array
+            Vector over this rank's unknowns, shape (m,), to which is added.
+        """
         for part in self.parts:
             part.points.add_forces(part.contracted(part.points.gradients(direction)), forces)
 

@@ -14,12 +14,28 @@ def _affine_rate(x: Array, q: float) -> Array:
 
 
 def coupon_mode(
-    name: str, summary: str, stretched: str, fixed: str = "", needs_compressibility: bool = False
+    name: str,
+    summary: str,
+    stretched: str,
+    fixed: str = "",
+    needs_compressibility: bool = False,
+    unit_slope: float | None = None,
 ) -> Mode:
-    """A coupon mode from the names of the axes that are stretched and of those that keep their length.
+    """Return a mode of the coupon.
 
     The face at 0 of every axis is a mirror plane, the face at 1 is driven, fixed or free; Q is the nominal
     stress (MPa) on one driven face.
+
+    Parameters
+    ----------
+    name, summary : str
+        As `bushcli list modes` shows them.
+    stretched, fixed : str
+        Axes that are stretched, and axes that keep their length, of "xyz".
+    needs_compressibility : bool
+        Whether an incompressible law cannot be loaded so.
+    unit_slope : float or None
+        Slope of the nominal stress of an incompressible coupon at rest over the shear modulus, dimensionless.
     """
     axis = {"x": 0, "y": 1, "z": 2}
     return Mode(
@@ -32,4 +48,5 @@ def coupon_mode(
         held={f"mirror_{a}": (axis[a],) for a in axis} | {f"face_{a}": (axis[a],) for a in fixed},
         shares=len(stretched),
         needs_compressibility=needs_compressibility,
+        unit_slope=unit_slope,
     )

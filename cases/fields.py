@@ -26,11 +26,13 @@ def write_fields(model: Model, displacements: Array, states: Array, file: Path) 
 
     Parameters
     ----------
-    displacements : shape (n,)
+    model : Model
+        The model, ready to be marched.
+    displacements : Array, shape (n,)
         mm or rad.
-    states : shape (n, m)
+    states : Array, shape (n, m)
         This rank's unknowns, as kept by the march.
-    file
+    file : Path
         Ends in .xdmf.
     """
     mesh = model.mesh.mesh

@@ -119,7 +119,17 @@ def options() -> dict[str, Any]:
 
 
 def compiled_expression(expression: Any, points: Any, comm: Any) -> tuple[Any, Any]:
-    """Compile a UFL expression at reference points without a DOLFINx expression around it: object and cffi module."""
+    """Compile a UFL expression at reference points without a DOLFINx expression around it: object and cffi module.
+
+    Parameters
+    ----------
+    expression : Any
+        UFL expression.
+    points : Any
+        Reference coordinates in the cell, shape (points, dimension).
+    comm : Any
+        Ranks that take part.
+    """
     from dolfinx import jit
 
     compiled, module, _ = jit.ffcx_jit(comm, (expression, points), jit_options=options())
@@ -138,14 +148,16 @@ def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> An
     declarations
         What of it Python may call, as cffi reads it.
     """
-    import cffi
+    from _cffi_backend import __version__ as cffi_version  # cffi itself loads a parser of C
 
     code = "\n".join(source.read_text() for source in sources)
-    digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi.__version__}".encode()).hexdigest()[:16]
+    digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi_version}".encode()).hexdigest()[:16]
     module = f"bushcli_{name}_{digest}"
     file = cache_directory() / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
     if not is_whole(file):
         import tempfile
+
+        import cffi
 
         file = Path(options()["cache_dir"]) / file.name
         builder = cffi.FFI()
@@ -187,7 +199,15 @@ def _guard() -> None:
 
 
 def remove_damaged(folder: Path, module: str) -> None:
-    """Remove a module that was compiled, but whose library is not whole or not there."""
+    """Remove a module that was compiled, but whose library is not whole or not there.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the kernels.
+    module : str
+        Name of the module.
+    """
     ready = folder / f"{module}.c.cached"
     if not ready.exists():
         return  # not there, or another process compiles it

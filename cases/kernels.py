@@ -50,7 +50,15 @@ def loops() -> Any:
 
 
 def pointer(array: Any, kind: str = "double") -> Any:
-    """A contiguous array's data, for the loops."""
+    """A contiguous array's data, for the loops.
+
+    Parameters
+    ----------
+    array : Any
+        A contiguous array.
+    kind : str
+        C type of its entries.
+    """
     return loops().ffi.from_buffer(f"{kind}[]", array)
 
 
@@ -92,9 +100,11 @@ class Kernel:
 
         Parameters
         ----------
-        inputs
+        out : Array
+            Where the results go, shape (n, >= size).
+        inputs : Mapping[str, Array]
             By name: shape (n, >= width), of which the first columns are taken, or (width,) for all points alike.
-        clear
+        clear : bool
             Whether ``out`` is zeroed before.
         """
         arrays = [inputs[name] for name in self._names]

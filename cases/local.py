@@ -133,6 +133,13 @@ class LocalStiffness:
 def swept(model: Model, targets: Array) -> Local:
     """Derivatives along the curve of a path-independent body, as `cases.simulate.sweep` follows it.
 
+    Parameters
+    ----------
+    model : Model
+        The model, ready to be marched.
+    targets : Array
+        Displacements, shape (n,), mm or rad.
+
     Raises
     ------
     NotConverged
@@ -148,6 +155,13 @@ def swept(model: Model, targets: Array) -> Local:
 
 def marched(model: Model, program: Program) -> Local:
     """Derivatives along a program, at its targets.
+
+    Parameters
+    ----------
+    model : Model
+        The model, ready to be marched.
+    program : Program
+        The path of the sleeve.
 
     Raises
     ------

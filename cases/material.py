@@ -71,12 +71,13 @@ class Remembered:
 
         Parameters
         ----------
-        what
+        what : str
             "stress" (at fixed strains) or "end".
-        inputs
-            Of `inputs`.
-        changes
-            For each direction, changes of the inputs by their names; those left out do not change.
+        inputs : Mapping[str, Array]
+            Inputs of the kernel by name, shape (points, width) or (width,).
+        changes : Sequence[Mapping[str, Array]]
+            For each direction, changes of the inputs by their names, in the shape of the inputs; those left out do not
+            change.
         """
         function = self._functions.stress_rate if what == "stress" else self._functions.end_rate
         nothing = np.zeros(max(array.shape[-1] for array in inputs.values()))
@@ -93,7 +94,15 @@ class Remembered:
         return found
 
     def inputs(self, strain: Array, law: Array) -> dict[str, Array]:
-        """Of its kernels, at strains and with the law's [W, ...]."""
+        """Of its kernels, at strains and with the law's [W, ...].
+
+        Parameters
+        ----------
+        strain : Array
+            Strain variables and pressure, shape (points, variables).
+        law : Array
+            The law's [W, ...] at the points, shape (points, length).
+        """
         return {"strain": strain, "law energy": law, "memory": self.values, "parameters": self.parameters}
 
 
@@ -300,6 +309,13 @@ class Rubber:
         """Derivatives by the law's parameters, and by compliance and swelling, of the work on a change of the strains.
 
         Shapes (points, parameters) and (points, 2).
+
+        Parameters
+        ----------
+        strain : Array
+            Strain variables and pressure, shape (points, variables).
+        change : Array
+            Change of the strain variables, shape (points, variables).
         """
         law = answers.law_slopes(self._setting, self._law, self._names)
         volumetric = answers.volumetric_slopes(self._setting)
@@ -312,7 +328,15 @@ class Rubber:
         )
 
     def by_energy(self, at: Held, i: int) -> Array:
-        """V_e of a branch that depends on the law's energy, shape (points,)."""
+        """V_e of a branch that depends on the law's energy, shape (points,).
+
+        Parameters
+        ----------
+        at : Held
+            State that `held` returned.
+        i : int
+            Index of the branch.
+        """
         branch = self.branches[i]
         row = branch.answer(moduli=False)(self._points, branch.inputs(at.strain, at.law))
         return row[:, 1 + self.variables]

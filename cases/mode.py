@@ -71,6 +71,11 @@ class Mode:
         Makes the mode of a path of six motions; None where q alone moves the sleeve.
     shares
         Number of equal faces that work on q: the force is divided by it (equibiaxial 2, volumetric 3).
+    unit_stiffness
+        Inner radius, outer radius and length (mm) of a bonded annulus -> bounds of its stiffness at rest over the shear
+        modulus; None where no formula is known. Recordings are judged by it: is this rubber's stiffness at all?
+    unit_slope
+        The same of a coupon: slope of the nominal stress at rest over the shear modulus, dimensionless.
     """
 
     name: str
@@ -85,6 +90,15 @@ class Mode:
     reversed_by: Literal["x", "y", "z"] | None = None
     needs_compressibility: bool = False
     follow: Callable[[SixPath], Mode] | None = None
+    unit_stiffness: Callable[[float, float, float], tuple[float, float]] | None = None
+    unit_slope: float | None = None
+
+    @property
+    def sideways(self) -> float:
+        """How far a unit of q moves the inner sleeve towards the outer one, mm; 0 where q is an angle or a strain."""
+        if self.rotational or self.specimen != "bushing":
+            return 0.0
+        return float(np.linalg.norm(self.solid.rate(np.zeros((3, 1)), 0.0)[:2]))
 
     def looks_the_same(self, planes: frozenset[Literal["x", "y", "z"]]) -> bool:
         """Whether the motion is its own mirror image about z = 0, by itself or with another of these planes.
@@ -104,6 +118,27 @@ class Mode:
             if np.allclose(sign * self.solid.motion(sign * x, q), motion, atol=1e-12):
                 return True
         return False
+
+
+def setting_for(mode: Mode, dimension: int) -> Setting:
+    """Return the mode's setting in the half-plane or in three dimensions.
+
+    Parameters
+    ----------
+    mode : Mode
+        What is done to the body.
+    dimension : int
+        2 for the half-plane, 3 for space.
+
+    Raises
+    ------
+    ValueError
+        The mode has no half-plane model.
+    """
+    setting = mode.section if dimension == 2 else mode.solid
+    if setting is None:
+        raise ValueError(f"mode {mode.name} has no half-plane model")
+    return setting
 
 
 @cache

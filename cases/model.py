@@ -23,16 +23,17 @@ from petsc4py import PETSc
 
 from cases.body import Body, Part
 from cases.contact.contact import Contact, contact_of
+from cases.elements import Rule, mixed_element
 from cases.feature import Installed
 from cases.internal import Internal
 from cases.material import Rubber
 from cases.matrix import Pattern
 from cases.metal import Metal
-from cases.mode import Mode, Setting
+from cases.mode import Mode, setting_for
 from cases.motion import Motion
 from cases.moved import MovedPoints, StressFree
 from cases.parameters import Parameters
-from cases.points import Points, Rule, mixed_element
+from cases.points import Points
 from cases.ranks import summed
 from cases.surfaces import SurfaceForms, surface_energies
 from forms.kinematics import Kinematics, kinematics_of
@@ -46,14 +47,6 @@ Array = NDArray[np.float64]
 
 # Gauss points in each direction: one more than the displacement's order; fewer leave modes without stiffness.
 QUADRATURE_DEGREE_PER_ORDER = 2
-
-
-def setting_for(mode: Mode, dimension: int) -> Setting:
-    """The mode's setting in the half-plane (2) or in three dimensions (3)."""
-    setting = mode.section if dimension == 2 else mode.solid
-    if setting is None:
-        raise ValueError(f"mode {mode.name} has no half-plane model")
-    return setting
 
 
 class Model:

@@ -206,7 +206,15 @@ class Motion:
         return self._setting.motion(x, q) if self.six is None else displacement(x, self.pose(q))
 
     def boundary_rate(self, name: str, q: float) -> Array | None:
-        """Derivative of the constrained unknowns at q by a parameter, over all local unknowns; None for zero."""
+        """Derivative of the constrained unknowns at q by a parameter, over all local unknowns; None for zero.
+
+        Parameters
+        ----------
+        name : str
+            Full name of the parameter.
+        q : float
+            Generalised displacement, mm or rad.
+        """
         if name in self._reductions:
             return self.over_all(self._stage * self._reductions[name])
         if self.resizes(name):
@@ -214,7 +222,15 @@ class Motion:
         return None
 
     def boundary_bend(self, name: str, q: float) -> Array | None:
-        """Derivative of `rate` by a parameter, over all local unknowns; None for zero."""
+        """Derivative of `rate` by a parameter, over all local unknowns; None for zero.
+
+        Parameters
+        ----------
+        name : str
+            Full name of the parameter.
+        q : float
+            Generalised displacement, mm or rad.
+        """
         if not self.resizes(name):
             return None
         if self.six is not None:

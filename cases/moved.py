@@ -82,7 +82,15 @@ class StressFree:
         return Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
 
     def at(self, cells: NDArray[np.int32], points: Array) -> MovedPoints | None:
-        """At reference points of cells; None where it is the mesh."""
+        """At reference points of cells; None where it is the mesh.
+
+        Parameters
+        ----------
+        cells : NDArray[np.int32]
+            Numbers of cells, shape (cells,).
+        points : Array
+            Reference coordinates in the cell, shape (points, dimension).
+        """
         moved = self.each(self._features)
         if not moved:
             return None

@@ -10,11 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import basix
-import basix.ufl
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.elements import Index, Rule, Unknowns
 from cases.kernels import loops, pointer
 from cases.moved import Place
 from forms.setting import Setting
@@ -22,59 +21,6 @@ from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int32]
-
-
-@dataclass(frozen=True)
-class Unknowns:
-    """Where the unknowns of cells stand in the vector of all.
-
-    Attributes
-    ----------
-    displaced : shape (cells, components, nodes)
-    pressed : shape (cells, corners)
-    """
-
-    displaced: Index
-    pressed: Index
-
-    @property
-    def of_cells(self) -> Index:
-        """All of each cell, shape (cells, n), in the order of element matrices."""
-        cells, components, nodes = self.displaced.shape
-        displaced = self.displaced.reshape(cells, components * nodes)
-        return np.ascontiguousarray(np.concatenate([displaced, self.pressed], axis=1))
-
-    @classmethod
-    def of(cls, space: Any, components: int, cells: Index) -> Unknowns:
-        """Of cells of the mixed space (u, p, ...)."""
-        displaced, pressed = (_unknowns(space.sub(i), cells) for i in range(2))
-        by_node = displaced.reshape(len(cells), displaced.shape[1] // components, components)
-        return cls(np.ascontiguousarray(by_node.transpose(0, 2, 1)), np.ascontiguousarray(pressed))
-
-
-def _unknowns(part: Any, cells: Index) -> Index:
-    """Of a part of a mixed space, those of a block one after the other; there may be no cells on a rank."""
-    found = [part.dofmap.cell_dofs(cell) for cell in cells]
-    return np.array(found, dtype=np.int32).reshape(len(cells), part.element.space_dimension)
-
-
-@dataclass(frozen=True)
-class Rule:
-    """Points in the reference cell (p, d), and weights (p,) where something is integrated."""
-
-    points: Array
-    weights: Array
-
-    @classmethod
-    def gauss(cls, mesh: NamedMesh, degree: int) -> Rule:
-        """The form compiler's own quadrature."""
-        return cls(*basix.make_quadrature(mesh.mesh.basix_cell(), degree))
-
-    @classmethod
-    def at(cls, points: Array) -> Rule:
-        """Points where nothing is integrated."""
-        return cls(points, np.ones(len(points)))
 
 
 class Points:
@@ -127,7 +73,15 @@ class Points:
         self.move(Place.rest(self._x.shape))
 
     def move(self, place: Place, swelling: float = 1.0) -> None:
-        """Take the stress-free body to be where ``place`` says; its volume is ``swelling`` times that of this shape."""
+        """Take the stress-free body to be where ``place`` says; its volume is ``swelling`` times that of this shape.
+
+        Parameters
+        ----------
+        place : Place
+            The stress-free body.
+        swelling : float
+            Volume of the stress-free body over that of its shape, a ratio.
+        """
         self._place, self._swelling = place, swelling
         self.weight = self._measure * place.ratio * swelling
         self._radius = self._x[..., 0] + place.displacement[..., 0]
@@ -147,7 +101,15 @@ class Points:
         return self.shape[0] * self.shape[1]
 
     def gradients(self, x: Array, out: Array | None = None) -> Array:
-        """Gradients and pressure of a vector of unknowns, shape (number, rows)."""
+        """Gradients and pressure of a vector of unknowns, shape (number, rows).
+
+        Parameters
+        ----------
+        x : Array
+            This rank's unknowns, shape (m,).
+        out : Array | None
+            Where the results go, shape (n, >= size).
+        """
         g = np.empty((self.number, self.rows)) if out is None else out
         loops().lib.gradients(self._group.struct, pointer(x), pointer(g))
         return g
@@ -162,11 +124,29 @@ class Points:
         return np.asarray(np.einsum("pn,cin->cpi", self._N, x[self.unknowns.displaced]))
 
     def add_forces(self, P: Array, forces: Array) -> None:
-        """Add to a vector of unknowns the forces of P, shape (number, rows): energy density by each gradient."""
+        """Add to a vector of unknowns the forces of P, shape (number, rows): energy density by each gradient.
+
+        Parameters
+        ----------
+        P : Array
+            Energy density by each gradient, shape (number, rows), MPa.
+        forces : Array
+            Vector over this rank's unknowns, shape (m,), to which is added.
+        """
         loops().lib.forces(self._group.struct, pointer(P), pointer(forces))
 
     def add_stiffness(self, A: Array, place: Index, values: Array) -> None:
-        """Add element stiffnesses of A, shape (number, upper triangle), to ``values`` at ``place`` (`cases.matrix`)."""
+        """Add element stiffnesses of A, shape (number, upper triangle), to ``values`` at ``place`` (`cases.matrix`).
+
+        Parameters
+        ----------
+        A : Array
+            Second derivatives by the gradients, shape (number, upper triangle), MPa.
+        place : Index
+            Positions of the entries in ``values`` (`cases.matrix`).
+        values : Array
+            Entries to which is added, shape (entries,).
+        """
         loops().lib.stiffness(self._group.struct, pointer(A), pointer(place, "int32_t"), pointer(values))
 
     def integral(self, density: Array) -> float:
@@ -266,7 +246,15 @@ class Moving:
         return g
 
     def add_forces(self, P: Array, forces: Array) -> None:
-        """Add the change of the forces that P makes by way of the gradients."""
+        """Add the change of the forces that P makes by way of the gradients.
+
+        Parameters
+        ----------
+        P : Array
+            Energy density by each gradient, shape (number, rows), MPa.
+        forces : Array
+            Vector over this rank's unknowns, shape (m,), to which is added.
+        """
         loops().lib.forces(self.group.struct, pointer(P), pointer(forces))
 
 
@@ -289,12 +277,3 @@ def _filled(table: Array) -> Array:
     """The table with its last axis filled up with zeros to a multiple of four."""
     short = -table.shape[-1] % 4
     return np.ascontiguousarray(np.pad(table, [(0, 0)] * (table.ndim - 1) + [(0, short)]))
-
-
-def mixed_element(mesh: NamedMesh, components: int, followed: int) -> Any:
-    """Taylor-Hood element (u, p), with as many more displacements as there are motions of boundaries to be followed."""
-    cell, order = mesh.mesh.basix_cell(), mesh.displacement_order
-    displacement = basix.ufl.element("Lagrange", cell, order, shape=(components,))
-    pressure = ("DG", 0) if order == 1 else ("Lagrange", order - 1)
-    fields = [displacement, basix.ufl.element(pressure[0], cell, pressure[1])]
-    return basix.ufl.mixed_element([*fields, *[displacement] * followed])

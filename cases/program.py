@@ -41,7 +41,15 @@ class Program:
 
 
 def ramp(amplitude: float, steps: int) -> Program:
-    """Equal steps from zero to the amplitude (mm or rad), zero included."""
+    """Equal steps from zero to the amplitude (mm or rad), zero included.
+
+    Parameters
+    ----------
+    amplitude : float
+        End of the path, mm or rad.
+    steps : int
+        Number of steps.
+    """
     return Program(np.linspace(0.0, amplitude, steps + 1, dtype=np.float64))
 
 
@@ -50,11 +58,11 @@ def path(points: Sequence[float], steps: int, rate: float | None = None) -> Prog
 
     Parameters
     ----------
-    points
-        Corners of the path; a leading zero is added where it is missing.
-    steps
+    points : Sequence[float]
+        Corners of the path, mm or rad; a leading zero is added where it is missing.
+    steps : int
         Steps on the longest segment; the others get their share, at least two.
-    rate
+    rate : float | None
         mm/s or rad/s, which gives the time; a hold then needs times of its own and is refused.
     """
     corners = np.asarray(points, dtype=float)

@@ -8,7 +8,15 @@ import numpy as np
 
 
 def summed(comm: Any, values: Any) -> Any:
-    """Sum over all ranks of a number or an array, on each of them; collective."""
+    """Sum over all ranks of a number or an array, on each of them; collective.
+
+    Parameters
+    ----------
+    comm : Any
+        Ranks that take part.
+    values : Any
+        A number or an array; the sum has its shape.
+    """
     if comm.size == 1:
         return values
     total = np.array(values, dtype=np.float64)

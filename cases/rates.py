@@ -65,12 +65,28 @@ class Rates:
         self._known: list[tuple[float, Array]] = []
 
     def add(self, q: float, rate: Array) -> None:
-        """Take the rate found at q."""
+        """Take the rate found at q.
+
+        Parameters
+        ----------
+        q : float
+            Generalised displacement, mm or rad.
+        rate : Array
+            Derivative of this rank's unknowns by q, shape (m,), per mm or rad.
+        """
         others = [(p, known) for p, known in self._known if p != q]
         self._known = [*others[1 - KEPT :], (q, rate)]
 
     def guess(self, q: float, rate: Array) -> Array:
-        """Lagrange's polynomial through the last rates; ``rate`` where there is none."""
+        """Lagrange's polynomial through the last rates; ``rate`` where there is none.
+
+        Parameters
+        ----------
+        q : float
+            Generalised displacement, mm or rad.
+        rate : Array
+            Derivative of this rank's unknowns by q, shape (m,), per mm or rad.
+        """
         if not self._known:
             return rate.copy()
         total = np.zeros_like(rate)

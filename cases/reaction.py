@@ -17,10 +17,12 @@ def reaction(model: Model, residual: PETSc.Vec, rate: Array) -> float:
 
     Parameters
     ----------
-    residual
+    model : Model
+        The model, ready to be marched.
+    residual : PETSc.Vec
         Assembled by `Model.assemble_residual` at the present state, nothing cleared.
-    rate
-        `Model.rate` at the present displacement of the sleeve.
+    rate : Array
+        Derivative of this rank's unknowns by q, shape (m,), per mm or rad.
     """
     owned = model.owned_constrained
     work = float(np.dot(residual.array_r[owned], rate[owned]))

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cases.feature import Installed
 from cases.march import TOLERANCE, History, NotConverged, Observer, Progress, march
-from cases.mode import Mode
-from cases.model import Model, setting_for
+from cases.mode import Mode, setting_for
+from cases.model import Model
 from cases.program import Program
 from cases.snubber import plates
 from forms.law import Law
@@ -43,7 +43,23 @@ def prepare(
     comm: MPI.Comm = MPI.COMM_WORLD,
     features: Sequence[Installed] = (),
 ) -> Model:
-    """Mesh the shape as the mode's symmetry allows, in the half-plane where both are axisymmetric."""
+    """Mesh the shape as the mode's symmetry allows, in the half-plane where both are axisymmetric.
+
+    Parameters
+    ----------
+    shape : Shape
+        The body.
+    mode : Mode
+        What is done to it.
+    rubber : Rubber
+        Law, parameters and bulk modulus.
+    refinement : Refinement
+        Number of elements in each direction.
+    comm : MPI.Comm
+        Ranks that take part.
+    features : Sequence[Installed]
+        What else there is to rubber and assembly.
+    """
     dimension = 2 if mode.section is not None and shape.axisymmetric else 3
     mirrors = setting_for(mode, dimension).mirrors & symmetries(shape, features)
     if "z" in setting_for(mode, dimension).mirrors & shape.mirror_planes - mirrors:
@@ -62,7 +78,15 @@ Prepare = Callable[..., Model]
 
 
 def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
-    """Planes of symmetry of a shape that its features leave."""
+    """Planes of symmetry of a shape that its features leave.
+
+    Parameters
+    ----------
+    shape : Shape
+        The body.
+    features : Sequence[Installed]
+        What else there is to rubber and assembly.
+    """
     planes = shape.mirror_planes
     for item in (*features, *plates(shape)):
         planes -= item.feature.breaks
@@ -70,7 +94,17 @@ def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
 
 
 def is_odd(shape: Shape, mode: Mode, features: Sequence[Installed] = ()) -> bool:
-    """Whether the force reverses with the displacement, so that one side of the curve tells the other."""
+    """Whether the force reverses with the displacement, so that one side of the curve tells the other.
+
+    Parameters
+    ----------
+    shape : Shape
+        The body.
+    mode : Mode
+        What is done to it.
+    features : Sequence[Installed]
+        What else there is to rubber and assembly.
+    """
     return mode.reversed_by is not None and mode.reversed_by in symmetries(shape, features)
 
 
@@ -78,6 +112,15 @@ def even_targets(lower: float, upper: float, steps: int) -> Array:
     """Displacements from `lower` to `upper` through zero: `steps` on the longer side of it, the share of the other.
 
     A side that ends within `NEGLIGIBLE` of the range from rest is left out; the other sides get at least four steps.
+
+    Parameters
+    ----------
+    lower : float
+        Least displacement, mm or rad.
+    upper : float
+        Largest displacement, mm or rad.
+    steps : int
+        Number of steps.
     """
     reach = max(upper, -lower)
     sides = [end for end in (lower, upper) if abs(end) > NEGLIGIBLE * (upper - lower)]
@@ -100,14 +143,16 @@ def sweep(
 
     Parameters
     ----------
-    model
+    model : Model
         Prepared model.
-    targets
+    targets : Array
         Displacements, mm or rad, in any order; rest is added where it is missing.
-    observer
-        Called at each target, at rest once for each side.
-    patience
+    tolerance : float
+        Residual at which an equilibrium is accepted, over the forces in it: a ratio.
+    keep_states, sensitivity, progress, patience
         As of `march`, for each side.
+    observer : Observer | None
+        Called at each target, at rest once for each side.
 
     Returns
     -------
@@ -119,18 +164,10 @@ def sweep(
     NotConverged
         One side could not be followed to its end; carries both sides as far as they went.
     """
-    targets = np.unique(np.append(targets, 0.0))
-    sides = [side for side in (targets[targets <= 0][::-1], targets[targets >= 0]) if len(side) > 1]
-    total = sum(map(len, sides))
+    sides = _sides(targets)
     histories: list[History] = []
     failure: NotConverged | None = None
-    done = 0
-    for side in sides:
-
-        def report(step: int, _: int, newton: int, q: float, before: int = done) -> None:
-            if progress is not None:
-                progress(before + step, total, newton, q)
-
+    for number, side in enumerate(sides):
         try:
             history = march(
                 model,
@@ -138,18 +175,30 @@ def sweep(
                 tolerance=tolerance,
                 keep_states=keep_states,
                 sensitivity=sensitivity,
-                progress=report,
+                progress=_progress(progress, sum(map(len, sides[:number])), sum(map(len, sides))),
                 observer=observer,
                 patience=patience,
             )
         except NotConverged as stopped:
             failure, history = stopped, stopped.history
         histories.append(history)
-        done += len(side)
     joined = _join(histories)
     if failure is not None:
         raise NotConverged(joined, failure.target, failure.reason, failure.last)
     return joined
+
+
+def _sides(targets: Array) -> list[Array]:
+    """Targets below and above rest, each from rest outward."""
+    targets = np.unique(np.append(targets, 0.0))
+    return [side for side in (targets[targets <= 0][::-1], targets[targets >= 0]) if len(side) > 1]
+
+
+def _progress(progress: Progress | None, before: int, total: int) -> Progress | None:
+    """Count the steps of a side on from those of the side before it."""
+    if progress is None:
+        return None
+    return lambda step, _, newton, q: progress(before + step, total, newton, q)
 
 
 def _join(histories: Sequence[History]) -> History:

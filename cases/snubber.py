@@ -54,7 +54,15 @@ def plates(shape: Shape) -> tuple[Installed, ...]:
 
 
 def pushed_back(beyond: Scalar, stiffness: Scalar) -> Scalar:
-    """Return the energy per area (N/mm) of what is ``beyond`` (mm) a plate of a stiffness (MPa/mm)."""
+    """Return the energy per area (N/mm) of what is ``beyond`` (mm) a plate of a stiffness (MPa/mm).
+
+    Parameters
+    ----------
+    beyond : Scalar
+        How far the surface is behind the plate, mm.
+    stiffness : Scalar
+        Stiffness of the plate, MPa/mm.
+    """
     return stiffness / 2 * ufl.max_value(beyond, 0) ** 2
 
 

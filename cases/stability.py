@@ -72,7 +72,17 @@ def moduli(law: Law, parameters: Mapping[str, float], stretches: ArrayLike) -> A
 
 
 def stable(law: Law, parameters: Mapping[str, float], stretches: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether Drucker's postulate holds in each state, shape (n,); parameters as for `moduli`."""
+    """Return whether Drucker's postulate holds in each state, shape (n,); parameters as for `moduli`.
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    parameters : Mapping[str, float]
+        Values by name, in the units of the law.
+    stretches : ArrayLike
+        Principal stretches, shape (n, 3).
+    """
     H = moduli(law, parameters, stretches)
     # Both tests are false for NaN. A 2x2 matrix is positive definite when its trace and determinant are
     # positive.
@@ -85,6 +95,17 @@ def nominal_stress(law: Law, parameters: Mapping[str, float], mode: str, stretch
 
     ``mode`` is uniaxial, equibiaxial (stress in either direction) or planar (stress in the stretched
     direction).
+
+    Parameters
+    ----------
+    law : Law
+        The law.
+    parameters : Mapping[str, float]
+        Values by name, in the units of the law.
+    mode : str
+        uniaxial, equibiaxial (stress in either direction) or planar (stress in the stretched direction).
+    stretch : ArrayLike
+        Stretch in the loaded direction, any shape.
 
     Raises
     ------
@@ -108,12 +129,16 @@ def coupon_limits(
 
     Parameters
     ----------
-    law, parameters
-        As for `moduli`.
+    law : Law
+        The law.
+    parameters : Mapping[str, float]
+        Values by name, in the units of the law.
     modes : sequence of str
         Of uniaxial, equibiaxial, planar.
-    lower, upper : float
-        Range of stretch that is searched, around 1; the default is what Abaqus searches.
+    lower : float
+        Least stretch that is searched, a ratio; the default is what Abaqus searches.
+    upper : float
+        Largest stretch that is searched, a ratio.
 
     Returns
     -------

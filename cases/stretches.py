@@ -8,8 +8,9 @@ import basix
 import numpy as np
 from numpy.typing import NDArray
 
+from cases.elements import Rule
 from cases.model import Model
-from cases.points import Points, Rule
+from cases.points import Points
 from forms.setting import SETTINGS
 from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
@@ -22,11 +23,12 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
 
     Parameters
     ----------
-    points
-        Reference coordinates in the cell, shape (p, dimension); those of a quadrature of second degree if not given
-        (of a quadrilateral two Gauss points in each direction), where a second-order element's strains are most
-        accurate.
-    region
+    model : Model
+        The model, ready to be marched.
+    points : Array | None
+        Reference coordinates in the cell, shape (p, dimension); those of a quadrature of second degree if not given (of
+        a quadrilateral two Gauss points in each direction), where a second-order element's strains are most accurate.
+    region : str
         Name of the region.
 
     Returns
@@ -112,6 +114,13 @@ def surface(model: Model, displacement: float = 0.0) -> Surface | None:
     """The model's faces at its present state: every cell of a half-plane, the outside of a solid.
 
     Collective; the faces of all ranks on rank 0, None elsewhere.
+
+    Parameters
+    ----------
+    model : Model
+        The model, ready to be marched.
+    displacement : float
+        Generalised displacement of this state, mm or rad.
     """
     mesh = model.mesh
     dimension = mesh.dimension

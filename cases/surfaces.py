@@ -96,12 +96,28 @@ class SurfaceForms:
             self.contact.add_forces(forces)
 
     def add_stiffness(self, matrix: PETSc.Mat, bc: Any) -> None:
-        """Add the second derivative of the forms to a matrix, but for constrained unknowns."""
+        """Add the second derivative of the forms to a matrix, but for constrained unknowns.
+
+        Parameters
+        ----------
+        matrix : PETSc.Mat
+            Matrix to which is added.
+        bc : Any
+            Constrained unknowns.
+        """
         if self._formed:
             petsc.assemble_matrix(matrix, self._tangent, bcs=[bc])
 
     def add_action(self, direction: Array, forces: Array) -> None:
-        """Add the second derivative applied to a direction."""
+        """Add the second derivative applied to a direction.
+
+        Parameters
+        ----------
+        direction : Array
+            Vector over this rank's unknowns, shape (m,).
+        forces : Array
+            Vector over this rank's unknowns, shape (m,), to which is added.
+        """
         if self._formed:
             self._direction.x.array[:] = direction
             fem.assemble_vector(forces, self._action)
@@ -109,7 +125,17 @@ class SurfaceForms:
             self.contact.add_action(direction, forces)
 
     def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
-        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes."""
+        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes.
+
+        Parameters
+        ----------
+        name : str
+            Full name of the parameter.
+        shear_rate : float
+            Derivative of the shear modulus by the parameter, MPa per unit of it.
+        forces : Array
+            Vector over this rank's unknowns, shape (m,), to which is added.
+        """
         if self.contact is not None:
             self.look()
             self.contact.add_slope(name, shear_rate, forces)
@@ -148,12 +174,18 @@ def surface_energies(
 
     Parameters
     ----------
-    given
+    mesh : NamedMesh
+        The mesh with its named boundaries.
+    features : Sequence[Installed]
+        What else there is to rubber and assembly.
+    parameters : Parameters
+        Of the model.
+    given : Mapping[str, Any]
         Of `cases.feature.Place`: u, motion, kinematics, shear_modulus.
-    moved
+    moved : Moved | None
         Where the stress-free body is.
-    degree
-        Of the quadrature.
+    degree : int
+        Degree of the quadrature.
     """
     x, normal = ufl.SpatialCoordinate(mesh.mesh), ufl.FacetNormal(mesh.mesh)
     weight: Any = 1

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from typing_extensions import override
 
 from geometry.blocks import Array, Blocks, Interval
-from geometry.shape import Meets, Metal, Mirrors, Refinement, Sleeve, Snubber
+from geometry.shape import Annulus, Meets, Metal, Mirrors, Refinement, Sleeve, Snubber
 
 # Defaults with which the force stays within 1 % of the converged one (measured: benchmarks/README.md).
 SECTION = Refinement(across=6)
@@ -77,6 +77,19 @@ class Ring(Meets):
     @override
     def gap(self) -> float:
         return self.thickness
+
+    @property
+    @override
+    def annulus(self) -> Annulus:
+        lengths = 2.0 * self.half_length(np.linspace(0.0, 1.0, 21, dtype=np.float64))
+        return Annulus(
+            self.inner_radius,
+            self.outer_radius,
+            float(lengths.min()),
+            float(lengths.max()),
+            float(min(lengths[0], lengths[-1])),
+            not self.voids(),
+        )
 
     @property
     @override

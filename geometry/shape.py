@@ -119,6 +119,35 @@ class Snubber(BaseModel):
 
 
 @dataclass(frozen=True)
+class Annulus:
+    """The bonded ring of rubber that a bushing is, as closed forms take it.
+
+    Attributes
+    ----------
+    inner_radius, outer_radius : float
+        Radii of the bonds, mm.
+    shortest, longest : float
+        Length of the rubber where it is least and most, mm.
+    bonded : float
+        Length of the shorter bond, mm.
+    whole : bool
+        Whether the rubber has no voids.
+    """
+
+    inner_radius: float
+    outer_radius: float
+    shortest: float
+    longest: float
+    bonded: float
+    whole: bool = True
+
+    @property
+    def thickness(self) -> float:
+        """Radial thickness of the rubber, mm."""
+        return self.outer_radius - self.inner_radius
+
+
+@dataclass(frozen=True)
 class Refinement:
     """How fine the mesh is: rubber elements in each direction of the whole bushing (None = the shape's default).
 
@@ -212,6 +241,11 @@ class Shape(BaseModel):
     @property
     def gap(self) -> float | None:
         """How far the inner sleeve could move radially before it meets the outer one, mm; None where none is known."""
+        return None
+
+    @property
+    def annulus(self) -> Annulus | None:
+        """The bonded ring that the rubber is, for closed forms; None where it is none."""
         return None
 
     @property

@@ -47,6 +47,9 @@ choose_way # sets way
 say "$(describe)"
 "prepare_$way" # sets python and, for an isolated root, root
 make_venv "$@"
+# The checkout's modules too: where PYTHONDONTWRITEBYTECODE is set, or files are for reading only, each start would
+# compile all of them.
+(($# > 0)) || "$venv/enter" "$venv/bin/python" -m compileall -q "$checkout"/{bushcli,cases,forms,geometry} >>"$log" || true
 # So that the first answer does not wait for a compiler. What fails here is compiled when it is asked for.
 say "compiling the usual kernels"
 if kernels=$("$venv/enter" "$venv/bin/python" -m cases.usual 2>>"$log"); then

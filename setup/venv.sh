@@ -92,22 +92,34 @@ unset LD_LIBRARY_PATH LD_PRELOAD PYTHONHOME PYTHONPATH
 export BUSHCLI_ROOT=$(quoted "$root")
 # bubblewrap stays between this script and the command. It is deaf to Ctrl-C and SIGTERM, which are the command's to
 # answer: this script passes them on and waits, so that nothing runs any more when the prompt is back. A terminal sends
-# Ctrl-C to all of them by itself, and mpirun takes a second one for impatience. Should this script be killed, setpriv
-# ends bubblewrap and with it, by SIGTERM, the command; a logout does not, as --die-with-parent would.
+# Ctrl-C to all of them by itself. Should this script be killed, setpriv ends bubblewrap and with it, by SIGTERM, the
+# command; a logout does not, as --die-with-parent would.
+#
+# mpirun would kill its ranks a quarter of a second after Ctrl-C. Away from the terminal it does not hear of it, and
+# passes SIGUSR1 on, at which the ranks save what they have; a second Ctrl-C ends it all the same.
+session=
+case \${1##*/} in mpirun | mpiexec | prterun) session=setsid ;; esac
 forward() { # signal
-    read -r stat <"/proc/\$\$/stat" && set -- "\$1" \${stat##*) }
-    [ "\$1" = INT ] && [ "\$4" = "\$7" ] && return # the terminal's foreground: state, parent, GROUP, session, tty, GROUP
+    signal=\$1
+    read -r stat <"/proc/\$\$/stat" && set -- \${stat##*) }
+    # In the terminal's foreground (state, parent, GROUP, session, tty, GROUP) the command has it already.
+    [ -z "\$session" ] && [ "\$signal" = INT ] && [ "\$3" = "\$6" ] && return
+    if [ -n "\$session" ]; then
+        [ -n "\$asked" ] && signal=TERM || signal=USR1
+        asked=yes
+    fi
     child=
     read -r child rest <"/proc/\$pid/task/\$pid/children"
-    if [ -n "\$child" ]; then kill -s "\$1" "\$child"; else kill -s KILL "\$pid"; fi
+    if [ -n "\$child" ]; then kill -s "\$signal" "\$child"; else kill -s KILL "\$pid"; fi
 } 2>/dev/null
+asked=
 trap 'forward INT' INT
 trap 'forward TERM' TERM
 [ -e /proc/self/fd/0 ] || exec </dev/null
 exec 9<&0 # a shell takes the standard input from what it does not wait for
 (
     trap '' INT TERM
-    exec setpriv --pdeathsig KILL bwrap --dev-bind / / $overlay setpriv --pdeathsig TERM \\
+    exec \$session setpriv --pdeathsig KILL bwrap --dev-bind / / $overlay setpriv --pdeathsig TERM \\
         env --default-signal=INT,QUIT,TERM "\$@"
 ) <&9 9<&- &
 pid=\$!

@@ -16,6 +16,7 @@ def save(number, frame):
     sys.exit(130)
 signal.signal(signal.SIGINT, save)
 signal.signal(signal.SIGTERM, save)
+signal.signal(signal.SIGUSR1, save)
 open(sys.argv[1] + "/ready", "w").write(str(os.getpid()))
 time.sleep(60)
 '
@@ -28,10 +29,10 @@ wait_for() { # file
     return 1
 }
 
-stop() { # signal, launcher or group
+stop() { # signal, launcher or group, what the command is started by
     rm -f "$folder"/*
     # A shell makes what it does not wait for deaf to Ctrl-C.
-    setsid env --default-signal=INT setup/enter python -c "$job" "$folder" &
+    setsid env --default-signal=INT setup/enter "${@:3}" python -c "$job" "$folder" &
     local launcher=$! status=0
     wait_for "$folder/ready" || { echo "the command does not start" >&2 && exit 1; }
     if [ "$2" = group ]; then kill -s "$1" -- "-$launcher"; else kill -s "$1" "$launcher"; fi
@@ -52,7 +53,12 @@ stop TERM launcher
 stop INT group # what a terminal does
 stop TERM group
 # Only bubblewrap stands in between; elsewhere the launcher is the command.
-if grep -q bwrap .venv/enter 2>/dev/null; then stop KILL launcher; fi
+if grep -q bwrap .venv/enter 2>/dev/null; then
+    stop KILL launcher 2>/dev/null
+    # mpirun by itself kills its ranks before they have saved anything.
+    stop INT launcher mpirun -n 2 2>/dev/null
+    stop TERM group mpirun -n 2 2>/dev/null
+fi
 status=0
 echo words | setup/enter sh -c 'read -r line; [ "$line" = words ] && exit 7' || status=$?
 [ $status = 7 ] || { echo "launcher: standard input or exit code is lost" >&2 && exit 1; }

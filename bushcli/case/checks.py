@@ -186,7 +186,7 @@ def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
     if kind.specimen == "coupon" and min(load_case.path, default=0.0) <= -1.0:
         what = f"{dotted(keys)} = {min(load_case.path):g} presses the specimen to nothing"
         yield Finding(keys, what, expected="stretch - 1, above -1")
-    elif kind.name == "radial" and shape.gap is not None and load_case.amplitude >= shape.gap:
+    elif shape.gap is not None and kind.sideways * load_case.amplitude >= shape.gap:
         what = f"{dotted(keys)} = {load_case.amplitude:g} closes the gap between the sleeves"
         yield Finding(keys, what, expected=f"less than the rubber's thickness, {shape.gap:g} mm")
     elif kind.rotational and load_case.amplitude > math.pi:

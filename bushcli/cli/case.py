@@ -143,6 +143,7 @@ def direct(
             found.material if found else None,
             mesh_check=mesh_check,
             fields=run.output if run.output and not no_fields else None,
+            pictures=run.output is not None,
             progress=progress,
             stiffness=stiffness_matrix or stiffness_at is not None,
             stiffness_at=stiffness_at,

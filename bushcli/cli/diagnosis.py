@@ -21,7 +21,7 @@ from bushcli.cli.run import (
 )
 from bushcli.cli.shared import elsewhere, scheduled
 from bushcli.errors import InputError, Problem
-from bushcli.runtime.interrupt import is_interrupt
+from bushcli.runtime.interrupt import is_interrupt, listen
 
 if TYPE_CHECKING:
     from bushcli.diagnosis.result import Diagnosis
@@ -102,6 +102,9 @@ def diagnose(
             # This rank has answered until the first one left the context.
             return DONE
         journal = run.output / "history-diagnose" if run.output else None
+        if several:
+            # The others work for this rank, and end with it.
+            listen(together=False)
         try:
             with run.timed("diagnose"):
                 found = find(

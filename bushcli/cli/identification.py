@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING
 import click
 
 from bushcli.cli.progress import search_progress
-from bushcli.cli.run import DONE, INTERRUPTED, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+from bushcli.cli.run import (
+    DONE,
+    INTERRUPTED,
+    NEGATIVE,
+    NOT_CONVERGED,
+    Run,
+    on_a_case,
+    speaks,
+    wait_for_ranks,
+)
 from bushcli.cli.shared import pool, scheduled
 from bushcli.errors import InputError, Problem
 
@@ -197,10 +206,14 @@ def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
     if run.output and speaks():
         report.write_inverse(run.output, result, case, fits)
         run.say(f"wrote {run.output}")
-    return INTERRUPTED if interrupted else _exit_code(fits[0], strict)
+    return _exit_code(fits[0], strict, interrupted)
 
 
-def _exit_code(best: Fit, strict: bool) -> int:
+def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
+    if interrupted:
+        # mpirun ends all ranks as soon as one has ended so, and the first one may still be writing.
+        wait_for_ranks()
+        return INTERRUPTED
     if not best.converged:
         return NOT_CONVERGED
     return NEGATIVE if strict and best.conditions else DONE

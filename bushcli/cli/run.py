@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 from bushcli.errors import InputError, Problem, printable
-from bushcli.runtime.interrupt import is_interrupt, listen
+from bushcli.runtime.interrupt import is_interrupt, listen, ranks_started
 from geometry.errors import GeometryError
 
 if TYPE_CHECKING:
@@ -118,11 +118,19 @@ def speaks() -> bool:
 
 def ranks_there_are() -> int:
     """Number of processes that `mpirun` has started; 1 without it."""
-    if not any(name in os.environ for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")):
+    if ranks_started() == 1:
         return 1
     from mpi4py import MPI
 
     return int(MPI.COMM_WORLD.size)
+
+
+def wait_for_ranks() -> None:
+    """Wait until all ranks of `mpirun` have come here; nothing without it."""
+    if ranks_there_are() > 1:
+        from mpi4py import MPI
+
+        MPI.COMM_WORLD.Barrier()
 
 
 class _Folder(click.Path):

@@ -26,7 +26,6 @@ from bushcli.effects.change import RigChange
 from bushcli.effects.prior import Prior
 from cases.mode import modes
 from forms.law import UnknownName
-from geometry.ring import Ring
 from geometry.shape import Mirrors, Shape
 
 if TYPE_CHECKING:
@@ -117,12 +116,11 @@ class EffectParameter:
 
     def bounds(self, shape: Shape | None) -> tuple[float, float]:
         """Return the lowest and the highest value that a specimen can have; of any where it is None."""
-        if self.within is None or not isinstance(shape, Ring):
+        annulus = None if shape is None else shape.annulus
+        if self.within is None or annulus is None:
             return self.lower, self.upper
         name, share = self.within
-        size = shape.thickness
-        if name == "length":
-            size = 2.0 * float(shape.half_length(np.array([0.0, 1.0])).min())
+        size = annulus.bonded if name == "length" else annulus.thickness
         return max(self.lower, -share * size), min(self.upper, share * size)
 
     def choice(self, value: float) -> str:
@@ -303,7 +301,7 @@ def unsuited(
     """
     if shape.specimen != "bushing":
         return ()
-    if effect.needs_sleeves and not isinstance(shape, Ring):
+    if effect.needs_sleeves and shape.annulus is None:
         what = f"a {type(shape).name} has no coaxial sleeves"
         return ((what, "another shape, or without this effect"),)
     given = values or {}

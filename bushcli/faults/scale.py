@@ -29,7 +29,6 @@ from bushcli.recording import Recording
 from bushcli.recording.source import UNITS, Quantity, dimension
 from bushcli.recording.units import find_unit
 from cases.mode import modes
-from geometry.ring import Ring
 from geometry.shape import Shape
 
 Array = NDArray[np.float64]
@@ -160,8 +159,8 @@ def _scale(shape: Shape, recording: Recording, bad: Mask) -> _Scale | None:
     if not size:
         return None
     travel = float(np.abs(q).max())
-    if isinstance(shape, Ring) and _dimension(recording, "displacement") == "length":
-        travel /= shape.thickness
+    if shape.annulus is not None and _dimension(recording, "displacement") == "length":
+        travel /= shape.annulus.thickness
     # A slope at rest that differs tenfold from the rest of the curve is free play, a stop, or noise.
     middle = size[0]
     near = [value for value in size if 0.1 * middle <= value <= 10.0 * middle]
@@ -193,8 +192,10 @@ def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
 
 def _are_exchanged(one: _Scale, other: _Scale) -> bool:
     """Whether two channels of one kind contradict each other as they are, and agree when exchanged."""
-    modes_of = {one.recording.mode, other.recording.mode}
-    if modes_of not in ({"axial", "radial"}, {"torsional", "conical"}):
+    this, that = (modes()[scale.recording.mode] for scale in (one, other))
+    if this.name == that.name or this.specimen == "coupon" or that.specimen == "coupon":
+        return False
+    if this.rotational != that.rotational:
         return False
     given = _apart(one.modulus, other.modulus)
     swapped = (

@@ -79,6 +79,8 @@ class Channel:
         What a unit of weighted misfit is at each sample, in the recording's force unit; inf where the sample is bad.
     coupon : bool
         The curve is of a material test.
+    comm : MPI.Comm
+        Ranks that share the model.
     noise : float
         Standard deviation of the force's noise, the displacement's included, in the recording's force unit.
     """
@@ -95,7 +97,7 @@ class Channel:
         prepared: Prepare = prepare,
         paths: dict[str, SixSimulation] | None = None,
     ) -> None:
-        self.recording = recording
+        self.recording, self.comm = recording, comm
         mode = modes()[recording.mode]
         path = whole or recording
         body = (shape, rubber, case, comm, prepared)

@@ -18,6 +18,7 @@ from bushcli.inverse.channel import Answer, Channel
 from bushcli.inverse.journal import Journal
 from bushcli.inverse.radius import Trial
 from bushcli.inverse.result import Evaluation
+from bushcli.runtime.interrupt import meet
 from cases.march import NotConverged
 from cases.stability import PATHS, moduli
 from forms.law import Law
@@ -210,6 +211,7 @@ class Problem:
         if key not in self._known:
             kept = self.journal.find(x) if self.journal is not None else None
             if kept is None:
+                meet(self.channels[0].comm)
                 kept = self._solve(x)
                 if self.journal is not None:
                     self.journal.add(x, kept)

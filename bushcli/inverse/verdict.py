@@ -250,7 +250,9 @@ def _undetermined(fit: Fit, task: Task) -> list[Condition]:
         remedy = "add a coupon test of another mode or of larger stretch, or use a law with fewer parameters"
     else:
         used = {curve.recording.mode for curve in fit.curves if not curve.held_out}
-        other = [mode for mode in ("radial", "torsional", "conical", "axial") if mode not in used]
+        # Those of the same test rig first: displacements, then angles.
+        known = sorted(modes().values(), key=lambda mode: (mode.rotational, mode.name))
+        other = [mode.name for mode in known if mode.specimen == "bushing" and mode.name not in used]
         remedy = f"a recording to a larger displacement{', or a ' + other[0] + ' one' if other else ''}, " + (
             "would determine it; or fix one of them (--fix), or use a law with fewer parameters"
         )

@@ -2,10 +2,15 @@
 
 A signal is raised as an exception wherever the interpreter is. In a callback of PETSc it comes out as PETSc's own
 error, and a kernel that was being compiled leaves a file for whose end every later run would wait.
+
+Ranks of `mpirun` that solve one model together must leave it together: there a signal is remembered, and all ranks
+raise it where they meet. mpirun itself would kill them a quarter of a second after Ctrl-C; the launcher
+(setup/venv.sh) sends SIGUSR1 in place of it, which mpirun passes on to all ranks.
 """
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 import time
@@ -13,6 +18,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 # Seconds within which a second signal is the same request: a terminal sends Ctrl-C to the command and to what it was
 # started by, which passes it on.
@@ -20,20 +26,58 @@ SAME = 1.0
 _COMPILER = ("compile_forms", "compile_expressions")
 
 
-def listen(clock: Callable[[], float] = time.monotonic) -> None:
-    """Raise KeyboardInterrupt on Ctrl-C and on SIGTERM from now on, once for signals that come together."""
-    last = -SAME
+# Signals that were received and not raised yet.
+_remembered: list[int] = []
+
+
+def listen(clock: Callable[[], float] = time.monotonic, together: bool | None = None) -> None:
+    """Raise KeyboardInterrupt on Ctrl-C and on SIGTERM from now on, once for signals that come together.
+
+    Parameters
+    ----------
+    clock : callable
+        Returns the time, s.
+    together : bool or None
+        Remember the first signal for `meet` instead of raising it; None: if `mpirun` has started several ranks.
+    """
+    last, several = -SAME, ranks_started() > 1
+    waits = several if together is None else together
+    _remembered.clear()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         nonlocal last
         if clock() - last < SAME:
             return
         last = clock()
+        if waits and not _remembered:
+            _remembered.append(number)
+            return
         abandon_compilation(frame)
         raise KeyboardInterrupt
 
-    for one in (signal.SIGINT, signal.SIGTERM):
+    for one in (signal.SIGINT, signal.SIGTERM, *([signal.SIGUSR1] if several else [])):
         signal.signal(one, interrupt)
+
+
+def meet(comm: Any) -> None:
+    """Raise KeyboardInterrupt on all ranks if one of them has received a signal; collective.
+
+    Parameters
+    ----------
+    comm : MPI.Comm
+        Ranks that work together; of one rank alone nothing is asked.
+    """
+    if comm.size > 1 and comm.allreduce(len(_remembered)):
+        _remembered.clear()
+        raise KeyboardInterrupt
+
+
+def ranks_started() -> int:
+    """Return the number of processes that `mpirun` has started, without loading MPI; 1 without it."""
+    for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"):
+        if os.environ.get(name, "").isdecimal():
+            return int(os.environ[name])
+    return 1
 
 
 def end_with_parent(end: Callable[[], None]) -> None:

@@ -10,7 +10,7 @@ from bushcli.case import Case, Material
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
-from cases.stability import coupon_limits
+from cases.mode import modes
 from forms.law import law
 
 # Every rubber is stable between these stretches.
@@ -37,6 +37,9 @@ def check_material(case: Case, material: Material) -> None:
                 case.path.name, "material.parameters are not given", "", "them, or [[coupons]] to fit them to"
             )
         )
+    # With it comes UFL: not for a case whose law is still to be fitted.
+    from cases.stability import coupon_limits
+
     chosen = law(material.law)
     for mode, (low, high) in coupon_limits(chosen, dict(material.parameters)).items():
         if low > SMALL_STRAIN[0] or high < SMALL_STRAIN[1]:
@@ -52,7 +55,7 @@ def check_material(case: Case, material: Material) -> None:
 
 
 def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[DataFault]) -> None:
-    """Refuse a radial recording that travels further than the rubber is thick: wrong units, or another bushing.
+    """Refuse a recording that travels further across the axis than the rubber is thick: wrong units or bushing.
 
     Parameters
     ----------
@@ -72,7 +75,7 @@ def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[D
         return
     for recording in recordings:
         furthest = float(np.abs(recording.displacement).max())
-        if recording.mode == "radial" and furthest >= gap:
+        if modes()[recording.mode].sideways * furthest >= gap:
             raise InputError(
                 Problem(
                     str(recording.source),

@@ -16,8 +16,8 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from cases.feature import Installed
-from cases.mode import Mode
-from cases.model import Model, setting_for
+from cases.mode import Mode, setting_for
+from cases.model import Model
 from cases.relocation import relocate
 from cases.simulate import Rubber, prepare
 from cases.snubber import plates

@@ -19,6 +19,7 @@ from bushcli.faults import DataFault, find_faults
 from bushcli.faults import condition as fault_condition
 from bushcli.recording import RecordedPath, displacement_noise, matching, read_recording
 from bushcli.recording.curve import Curve
+from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material, check_travel
@@ -170,6 +171,7 @@ class _Run:
         """March one channel, and examine the stretches and the stability of its states."""
 
         def report(step: int, steps: int, newton: int, q: float) -> None:
+            meet(self.comm)
             if self.progress is not None:
                 self.progress(channel.name, step, steps, newton, q)
 

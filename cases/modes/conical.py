@@ -2,17 +2,34 @@
 
 import numpy as np
 
+from cases import annulus
 from cases.mode import Array, Mode, Setting
 
 
 def motion(x: Array, q: float) -> Array:
-    """Rotation by q about y, exact for finite angles."""
+    """Rotation by q about y, exact for finite angles.
+
+    Parameters
+    ----------
+    x : Array
+        Coordinates, shape (d, n), mm.
+    q : float
+        Angle of the sleeve, rad.
+    """
     c, s = np.cos(q) - 1.0, np.sin(q)
     return np.stack([c * x[0] + s * x[2], np.zeros(x.shape[1]), -s * x[0] + c * x[2]])
 
 
 def rate(x: Array, q: float) -> Array:
-    """Derivative of `motion` with respect to q."""
+    """Derivative of `motion` with respect to q.
+
+    Parameters
+    ----------
+    x : Array
+        Coordinates, shape (d, n), mm.
+    q : float
+        Angle of the sleeve, rad.
+    """
     c, s = np.cos(q), np.sin(q)
     return np.stack([-s * x[0] + c * x[2], np.zeros(x.shape[1]), -c * x[0] - s * x[2]])
 
@@ -23,5 +40,6 @@ MODE = Mode(
     specimen="bushing",
     rotational=True,
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y"})),
+    unit_stiffness=annulus.conical,
     reversed_by="x",
 )

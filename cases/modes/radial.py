@@ -2,18 +2,35 @@
 
 import numpy as np
 
+from cases import annulus
 from cases.mode import Array, Mode, Setting
 
 
 def motion(x: Array, q: float) -> Array:
-    """Translation by q along x."""
+    """Translation by q along x.
+
+    Parameters
+    ----------
+    x : Array
+        Coordinates, shape (3, n), mm.
+    q : float
+        Displacement of the sleeve, mm.
+    """
     u = np.zeros((3, x.shape[1]))
     u[0] = q
     return u
 
 
 def rate(x: Array, q: float) -> Array:
-    """Derivative of `motion` with respect to q."""
+    """Derivative of `motion` with respect to q.
+
+    Parameters
+    ----------
+    x : Array
+        Coordinates, shape (d, n), mm.
+    q : float
+        Displacement of the sleeve, mm.
+    """
     return motion(x, 1.0)
 
 
@@ -23,5 +40,6 @@ MODE = Mode(
     specimen="bushing",
     rotational=False,
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y", "z"})),
+    unit_stiffness=annulus.radial,
     reversed_by="x",
 )

@@ -2,4 +2,4 @@
 
 from cases.coupon import coupon_mode
 
-MODE = coupon_mode("uniaxial", "one direction stretched, the others free", "x")
+MODE = coupon_mode("uniaxial", "one direction stretched, the others free", "x", unit_slope=3.0)

@@ -83,7 +83,7 @@ def test_lists_load_no_finite_elements(tmp_path, kind):
 
 def test_check_loads_no_finite_elements(tmp_path, plain):
     unwanted = ("pint", "bushcli.inverse.identify", *FINITE_ELEMENTS, *REPORTS, *STATISTICS)
-    assert not present(loaded(tmp_path, "check", BATCH), unwanted)
+    assert not present(loaded(tmp_path, "check", BATCH), (*unwanted, "ufl", "cffi"))
     # The law's stability is judged by a kernel, which is compiled by now; UFL declares it.
     loaded(tmp_path, "check", plain)
     assert not present(loaded(tmp_path, "check", plain), unwanted)
@@ -94,8 +94,9 @@ def test_direct_loads_what_it_solves_with(tmp_path, plain):
     assert not present(modules, ("rich", "pint", "bushcli.inverse.identify", *REPORTS, *STATISTICS))
     probe = f"{STACK}; import json, sys; print(json.dumps(sorted(sys.modules)))"
     run = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
-    # 231 when this was written, a third of them bushcli's own; 2.4 times as many before any was left out.
-    assert len(modules - set(json.loads(run.stdout))) < 260
+    # 231 when this was written (262 with Python 3.14 and its pydantic), a third of them bushcli's own; more than twice
+    # as many before any was left out.
+    assert len(modules - set(json.loads(run.stdout))) < 290
 
 
 def test_a_case_with_a_section_loads_its_shape_alone(tmp_path, plain):

@@ -18,7 +18,11 @@ PACKAGES = ("bushcli", "cases", "forms", "geometry")
 # Packages whose docstrings still lack sections `Parameters`. Delete a line when a package has them.
 DOCSTRINGS_WAIT = (
     "bushcli/diagnosis",
-    "cases",
+    "cases/equilibrium.py",
+    "cases/march.py",
+    "cases/model.py",
+    "cases/series.py",
+    "cases/slopes.py",
 )
 # Functions longer than LINES_OF_FUNCTION and files longer than LINES_OF_FILE that still wait to be divided.
 FUNCTIONS_WAIT = frozenset(
@@ -26,7 +30,6 @@ FUNCTIONS_WAIT = frozenset(
         "bushcli/diagnosis/diagnose.py::diagnose",
         "bushcli/diagnosis/menu.py::menu",
         "bushcli/diagnosis/where/bushing.py::local_map",
-        "cases/simulate.py::sweep",
     }
 )
 FILES_WAIT = frozenset(

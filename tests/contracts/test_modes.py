@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from cases.march import march
-from cases.mode import modes
-from cases.model import setting_for
+from cases.mode import modes, setting_for
 from cases.program import Program
 from cases.simulate import prepare
 from geometry.shape import Refinement, shapes
@@ -146,3 +145,36 @@ def test_force_is_the_derivative_of_the_energy(mode, dimension, model):
     slope = (8 * (E[2] - E[1]) - (E[3] - E[0])) / (12 * step)
     # Rounding of the energy over the step, about 1e-16 / 1e-3, times some tens.
     assert slope == pytest.approx(history.force[4], rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    "mode",
+    [mode for mode in modes().values() if mode.unit_stiffness or mode.unit_slope],
+    ids=lambda m: m.name,
+)
+def test_the_closed_form_of_a_mode_holds_what_is_solved(mode, model):
+    """Incompressible Yeoh rubber at a small displacement; its law's shear modulus makes the unit."""
+    solved = model(mode.name, 3 if mode.section is None else 2)
+    if mode.specimen == "coupon":
+        low = high = mode.unit_slope
+    else:
+        ring = solved.mesh.shape.annulus
+        low = mode.unit_stiffness(ring.inner_radius, ring.outer_radius, ring.shortest)[0]
+        high = mode.unit_stiffness(ring.inner_radius, ring.outer_radius, ring.longest)[1]
+    q = 1e-3 * amplitude(mode)
+    stiffness = march(solved, Program(np.array([q]))).force[0] / q
+    shear = solved.law.shear_modulus(
+        **{name: float(solved.constants[name].value) for name in solved.parameters.law_names}
+    )
+    # The rubber of these models yields in volume (50 MPa), and the mesh is coarse: a tenth.
+    assert 0.9 * low <= stiffness / shear <= 1.1 * high
+
+
+@pytest.mark.parametrize(
+    "mode", [mode for mode in modes().values() if mode.specimen == "bushing"], ids=lambda m: m.name
+)
+def test_a_mode_says_how_far_it_moves_the_sleeve_sideways(mode):
+    """So much that a load stops before the sleeves meet: as the motion of a point of the axis says."""
+    centre = np.zeros((3, 1))
+    moved = np.linalg.norm((mode.solid.motion(centre, 0.5) - mode.solid.motion(centre, 0.0))[:2])
+    assert mode.sideways == pytest.approx(0.0 if mode.rotational else moved / 0.5)

@@ -8,8 +8,7 @@ import ufl
 from dolfinx import fem
 
 from cases.march import march
-from cases.mode import modes
-from cases.model import setting_for
+from cases.mode import modes, setting_for
 from cases.program import Program
 from cases.simulate import prepare
 from geometry.mesh import build
@@ -176,3 +175,9 @@ def test_sleeves_approach_rigid_ones_as_they_stiffen(mode, rubber):
     # Far stiffer than the rubber (mu = 1 MPa), a sleeve yields in proportion to 1 / E.
     assert 0 < short[0] < 0.02 * rigid
     assert short[0] / short[1] == pytest.approx(10.0, rel=0.02)
+
+
+@pytest.mark.parametrize("name", shapes())
+def test_a_shape_has_the_name_of_its_file(name):
+    assert shapes()[name].name == name
+    assert shapes()[name].__module__ == f"geometry.shapes.{name}"

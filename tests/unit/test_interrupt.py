@@ -10,7 +10,7 @@ from types import ModuleType
 
 import pytest
 
-from bushcli.runtime.interrupt import SAME, abandon_compilation, is_interrupt, listen
+from bushcli.runtime.interrupt import SAME, abandon_compilation, is_interrupt, listen, meet, ranks_started
 
 
 @pytest.fixture
@@ -33,6 +33,65 @@ def test_signals_that_come_together_are_one_interruption(listening, sent):
     listening[0] += 1.1 * SAME
     with pytest.raises(KeyboardInterrupt):
         os.kill(os.getpid(), sent)
+
+
+class Ranks:
+    """A communicator of several ranks, of which others have received a number of signals."""
+
+    def __init__(self, size, others=0):
+        self.size, self.others = size, others
+
+    def allreduce(self, own):
+        return own + self.others
+
+
+@pytest.fixture
+def together():
+    """Listen as one of the ranks that work together."""
+    before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)}
+    now = [100.0]
+    listen(lambda: now[0], together=True)
+    yield now
+    listen(together=False)
+    for one, handler in before.items():
+        signal.signal(one, handler)
+
+
+def test_ranks_raise_a_signal_where_they_meet_and_once(together):
+    meet(Ranks(2))
+    os.kill(os.getpid(), signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt):
+        meet(Ranks(2))
+    meet(Ranks(2))
+
+
+def test_a_signal_of_another_rank_is_raised_too(together):
+    with pytest.raises(KeyboardInterrupt):
+        meet(Ranks(2, others=1))
+
+
+def test_a_second_signal_is_raised_at_once(together):
+    os.kill(os.getpid(), signal.SIGINT)
+    together[0] += 1.1 * SAME
+    with pytest.raises(KeyboardInterrupt):
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_one_rank_meets_nobody(together):
+    os.kill(os.getpid(), signal.SIGTERM)
+    meet(Ranks(1))
+
+
+@pytest.mark.parametrize(
+    ("environment", "ranks"),
+    [({}, 1), ({"OMPI_COMM_WORLD_SIZE": "3"}, 3), ({"PMI_SIZE": "2"}, 2), ({"PMI_SIZE": ""}, 1)],
+)
+def test_ranks_are_known_without_mpi(monkeypatch, environment, ranks):
+    for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert ranks_started() == ranks
 
 
 def test_an_interruption_in_a_callback_of_petsc_is_one():

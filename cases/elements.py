@@ -1,0 +1,105 @@
+"""Elements, where their unknowns stand in the vector of all, and the points at which they are integrated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import basix
+import basix.ufl
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.mesh import NamedMesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Where the unknowns of cells stand in the vector of all.
+
+    Attributes
+    ----------
+    displaced : shape (cells, components, nodes)
+    pressed : shape (cells, corners)
+    """
+
+    displaced: Index
+    pressed: Index
+
+    @property
+    def of_cells(self) -> Index:
+        """All of each cell, shape (cells, n), in the order of element matrices."""
+        cells, components, nodes = self.displaced.shape
+        displaced = self.displaced.reshape(cells, components * nodes)
+        return np.ascontiguousarray(np.concatenate([displaced, self.pressed], axis=1))
+
+    @classmethod
+    def of(cls, space: Any, components: int, cells: Index) -> Unknowns:
+        """Of cells of the mixed space (u, p, ...).
+
+        Parameters
+        ----------
+        space : Any
+            DOLFINx's mixed space.
+        components : int
+            Components of the displacement.
+        cells : Index
+            Numbers of cells, shape (cells,).
+        """
+        displaced, pressed = (_unknowns(space.sub(i), cells) for i in range(2))
+        by_node = displaced.reshape(len(cells), displaced.shape[1] // components, components)
+        return cls(np.ascontiguousarray(by_node.transpose(0, 2, 1)), np.ascontiguousarray(pressed))
+
+
+def _unknowns(part: Any, cells: Index) -> Index:
+    """Of a part of a mixed space, those of a block one after the other; there may be no cells on a rank."""
+    found = [part.dofmap.cell_dofs(cell) for cell in cells]
+    return np.array(found, dtype=np.int32).reshape(len(cells), part.element.space_dimension)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Points in the reference cell (p, d), and weights (p,) where something is integrated."""
+
+    points: Array
+    weights: Array
+
+    @classmethod
+    def gauss(cls, mesh: NamedMesh, degree: int) -> Rule:
+        """The form compiler's own quadrature.
+
+        Parameters
+        ----------
+        mesh : NamedMesh
+            The mesh with its named boundaries.
+        degree : int
+            Degree of the quadrature.
+        """
+        return cls(*basix.make_quadrature(mesh.mesh.basix_cell(), degree))
+
+    @classmethod
+    def at(cls, points: Array) -> Rule:
+        """Points where nothing is integrated."""
+        return cls(points, np.ones(len(points)))
+
+
+def mixed_element(mesh: NamedMesh, components: int, followed: int) -> Any:
+    """Taylor-Hood element (u, p), with as many more displacements as there are motions of boundaries to be followed.
+
+    Parameters
+    ----------
+    mesh : NamedMesh
+        The mesh with its named boundaries.
+    components : int
+        Components of the displacement.
+    followed : int
+        Number of boundaries whose motion is followed.
+    """
+    cell, order = mesh.mesh.basix_cell(), mesh.displacement_order
+    displacement = basix.ufl.element("Lagrange", cell, order, shape=(components,))
+    pressure = ("DG", 0) if order == 1 else ("Lagrange", order - 1)
+    fields = [displacement, basix.ufl.element(pressure[0], cell, pressure[1])]
+    return basix.ufl.mixed_element([*fields, *[displacement] * followed])
