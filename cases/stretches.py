@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import basix
@@ -37,32 +36,12 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
     Array
         Shape (cells, p, 3), in ascending order.
     """
-    at = _points(model, region, _gauss(model) if points is None else points)
-    return _stretches(at, model.state.x.array)
-
-
-def stretches_of_states(model: Model, states: Iterable[Array]) -> Iterator[Array]:
-    """Yield the principal stretches of the rubber at each state, as `principal_stretches` has them.
-
-    Parameters
-    ----------
-    model : Model
-        The model, with the parameters that the states were solved with.
-    states : Iterable[Array]
-        This rank's unknowns, shape (m,) each, as kept by the march.
-    """
-    at = _points(model, "rubber", _gauss(model))
-    for state in states:
-        yield _stretches(at, state)
-
-
-def _gauss(model: Model) -> Array:
-    points, _ = basix.make_quadrature(model.mesh.mesh.basix_cell(), 2 if model.mesh.simplices else 3)
-    return np.asarray(points)
-
-
-def _stretches(at: Points, x: Array) -> Array:
-    g = at.gradients(x).reshape(*at.shape, at.rows)
+    mesh = model.mesh
+    if points is None:
+        degree = 2 if mesh.simplices else 3
+        points, _ = basix.make_quadrature(mesh.mesh.basix_cell(), degree)
+    at = _points(model, region, points)
+    g = at.gradients(model.state.x.array).reshape(*at.shape, at.rows)
     rows = at.setting.deformation(list(np.moveaxis(g, -1, 0)))
     F = np.stack([np.stack([np.broadcast_to(f, at.shape) for f in row], axis=-1) for row in rows], axis=-2)
     return np.asarray(np.sqrt(np.linalg.eigvalsh(np.swapaxes(F, -1, -2) @ F)))

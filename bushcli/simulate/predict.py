@@ -33,7 +33,7 @@ from cases.model import Model
 from cases.program import Program, path
 from cases.simulate import Rubber, even_targets, is_odd, prepare, sweep
 from cases.stability import stable
-from cases.stretches import Surface, stretches_of_states, surface
+from cases.stretches import Surface, principal_stretches, surface
 from forms.law import law
 
 Array = NDArray[np.float64]
@@ -298,9 +298,9 @@ def _stability(model: Model, history: History, rubber: Rubber) -> tuple[tuple[fl
     assert history.states is not None
     low, high, bad, total = 1.0, 1.0, 0, 0
     count = len(history.states)
-    chosen = np.unique(np.linspace(0, count - 1, min(STABILITY_STATES, count)).round().astype(int))
-    for found in stretches_of_states(model, (history.states[i] for i in chosen)):
-        values = found.reshape(-1, 3)
+    for i in np.unique(np.linspace(0, count - 1, min(STABILITY_STATES, count)).round().astype(int)):
+        model.state.x.array[:] = history.states[i]
+        values = principal_stretches(model).reshape(-1, 3)
         if len(values):
             low, high = min(low, float(values.min())), max(high, float(values.max()))
             bad += int(np.count_nonzero(~stable(rubber.law, rubber.parameters, values)))
