@@ -16,7 +16,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from cases.feature import Installed
-from cases.mode import Mode, setting_for
+from cases.mode import Mode, modes, setting_for
 from cases.model import Model
 from cases.relocation import relocate
 from cases.simulate import Rubber, prepare
@@ -71,7 +71,8 @@ class Bodies:
         shape, mode, rubber, refinement, comm, features
             As for `cases.simulate.prepare`.
         """
-        if features or plates(shape):
+        # A mode that is not of the catalogue is one load case's own; its name says nothing.
+        if features or plates(shape) or modes().get(mode.name) is not mode:
             self.made += 1
             return prepare(shape, mode, rubber, refinement, comm, features)
         dimension = 2 if mode.section is not None and shape.axisymmetric else 3

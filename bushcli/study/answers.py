@@ -62,7 +62,8 @@ class NoAnswer(ValueError):
 
 def default_answers(case: Case) -> tuple[Answer, ...]:
     """Return initial and secant stiffness of every channel."""
-    return tuple(answer(case, f"{name}.{kind}") for name, _ in case.channels for kind in ALONE)
+    known = [name for name, mode in case.channels if mode in modes()]
+    return tuple(answer(case, f"{name}.{kind}") for name in known for kind in ALONE)
 
 
 def answer(case: Case, text: str) -> Answer:
@@ -85,7 +86,8 @@ def answer(case: Case, text: str) -> Answer:
     name, spec = (name.strip() if equals else spec.strip()), spec.strip()
     if not name or not spec:
         raise InputError(Problem(f"--answer {text}", "asks for nothing", "", EXAMPLES))
-    channels = dict(case.channels)
+    # Others have no force against one displacement: they answer by keys of the result.
+    channels = {name: mode for name, mode in case.channels if mode in modes()}
     at = _AT.match(spec)
     channel, _, kind = (at[1], "", at[2]) if at else spec.rpartition(".")
     if at is None and (channel not in channels or kind not in ALONE):
@@ -201,8 +203,8 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
 
 def quantity_unit(mode: str) -> str:
     """Return the unit of a mode's travel after a space; nothing for a coupon."""
-    found = modes()[mode]
-    return "" if found.specimen == "coupon" else " deg" if found.rotational else " mm"
+    found = modes().get(mode)
+    return "" if found is None or found.specimen == "coupon" else " deg" if found.rotational else " mm"
 
 
 def _finite(asked: Answer, value: float) -> float:

@@ -185,7 +185,7 @@ def _summed_up(
     }
     reasons = failures(found)
     lost = sum(reason.count for reason in reasons)
-    channels = [name for name, _ in case.channels] if task.curves else []
+    channels = [name for name, _ in case.channels if f"{name}.force" in rows.columns]
     bands = tuple(curves for name in channels if (curves := band(rows, name)) is not None)
     seconds, doubted = _rest(rows)
     return Study(

@@ -171,7 +171,7 @@ def _simulated(task: Task, row: Row, values: Sequence[Value]) -> Row:
     row[CONDITIONS] = ",".join(dict.fromkeys(condition.name for condition in response.conditions))
     for channel in response.channels:
         if channel.stopped:
-            factor = math.degrees(1.0) if modes()[channel.mode].rotational else 1.0
+            factor = math.degrees(1.0) if quantity_unit(channel.mode) == " deg" else 1.0
             reached, target = channel.reach * factor, channel.target * factor
             reason = f"{channel.name}: no equilibrium beyond {reached:.4g} of {target:.4g}"
             return failed(row, "not_converged", f"{reason}{quantity_unit(channel.mode)} ({channel.stopped})")
@@ -186,6 +186,8 @@ def curves(response: Response) -> Row:
     """Return the curves as columns: displacement (mm, degrees) and force of every channel."""
     found: Row = {}
     for channel in response.channels:
+        if channel.mode not in modes():
+            continue
         factor = math.degrees(1.0) if modes()[channel.mode].rotational else 1.0
         found[f"{channel.name}.displacement"] = (factor * channel.curve.displacement).tolist()
         found[f"{channel.name}.force"] = channel.curve.force.tolist()
@@ -194,4 +196,5 @@ def curves(response: Response) -> Row:
 
 def curve_columns(case: Case) -> tuple[str, ...]:
     """Return the names of the columns of `curves`."""
-    return tuple(f"{name}.{what}" for name, _ in case.channels for what in ("displacement", "force"))
+    known = [name for name, mode in case.channels if mode in modes()]
+    return tuple(f"{name}.{what}" for name in known for what in ("displacement", "force"))
