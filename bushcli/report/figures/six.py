@@ -46,6 +46,7 @@ def six_figure(name: str, six: SixCurve) -> Figure:
             _lines(panels[1, column], six.time, six.force, pushed, [REACTIONS[k] for k in pushed])
             panels[1, column].set(xlabel="time [s]", ylabel=f"{force} [{force_unit}]")
         figure.suptitle(literal(six_title(name)))
+        figure.align_ylabels()
     return figure
 
 
