@@ -2,7 +2,8 @@
 
 A point at the depth d below a facet stores a d^3/3 per area. Its pressure a d^2 sets in without a kink of the tangent,
 at which Newton's method would go to and fro between the points in contact and those that just leave it (with a pressure
-in proportion to d, a bump stop was not to be followed for a tenth of a millimetre), and it stiffens, so that a depth of a
+in proportion to d, a bump stop was not to be followed for a tenth of a millimetre), and it stiffens, so that a depth
+of a
 hundredth of an element takes more than a bushing's rubber bears.
 
 With f the minimum over the facet of half the squared distance, d^2 = 2 f, the derivatives follow from those of f. Its
