@@ -24,7 +24,7 @@ Ints = NDArray[np.int64]
 # Deepest penetration of an equilibrium, in sizes of a facet.
 DEEPEST = 0.01
 # How deep points are looked for that a step of the march may have brought through a surface, in sizes of a facet.
-BEYOND = 3.0
+BEYOND = 1.5
 
 
 @dataclass(frozen=True)

@@ -30,9 +30,9 @@ REACH = 1.0
 SKIN = 1.0
 # Cosine of the normals of surfaces that face each other, and of facets that may contain such (they are curved).
 FACING, MAYBE = -0.5, -0.1
-# Where the way from one point to the other leads into the rubber at both ends, with a cosine of more than this in the
-# stress-free body, there is rubber between them. At an edge of 90 degrees it is 0.7, in a fold of a flat face 0.
-THROUGH = 0.3
+# Where the way from one point to the other leads into the rubber, in the stress-free body, there is rubber between
+# them: with a cosine of more than the first at one end, or of the second at both. In a fold of a flat face both are zero.
+THROUGH, BOTH = 0.7, 0.3
 # Cosine between the way to the nearest point and the facet's normal; less at an edge means that the point is beside it.
 BESIDE = 0.7
 # Distances to an edge of two facets are one.
@@ -229,7 +229,8 @@ class Search:
         way /= np.maximum(np.linalg.norm(way, axis=1), 1e-300)[:, None]
         own = np.einsum("pd,pd->p", way, self._normals(self._slopes[point], b.X, facet))
         its = -np.einsum("pd,pd->p", way, self._normals(b.basis.slopes(xi), b.X, other))
-        return np.asarray((own < -THROUGH) & (its < -THROUGH) & (other < b.soft))
+        into = (np.minimum(own, its) < -THROUGH) | (np.maximum(own, its) < -BOTH)
+        return np.asarray(into & (other < b.soft))
 
 
 def _first_of(facet: Ints, point: Ints, hard: NDArray[np.bool_], depth: Array) -> Ints:
