@@ -98,6 +98,14 @@ class Mode:
         return False
 
 
+def setting_for(mode: Mode, dimension: int) -> Setting:
+    """The mode's setting in the half-plane (2) or in three dimensions (3)."""
+    setting = mode.section if dimension == 2 else mode.solid
+    if setting is None:
+        raise ValueError(f"mode {mode.name} has no half-plane model")
+    return setting
+
+
 @cache
 def modes() -> Mapping[str, Mode]:
     """All modes by name, discovered in `cases/modes`."""

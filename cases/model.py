@@ -28,7 +28,7 @@ from cases.internal import Internal
 from cases.material import Rubber
 from cases.matrix import Pattern
 from cases.metal import Metal
-from cases.mode import Mode, Setting
+from cases.mode import Mode, setting_for
 from cases.motion import Motion
 from cases.moved import MovedPoints, StressFree
 from cases.parameters import Parameters
@@ -46,14 +46,6 @@ Array = NDArray[np.float64]
 
 # Gauss points in each direction: one more than the displacement's order; fewer leave modes without stiffness.
 QUADRATURE_DEGREE_PER_ORDER = 2
-
-
-def setting_for(mode: Mode, dimension: int) -> Setting:
-    """The mode's setting in the half-plane (2) or in three dimensions (3)."""
-    setting = mode.section if dimension == 2 else mode.solid
-    if setting is None:
-        raise ValueError(f"mode {mode.name} has no half-plane model")
-    return setting
 
 
 class Model:
@@ -315,7 +307,9 @@ class Model:
         """Tangent at the present state; constrained rows and columns are those of the identity."""
         self.stiffen()
         contact = self.surfaces.contact
-        pattern = self._pattern if contact is None else self._touching(contact, matrix)
+        if contact is not None:
+            self._pattern = contact.fitted(self._pattern, matrix)
+        pattern = self._pattern
         pattern.values[:] = 0.0
         self.body.add_stiffness(pattern.places, pattern.values)
         if contact is not None and contact.touching:
@@ -324,13 +318,6 @@ class Model:
         pattern.add_to(matrix)
         self.surfaces.add_stiffness(matrix, self._bc)
         matrix.assemble()
-
-    def _touching(self, contact: Contact, matrix: PETSc.Mat) -> Pattern:
-        """The pattern with room for what is in contact at the present state; the matrix has it too."""
-        if contact.touching and not self._pattern.holds(*contact.entries()[:2]):
-            self._pattern = self._pattern.widened(*contact.couplings())
-            self._pattern.shape(matrix)
-        return self._pattern
 
     def stiffen(self) -> None:
         """Compute the moduli at the present state, for `apply_tangent` and `lift`."""

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from cases.feature import Installed
 from cases.march import TOLERANCE, History, NotConverged, Observer, Progress, march
-from cases.mode import Mode
-from cases.model import Model, setting_for
+from cases.mode import Mode, setting_for
+from cases.model import Model
 from cases.program import Program
 from cases.snubber import plates
 from forms.law import Law

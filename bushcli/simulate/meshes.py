@@ -11,8 +11,7 @@ from mpi4py import MPI
 from bushcli.case import Case
 from bushcli.errors import InputError, Problem
 from cases.fields import write_mesh
-from cases.mode import modes
-from cases.model import setting_for
+from cases.mode import modes, setting_for
 from cases.stretches import Surface, mesh_surface
 from geometry.mesh import build
 from geometry.ring import Ring

@@ -14,6 +14,7 @@ from cases.contact.energy import Pressed
 from cases.contact.search import Search
 from cases.contact.sleeves import Strip, strip
 from cases.contact.surface import Patch, exterior, on_rubber, patch, tagged
+from cases.matrix import Pattern
 from cases.mode import Mode
 from cases.moved import MovedPoints, StressFree
 from geometry.mesh import NamedMesh
@@ -143,6 +144,13 @@ class Contact:
         nodes = np.concatenate([self.bodies.facets[pairs[:, 0]], self.bodies.facets[pairs[:, 1]]], axis=1)
         found = [_square(self._unknowns(one)) for one in (nodes, self.pressed.nodes)]
         return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
+
+    def fitted(self, pattern: Pattern, matrix: Any) -> Pattern:
+        """The pattern with room for what is in contact at the state of `look`; the matrix gets it too."""
+        if self.touching and not pattern.holds(*self.entries()[:2]):
+            pattern = pattern.widened(*self.couplings())
+            pattern.shape(matrix)
+        return pattern
 
     # -- pieces --------------------------------------------------------------------------------------------------
 

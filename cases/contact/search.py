@@ -31,7 +31,7 @@ SKIN = 1.0
 # Cosine of the normals of surfaces that face each other, and of facets that may contain such (they are curved).
 FACING, MAYBE = -0.5, -0.1
 # Where the way from one point to the other leads into the rubber, in the stress-free body, there is rubber between
-# them: with a cosine of more than the first at one end, or of the second at both. In a fold of a flat face both are zero.
+# them: with a cosine above the first at one end, or above the second at both. In a fold of a flat face they are zero.
 THROUGH, BOTH = 0.7, 0.3
 # Cosine between the way to the nearest point and the facet's normal; less at an edge means that the point is beside it.
 BESIDE = 0.7

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from cases.march import march
-from cases.mode import modes
-from cases.model import setting_for
+from cases.mode import modes, setting_for
 from cases.program import Program
 from cases.simulate import prepare
 from geometry.shape import Refinement, shapes

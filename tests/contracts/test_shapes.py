@@ -8,8 +8,7 @@ import ufl
 from dolfinx import fem
 
 from cases.march import march
-from cases.mode import modes
-from cases.model import setting_for
+from cases.mode import modes, setting_for
 from cases.program import Program
 from cases.simulate import prepare
 from geometry.mesh import build

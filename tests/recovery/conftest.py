@@ -13,8 +13,8 @@ from bushcli.case import Case, load_case
 from bushcli.recording import write_curve_csv
 from bushcli.recording.curve import Curve
 from cases.march import march
-from cases.mode import modes
-from cases.model import Model, setting_for
+from cases.mode import modes, setting_for
+from cases.model import Model
 from cases.program import ramp
 from forms.law import law
 from geometry.mesh import build

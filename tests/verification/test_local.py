@@ -17,8 +17,8 @@ from bushcli.recording.curve import Curve
 from cases.feature import Installed
 from cases.local import marched, swept
 from cases.march import march
-from cases.mode import modes
-from cases.model import Model, setting_for
+from cases.mode import modes, setting_for
+from cases.model import Model
 from cases.program import Program
 from cases.simulate import Rubber, even_targets, prepare, sweep
 from forms.law import law
