@@ -30,10 +30,7 @@ from mpi4py import MPI  # noqa: E402
 from problem import C10, C20, C30, INNER_RADIUS, KAPPA, LENGTH, OUTER_RADIUS  # noqa: E402
 
 from cases.march import march  # noqa: E402
-from cases.mode import (
-    modes,
-    setting_for,
-)
+from cases.mode import modes, setting_for  # noqa: E402
 from cases.model import Model  # noqa: E402
 from cases.program import Program  # noqa: E402
 from forms.law import law  # noqa: E402
