@@ -308,7 +308,9 @@ class Model:
         """Tangent at the present state; constrained rows and columns are those of the identity."""
         self.stiffen()
         contact = self.surfaces.contact
-        pattern = self._pattern if contact is None else self._touching(contact, matrix)
+        if contact is not None:
+            self._pattern = contact.fitted(self._pattern, matrix)
+        pattern = self._pattern
         pattern.values[:] = 0.0
         self.body.add_stiffness(pattern.places, pattern.values)
         if contact is not None and contact.touching:
@@ -317,13 +319,6 @@ class Model:
         pattern.add_to(matrix)
         self.surfaces.add_stiffness(matrix, self._bc)
         matrix.assemble()
-
-    def _touching(self, contact: Contact, matrix: PETSc.Mat) -> Pattern:
-        """The pattern with room for what is in contact at the present state; the matrix has it too."""
-        if contact.touching and not self._pattern.holds(*contact.entries()[:2]):
-            self._pattern = self._pattern.widened(*contact.couplings())
-            self._pattern.shape(matrix)
-        return self._pattern
 
     def stiffen(self) -> None:
         """Compute the moduli at the present state, for `apply_tangent` and `lift`."""

@@ -144,6 +144,37 @@ class KidneySlice(Slice):
         return "inner" if abs(r - 10) < 1e-3 else "outer" if abs(r - 22) < 1e-3 else "void"
 
 
+class Pillow(Slice):
+    """A block of 20 by 6 mm held at its sides, whole or cut across into two that touch, with meshes of their own."""
+
+    name: ClassVar[str] = "pillow"
+    split: bool = False
+    height: ClassVar[float] = 6.0
+
+    @override
+    def generate(self, dimension, mirrors, refinement):
+        occ = gmsh.model.occ
+        spans = [(-10.0, 10.0, 7)] if not self.split else [(-10.0, 0.0, 4), (0.0, 10.0, 7)]
+        faces = [occ.addRectangle(x, 0, 0, end - x, self.height) for x, end, _ in spans]
+        occ.synchronize()
+        for face, (_, _, count) in zip(faces, spans, strict=True):
+            for _, line in gmsh.model.getBoundary([(2, face)], oriented=False):
+                gmsh.model.mesh.setTransfiniteCurve(line, count)
+            gmsh.model.mesh.setTransfiniteSurface(face)
+            gmsh.model.mesh.setRecombine(2, face)
+        occ.extrude([(2, face) for face in faces], 0, 0, LAYER, numElements=[1], recombine=True)
+        occ.synchronize()
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        return self.groups()
+
+    @override
+    def boundary(self, x, y):
+        if abs(y - self.height) < 1e-3:
+            return "mirror_y"
+        return "inner" if abs(x + 10) < 1e-3 else "outer" if abs(x - 10) < 1e-3 else "void"
+
+
 def slices(shape: Slice, mode: Any, rubber: Any, q: Any, **more: Any) -> tuple[Any, Any]:
     """Return the model and the march of a slice; forces are per length (N/mm)."""
     from dataclasses import replace

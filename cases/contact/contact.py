@@ -14,6 +14,7 @@ from cases.contact.energy import Pressed
 from cases.contact.search import Search
 from cases.contact.sleeves import Strip, strip
 from cases.contact.surface import Patch, exterior, on_rubber, patch, tagged
+from cases.matrix import Pattern
 from cases.mode import Mode
 from cases.moved import MovedPoints, StressFree
 from geometry.mesh import NamedMesh
@@ -24,7 +25,7 @@ Ints = NDArray[np.int64]
 # Deepest penetration of an equilibrium, in sizes of a facet.
 DEEPEST = 0.01
 # How deep points are looked for that a step of the march may have brought through a surface, in sizes of a facet.
-BEYOND = 3.0
+BEYOND = 1.5
 
 
 @dataclass(frozen=True)
@@ -144,6 +145,13 @@ class Contact:
         found = [_square(self._unknowns(one)) for one in (nodes, self.pressed.nodes)]
         return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
 
+    def fitted(self, pattern: Pattern, matrix: Any) -> Pattern:
+        """The pattern with room for what is in contact at the state of `look`; the matrix gets it too."""
+        if self.touching and not pattern.holds(*self.entries()[:2]):
+            pattern = pattern.widened(*self.couplings())
+            pattern.shape(matrix)
+        return pattern
+
     # -- pieces --------------------------------------------------------------------------------------------------
 
     @property
@@ -180,6 +188,9 @@ def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree 
         Where the stress-free body is; None where it is the mesh.
     """
     if mode.specimen != "bushing" or not mesh.shape.meeting:
+        return None
+    if mesh.mesh.comm.size > 1:
+        # Pairs of facets on different ranks have no place in a distributed matrix yet: docs/contact.md says so.
         return None
     bonds = [*mode.driven, *mode.held]
     outside = exterior(mesh)

@@ -31,9 +31,11 @@ from cases.contact.search import Inside
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# a in shear moduli over the square of the facet's size. A pressure of mu makes a depth of 0.1 % of the size, and one of
-# 100 mu 1 %.
+# a in shear moduli over the square of the facet's size: a pressure of mu makes a depth of 0.1 % of the size.
 STIFF = 1e6
+# Depth, in sizes, from where on the pressure grows in proportion, to 51 mu at 1 %. A guess that lies deeper comes back
+# in one step of Newton's method then, where the parabola's root takes one for each half.
+STRAIGHT = 3e-3
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,8 @@ class Pressed:
         Weights of the nodes in the distance r.
     scale : shape (p,)
         a times the area that the point stands for, per shear modulus.
+    straight : shape (p,)
+        Depth from where on the pressure grows in proportion, mm.
     """
 
     basis: Basis
@@ -60,6 +64,7 @@ class Pressed:
     places: Array
     A: Array
     scale: Array
+    straight: Array
 
     @classmethod
     def of(cls, bodies: Bodies, found: Inside, x: Array) -> Pressed:
@@ -74,15 +79,29 @@ class Pressed:
             x[bodies.facets[found.other]],
             np.concatenate([own, -its], axis=1),
             found.share * bodies.weight[found.facet, found.point] * STIFF / size**2,
+            STRAIGHT * size,
         )
 
     def energy(self) -> float:
         """Per shear modulus, mm^3."""
-        return float(np.sum(self.scale * self.found.depth**3) / 3.0)
+        bent, beyond = self._parts()
+        stored = bent**3 / 3.0 + bent**2 * beyond + bent * beyond**2
+        return float(np.sum(self.scale * stored))
+
+    def _parts(self) -> tuple[Array, Array]:
+        """Depth up to where the pressure is a parabola, and the depth beyond."""
+        bent = np.minimum(self.found.depth, self.straight)
+        return bent, self.found.depth - bent
+
+    def _slopes(self) -> tuple[Array, Array]:
+        """Pressure over the depth, and the pressure's derivative by it, times the points' areas."""
+        bent, beyond = self._parts()
+        pressure = bent**2 + 2.0 * bent * beyond
+        return self.scale * pressure / self.found.depth, 2.0 * self.scale * bent
 
     def forces(self) -> Array:
         """By the places of `nodes`, per shear modulus, shape (p, 2 n, d)."""
-        share = self.scale * self.found.depth
+        share, _ = self._slopes()
         return np.asarray(np.einsum("p,pn,pd->pnd", share, self.A, self.found.r))
 
     def stiffness(self) -> Array:
@@ -91,9 +110,10 @@ class Pressed:
         p, n, d = *self.A.shape, r.shape[1]
         K = -self._of_place()
         K += np.einsum("pi,pj,kl->pikjl", self.A, self.A, np.eye(d), optimize=True).reshape(p, n * d, n * d)
-        K *= (self.scale * depth)[:, None, None]
+        share, growth = self._slopes()
+        K *= share[:, None, None]
         slope = np.einsum("pi,pd->pid", self.A, r).reshape(p, n * d)
-        K += np.einsum("p,px,py->pxy", self.scale / depth, slope, slope, optimize=True)
+        K += np.einsum("p,px,py->pxy", (growth - share) / depth**2, slope, slope, optimize=True)
         return np.asarray(K)
 
     def _of_place(self) -> Array:

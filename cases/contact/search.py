@@ -29,10 +29,10 @@ REACH = 1.0
 # Room to spare of the list, in sizes of the facets.
 SKIN = 1.0
 # Cosine of the normals of surfaces that face each other, and of facets that may contain such (they are curved).
-FACING, MAYBE = -0.5, 0.3
-# Where the way from one point to the other leads into the rubber at both ends, with a cosine of more than this in the
-# stress-free body, there is rubber between them. At an edge of 90 degrees it is 0.7, in a fold of a flat face 0.
-THROUGH = 0.3
+FACING, MAYBE = -0.5, -0.1
+# Where the way from one point to the other leads into the rubber, in the stress-free body, there is rubber between
+# them: with a cosine above the first at one end, or above the second at both. In a fold of a flat face they are zero.
+THROUGH, BOTH = 0.7, 0.3
 # Cosine between the way to the nearest point and the facet's normal; less at an edge means that the point is beside it.
 BESIDE = 0.7
 # Distances to an edge of two facets are one.
@@ -155,26 +155,47 @@ class Search:
         return centre, np.linalg.norm(nodes - centre[:, None], axis=2).max(axis=1)
 
     def _candidates(self, x: Array, reach: float) -> tuple[Ints, Ints, Ints]:
-        """Facet, other facet and point that may be inside of it."""
+        """Facet, other facet and point: those that may be inside, with all facets that they are near to."""
         b = self.bodies
-        centre, radius = self._spheres(x)
         s, m, normal = self._facing(x)
+        centre, radius = self._spheres(x)
         height = np.einsum("fnd,fd->fn", x[b.facets] - centre[:, None], normal)
         top, bottom = height.max(axis=1), height.min(axis=1)
+        slack = 0.1 * (top - bottom)
         # Far above the other's highest point: none of the facet's own is near. It may hang down between its nodes.
         above = np.einsum("pnd,pd->pn", x[b.facets[s]] - centre[m][:, None], normal[m])
-        hang = 0.3 * np.ptp(above, axis=1)
-        deep = reach * self._span(s, m)
-        low = above.min(axis=1) - hang < top[m] + 0.1 * (top[m] - bottom[m]) + deep
-        s, m, deep = s[low], m[low], deep[low][:, None]
-        places = np.einsum("qn,fnd->fqd", self._N, x[b.facets[: b.soft]])
-        way = places[s] - centre[m][:, None]
-        up = np.einsum("pqd,pd->pq", way, normal[m])
-        slack = 0.1 * (top - bottom)[m][:, None]
-        near = (up < top[m][:, None] + slack + deep) & (up > bottom[m][:, None] - slack - deep)
-        near &= np.linalg.norm(way, axis=2) < 1.05 * radius[m][:, None] + deep
-        pair, point = np.nonzero(near)
-        return s[pair], m[pair], point
+        lowest = above.min(axis=1) - 0.3 * np.ptp(above, axis=1)
+
+        def points(pairs: Ints, room: Array) -> tuple[Ints, Ints]:
+            """Pair and point of what is not further above than that."""
+            s_, m_, deep = s[pairs], m[pairs], (reach * self._span(s[pairs], m[pairs]))[:, None]
+            way = np.einsum("qn,pnd->pqd", self._N, x[b.facets[s_]]) - centre[m_][:, None]
+            up = np.einsum("pqd,pd->pq", way, normal[m_])
+            near = up < (top + slack)[m_][:, None] + room[pairs][:, None]
+            near &= up > (bottom - slack)[m_][:, None] - deep
+            near &= np.linalg.norm(way, axis=2) < 1.05 * radius[m_][:, None] + deep
+            pair, point = np.nonzero(near)
+            return pairs[pair], point
+
+        none = np.zeros(len(s))
+        pair, point = points(np.flatnonzero(lowest < (top + slack)[m]), none)
+        pair, point = self._turned(x, s, m, normal, pair, point)
+        inside = np.unique(s[pair] * len(self._N) + point)
+        if not len(inside):
+            return s[:0], m[:0], point[:0]
+        room = reach * self._span(s, m)
+        these = np.isin(s, inside // len(self._N)) & (lowest < (top + slack)[m] + room)
+        pair, point = points(np.flatnonzero(these), room)
+        known = np.isin(s[pair] * len(self._N) + point, inside)
+        return s[pair[known]], m[pair[known]], point[known]
+
+    def _turned(
+        self, x: Array, s: Ints, m: Ints, normal: Array, pair: Ints, point: Ints
+    ) -> tuple[Ints, Ints]:
+        """Pairs and points whose own normal is turned against the other facet's."""
+        own = self._normals(self._slopes[point], x, s[pair])
+        turned = (m[pair] >= self.bodies.soft) | (np.einsum("pd,pd->p", own, normal[m[pair]]) < MAYBE)
+        return pair[turned], point[turned]
 
     def _facing(self, x: Array) -> tuple[Ints, Ints, Array]:
         """Pairs of the list that may face each other, and the unit normals of all facets in their middles."""
@@ -208,7 +229,8 @@ class Search:
         way /= np.maximum(np.linalg.norm(way, axis=1), 1e-300)[:, None]
         own = np.einsum("pd,pd->p", way, self._normals(self._slopes[point], b.X, facet))
         its = -np.einsum("pd,pd->p", way, self._normals(b.basis.slopes(xi), b.X, other))
-        return np.asarray((own < -THROUGH) & (its < -THROUGH) & (other < b.soft))
+        into = (np.minimum(own, its) < -THROUGH) | (np.maximum(own, its) < -BOTH)
+        return np.asarray(into & (other < b.soft))
 
 
 def _first_of(facet: Ints, point: Ints, hard: NDArray[np.bool_], depth: Array) -> Ints:

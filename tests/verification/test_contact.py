@@ -1,0 +1,168 @@
+"""Contact against closed forms, other codes, energy and finite differences.
+
+The references of the slices (CalculiX and NGSolve) and how they were made: benchmarks/README.md.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cases.contact.contact import DEEPEST
+from cases.march import march
+from cases.mode import modes
+from cases.program import Program
+from cases.simulate import Rubber, prepare
+from forms.law import laws
+from geometry.shape import shapes
+from tests.slices import KidneySlice, Pillow, slices
+
+DATA = Path(__file__).parent / "data" / "real"
+YEOH = Rubber(laws()["yeoh"], {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 2000.0)
+RADIAL = modes()["radial"]
+# A spring between two plates, with a slot in its outside; its mouth closes before the round bottom creases.
+SLOT = shapes()["section"](
+    outline=[
+        {"from": [10.0, 0.0], "to": [20.0, 0.0], "name": "outer"},
+        {"to": [20.0, 4.7]},
+        {"to": [15.1619, 4.7]},
+        {"to": [15.1619, 5.3], "arc_through": [12.8, 5.0]},
+        {"to": [20.0, 5.3]},
+        {"to": [20.0, 10.0]},
+        {"to": [10.0, 10.0], "name": "inner"},
+        {"to": [10.0, 0.0]},
+    ]
+)
+AXIAL = modes()["axial"]
+
+
+def closed(q, rubber=YEOH, shape=SLOT, **more):
+    """Return model and history of the slot's spring."""
+    model = prepare(shape, AXIAL, rubber)
+    return model, march(model, Program(np.asarray(q)), **more)
+
+
+@pytest.fixture(scope="module")
+def touching():
+    """Return model and history up to where the slot's walls are pressed upon each other."""
+    return closed([-0.3, -0.5, -0.6, -0.7], keep_states=True)
+
+
+@pytest.mark.slow
+def test_a_bump_stop_meets_other_codes():
+    shape = KidneySlice(bump=True, size=2.2)
+    model, history = slices(shape, modes()["radial"], YEOH, np.array([0.4, 0.8, 0.9, 1.0, 1.2, 1.4]))
+    q, force = np.loadtxt(DATA / "slice_Abump_contact.csv", delimiter=",", skiprows=1)[:, :2].T
+    known = [np.flatnonzero(q == one)[0] for one in (0.4, 0.8, 1.0, 1.2, 1.4)]
+    off = 100 * np.abs(history.force[[0, 1, 3, 4, 5]] / force[known] - 1)
+    assert np.all(off < 0.5), off
+    assert 0.0 < model.surfaces.contact.penetration < DEEPEST
+
+
+def test_no_force_before_touch(touching):
+    """To rounding the force of rubber whose surfaces pass through each other, and more from then on."""
+    _, history = touching
+    free = closed([-0.3, -0.5, -0.6, -0.7], shape=SLOT.model_copy(update={"contact": False}))[1]
+    np.testing.assert_allclose(history.force[:2], free.force[:2], rtol=1e-12)
+    assert history.force[-1] < 1.001 * free.force[-1]
+
+
+def test_penetration_is_below_a_hundredth_of_a_facet(touching):
+    model, history = touching
+    contact = model.surfaces.contact
+    contact.look(history.states[-1])
+    assert 0.0 < contact.penetration < DEEPEST
+
+
+def test_forces_and_stiffness_are_the_energy_s_derivatives(touching):
+    model, history = touching
+    contact, x = model.surfaces.contact, history.states[-1]
+    step = 1e-8 * np.random.default_rng(1).standard_normal(len(x))
+
+    def energy(at):
+        contact.look(at)
+        return contact.energy()
+
+    def forces(at):
+        contact.look(at)
+        found = np.zeros_like(at)
+        contact.add_forces(found)
+        return found
+
+    assert energy(x + step) - energy(x - step) == pytest.approx(2 * forces(x) @ step, rel=1e-4)
+    action = np.zeros_like(x)
+    contact.look(x)
+    contact.add_action(step, action)
+    change = 0.5 * (forces(x + step) - forces(x - step))
+    np.testing.assert_allclose(change, action, atol=1e-4 * np.abs(action).max())
+
+
+def test_action_is_reaction(touching):
+    model, history = touching
+    contact = model.surfaces.contact
+    contact.look(history.states[-1])
+    forces = contact.pressed.forces()
+    assert np.abs(forces).sum() > 0.0
+    np.testing.assert_allclose(forces.sum(axis=(0, 1)), 0.0, atol=1e-12 * np.abs(forces).sum())
+
+
+def test_force_is_the_energy_s_derivative_along_the_path():
+    h = 1e-3
+    _, history = closed([-0.5, -0.6, -0.7 + h, -0.7, -0.7 - h])
+    slope = (history.energy[4] - history.energy[2]) / (-2 * h)
+    assert history.force[3] == pytest.approx(slope, rel=1e-4)
+
+
+def test_sensitivities_are_those_of_differences(touching):
+    q = [-0.5, -0.6, -0.7]
+    _, history = closed(q, sensitivity=("C10", "C20"), tolerance=1e-11)
+    for i, name in enumerate(("C10", "C20")):
+        step = 1e-4
+
+        def force(by, name=name):
+            values = YEOH.parameters | {name: YEOH.parameters[name] + by}
+            return closed(q, Rubber(YEOH.law, values, YEOH.bulk_modulus), tolerance=1e-11)[1].force[-1]
+
+        assert history.sensitivity[-1, i] == pytest.approx(
+            (force(step) - force(-step)) / (2 * step), rel=1e-3
+        )
+
+
+def test_a_uniform_pressure_passes_through_an_interface():
+    """Two blocks, one beside the other, whose meshes do not match: a patch test; the stress is that of one block."""
+    soft = Rubber(laws()["neo_hookean"], {"C10": 0.5}, 20.0)
+    forces, spread = [], []
+    for split in (False, True):
+        model, history = slices(
+            Pillow(split=split), modes()["radial"], soft, np.array([0.05, 0.2]), keep_states=True
+        )
+        forces.append(history.force)
+        part = model.body.rubber
+        part.look(history.states[-1])
+        stress = part.answer()[:, 0]
+        spread.append(np.ptp(stress) / np.abs(stress).mean())
+    np.testing.assert_allclose(forces[1], forces[0], rtol=1e-2)
+    assert spread[0] < 1e-6
+    assert spread[1] < 0.02
+
+
+def test_surfaces_that_cannot_meet_change_nothing():
+    shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+    forces = [
+        march(prepare(one, AXIAL, YEOH), Program(np.array([1.0, 2.0]))).force
+        for one in (shape.model_copy(update={"contact": False}), shape)
+    ]
+    np.testing.assert_allclose(forces[1], forces[0], rtol=1e-12)
+
+
+def test_sleeves_beyond_the_bond_hold_what_bulges_over_them():
+    """Pulled along the axis by 8 mm of 40, an end bulges over the edge of its bond."""
+    shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0, contact="sleeves")
+    model = prepare(shape, AXIAL, YEOH)
+    march(model, Program(np.linspace(2.0, 8.0, 4)))
+    contact = model.surfaces.contact
+    contact.look(model.state.x.array)
+    assert contact.touching
+    assert contact.penetration < DEEPEST
