@@ -24,8 +24,8 @@ Ints = NDArray[np.int64]
 
 # Deepest penetration of an equilibrium, in sizes of a facet.
 DEEPEST = 0.01
-# How deep points are looked for that a step of the march may have brought through a surface, in sizes of a facet.
-BEYOND = 1.5
+# How deep points are looked for that a step of the march may have brought through a surface, in breadths of a facet.
+BEYOND = 0.75
 
 
 @dataclass(frozen=True)

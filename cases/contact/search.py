@@ -24,8 +24,9 @@ from cases.contact.surface import normals
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Deepest penetration that is looked for, in sizes of the facets. A step of the march that goes deeper is too long.
-REACH = 1.0
+# Deepest penetration that is looked for, in breadths of the facets: deeper, the two sides of a bulge of a coarse mesh
+# would be taken for a fold. A step of the march that goes deeper is too long.
+REACH = 0.5
 # Room to spare of the list, in sizes of the facets.
 SKIN = 1.0
 # Cosine of the normals of surfaces that face each other, and of facets that may contain such (they are curved).
