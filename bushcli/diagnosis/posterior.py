@@ -8,6 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
+from bushcli.diagnosis.model import Key
 from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import Group
 from bushcli.diagnosis.state import State
@@ -71,20 +72,31 @@ class Weighed:
 
 
 def posterior(search: Search) -> tuple[Weighed, ...]:
-    """All models, each with and without the unknown effect; the most probable set of effects first."""
+    """All models, each with and without the unknown effect; the most probable set of effects first.
+
+    A model with an effect whose size the recordings do not show counts for the model without: nobody can tell them
+    apart, and "there" means there in a size that matters.
+    """
     total, fixed = search.total, search.plain.model.fixed
+    share: dict[tuple[Key, bool], float] = {}
+    for key, state in search.states.items():
+        for unknown, weight in zip((False, True), search.weights(state), strict=True):
+            at = search.seen_in(key), unknown
+            share[at] = share.get(at, 0.0) + float(np.exp(weight - total))
     found = []
-    for state in search.states.values():
-        log = state.evidence.log, state.evidence.log_unknown
-        for unknown, weight in enumerate(search.weights(state)):
-            probability = float(np.exp(weight - total))
-            freed = fixed and not state.model.fixed
-            found.append(Weighed(state, bool(unknown), probability, log[unknown], freed))
     for queued in search.counted:
         probability = float(np.exp(queued.predicted - total))
+        if queued.is_silent:
+            at = search.seen_in(queued.base.model.structure), False
+            share[at] = share.get(at, 0.0) + probability
+            continue
         freed = fixed and not queued.model.fixed
         names = queued.model.identities
         found.append(Weighed(queued.base, False, probability, queued.log_evidence, freed, names))
+    for (key, unknown), probability in share.items():
+        state = search.states[key]
+        log = state.evidence.log_unknown if unknown else state.evidence.log
+        found.append(Weighed(state, unknown, probability, log, fixed and not state.model.fixed))
     sets: dict[tuple[str, ...], float] = {}
     for one in found:
         sets[one.effects] = sets.get(one.effects, 0.0) + one.probability

@@ -49,8 +49,8 @@ BATCH = 2
 SLACK, SHARE_SLACK = 0.5, 0.15
 # A prediction that may underestimate by no more than so many nats counts until the model is fitted.
 SURE = 1.5
-# Natural logarithm of the likelihood that effects have to bring to first order for a fit to find more than that: half a
-# nat. With less the optimum is that of the model beside which they are tried, where first order is exact.
+# Natural logarithm of the likelihood that effects have to bring to be seen: half a nat. With less to first order a fit
+# finds no more: the optimum is that of the model beside which they are tried, where first order is exact.
 FAINT = 0.5
 # Fall of twice the negative log likelihood below which an effect cannot be seen: a nat, a factor of e.
 VISIBLE = 2.0
@@ -77,6 +77,8 @@ class Queued:
         What first order may underestimate, in nats.
     is_bound : bool
         Whether the prediction is no more than an upper bound.
+    is_silent : bool
+        Whether its further effects bring nothing beside `base`.
     """
 
     model: Model
@@ -86,6 +88,7 @@ class Queued:
     optimistic: float
     slack: float
     is_bound: bool = False
+    is_silent: bool = False
 
     @property
     def is_sure(self) -> bool:
@@ -186,6 +189,16 @@ class Search:
         """Models that count by their predictions: sure ones, none of them the best."""
         most = max(max(self.weights(one)) for one in self.states.values())
         return [one for one in self.waiting.values() if one.is_sure and one.predicted < most]
+
+    def seen_in(self, key: Key) -> Key:
+        """The least fitted model that a fitted one contains and that describes the recordings as well."""
+        state, least = self.states[key], key
+        for other, one in self.states.items():
+            lost = state.evidence.judged.log - one.evidence.judged.log
+            more = len(state.model.identities) - len(one.model.identities)
+            if more > 0 and state.model.contains(one.model) and lost < FAINT * more:
+                least = min(least, other, key=lambda k: len(self.states[k].model.identities))
+        return least
 
     def weights(self, state: State) -> tuple[float, float]:
         """Logarithm of the posterior weight of a model, and of the same with the unknown effect."""
@@ -306,7 +319,8 @@ class Search:
             names = [active.effect.name for active in one.model.effects]
             if not unfit(self.problem.case, names):
                 is_more = len(one.model.identities) > len(state.model.identities)
-                self._queue(one, state, 0.0 if is_more and one.gain < FAINT else _slack(one.gain))
+                silent = is_more and one.gain < FAINT
+                self._queue(one, state, 0.0 if silent else _slack(one.gain), is_silent=silent)
         for model in self._other_laws(state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
@@ -348,14 +362,16 @@ class Search:
         self._queue(other.alone(), state, _slack(state.evidence.judged.log - other.own))
         return True
 
-    def _queue(self, one: Prediction, base: State, slack: float, is_bound: bool = False) -> None:
+    def _queue(
+        self, one: Prediction, base: State, slack: float, is_bound: bool = False, is_silent: bool = False
+    ) -> None:
         """Enter a prediction; of several of one model the surest counts, of unsure ones the largest."""
         key, odds = one.model.structure, self.odds(one.model)
         predicted = one.log_evidence + odds
         # No model is better than one that leaves nothing but noise.
         most = self.problem.likelihood.judge(self.problem.likelihood.nothing).log + odds
         optimistic = max(predicted, min(predicted + slack, most))
-        new = Queued(one.model, base, one.log_evidence, predicted, optimistic, slack, is_bound)
+        new = Queued(one.model, base, one.log_evidence, predicted, optimistic, slack, is_bound, is_silent)
         known = self.waiting.get(key)
         if key not in self.states and (known is None or new.rank > known.rank):
             self.waiting[key] = new

@@ -27,6 +27,7 @@ def test_a_law_set_free_stands_among_the_effects():
         states=states,
         weights=lambda one: (one.evidence.log, one.evidence.log_unknown),
         counted=[],
+        seen_in=lambda key: key,
         total=math.log(sum(math.exp(w) for one in states.values() for w in (one.evidence.log, -5.0))),
         plain=states[0],
     )
@@ -66,9 +67,17 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
         model=SimpleNamespace(identities=("mullins", "offset"), fixed=False),
         predicted=0.5,
         log_evidence=5.1,
+        is_silent=False,
     )
     total = math.log(sum(math.exp(w) for one in states.values() for w in weights(one)) + math.exp(0.5))
-    search = SimpleNamespace(states=states, weights=weights, counted=[queued], total=total, plain=states[0])
+    search = SimpleNamespace(
+        states=states,
+        weights=weights,
+        counted=[queued],
+        seen_in=lambda key: key,
+        total=total,
+        plain=states[0],
+    )
     found = posterior(search)
     assert sum(one.probability for one in found) == pytest.approx(1.0, abs=1e-12)
     assert [one.probability for one in found] == sorted((one.probability for one in found), reverse=True)
