@@ -65,11 +65,27 @@ class Border:
         return self._shared(x.array_r[self._slots]) / self._length
 
     def write(self, x: PETSc.Vec, motions: Array) -> None:
-        """Put free motions (mm, rad) into a vector."""
+        """Put free motions (mm, rad) into a vector.
+
+        Parameters
+        ----------
+        x : PETSc.Vec
+            Over the unknowns; changed in place.
+        motions : Array
+            Free motions, mm or rad, shape (number of free motions,).
+        """
         x.array_w[self._slots] = (motions * self._length)[: len(self._slots)]
 
     def write_forces(self, b: PETSc.Vec, reactions: Array) -> None:
-        """Put the reactions (6,) of the free motions, of the whole bushing, into a residual of the part modelled."""
+        """Put the reactions (6,) of the free motions, of the whole bushing, into a residual of the part modelled.
+
+        Parameters
+        ----------
+        b : PETSc.Vec
+            Over the unknowns; changed in place.
+        reactions : Array
+            Forces (N) and moments (N mm) of the whole bushing, shape (6,); those of motions that are held are not used.
+        """
         share = reactions[self._free] / (self._length * self._model.multiplicity)
         b.array_w[self._slots] = share[: len(self._slots)]
 
@@ -97,7 +113,17 @@ class Border:
         self._schur = (found.stiffness @ self._columns)[self._free] / self._model.multiplicity
 
     def apply(self, pc: PETSc.PC, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve the bordered system (called by PETSc)."""
+        """Solve the bordered system (called by PETSc).
+
+        Parameters
+        ----------
+        pc : PETSc.PC
+            The preconditioner that calls; not used.
+        b : PETSc.Vec
+            Right-hand side; unchanged.
+        x : PETSc.Vec
+            Takes the solution.
+        """
         found = self._tangent
         assert found is not None
         reactions = self._shared(b.array_r[self._slots]) * self._length

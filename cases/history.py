@@ -93,7 +93,15 @@ class NotConverged(RuntimeError):
 
 
 def unsolved(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:
-    """The exception for a path of which not even the first step was found."""
+    """The exception for a path of which not even the first step was found.
+
+    Parameters
+    ----------
+    reason : str
+        Why, as the exception's message says it.
+    attempts : sequence of Attempt
+        Steps that were tried.
+    """
     none = np.zeros(0)
     return NotConverged(History(none, none, None, none, none.astype(int), tuple(attempts)), 0.0, reason, 0.0)
 

@@ -68,7 +68,13 @@ class Pattern:
         self._keys: NDArray[np.int64] | None = None
 
     def widened(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Pattern:
-        """The cells' pattern with further couplings; where one is negative or constrained there is none."""
+        """The cells' pattern with further couplings; where one is negative or constrained there is none.
+
+        Parameters
+        ----------
+        rows, columns : shape (n,)
+            Local numbers of the unknowns that are coupled.
+        """
         from scipy.sparse import csr_matrix  # 0.1 s: only where bodies touch
 
         wide = copy(self)
@@ -83,12 +89,26 @@ class Pattern:
         return wide
 
     def holds(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> bool:
-        """Whether couplings are in the pattern, or need not be."""
+        """Whether couplings are in the pattern, or need not be.
+
+        Parameters
+        ----------
+        rows, columns : shape (n,)
+            Local numbers of the unknowns that are coupled; negative or constrained ones need no place.
+        """
         keys = self._key(rows, columns)[self._free(rows, columns)]
         return bool(np.all(self._numbers[self._found(keys)] == keys))
 
     def add(self, rows: NDArray[np.int64], columns: NDArray[np.int64], entries: Array) -> None:
-        """Add entries to `values`, but for constrained unknowns and negative numbers."""
+        """Add entries to `values`, but for constrained unknowns and negative numbers.
+
+        Parameters
+        ----------
+        rows, columns : shape (n,)
+            Local numbers of the unknowns that are coupled; each pair is in the pattern.
+        entries : Array
+            Numbers to add, shape (n,), in the unit of the tangent (N/mm for displacements).
+        """
         free = self._free(rows, columns)
         place = self._found(self._key(rows, columns)[free])
         self.values[:-1] += np.bincount(place, entries[free], minlength=len(self._column))

@@ -173,9 +173,8 @@ class Model:
                 "shear_modulus": shear,
             }
             moved = self._stress_free.together(self.features)
-            energies = surface_energies(
-                self.mesh, self.features, self.parameters, given, moved, self.quadrature_degree
-            )
+            degree = self.quadrature_degree
+            energies = surface_energies(self.mesh, self.features, self.parameters, given, moved, degree)
         return SurfaceForms(self.state, energies, self.parameters, (shear, shear_constant), contact)
 
     @cached_property

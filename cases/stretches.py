@@ -44,8 +44,12 @@ def stretch_points(model: Model, points: Array | None = None, region: str = "rub
 
     Parameters
     ----------
-    model, points, region
-        As there.
+    model : Model
+        The model, ready to be marched.
+    points : Array | None
+        Reference coordinates in the cell, shape (p, dimension); as there if not given.
+    region : str
+        Name of the region.
     """
     mesh = model.mesh
     if points is None:
@@ -55,7 +59,15 @@ def stretch_points(model: Model, points: Array | None = None, region: str = "rub
 
 
 def stretches_at(at: Points, x: Array) -> Array:
-    """Principal stretches at points, shape (cells, p, 3), ascending, for a vector x of the unknowns of this rank."""
+    """Principal stretches at points, shape (cells, p, 3), ascending, for a vector x of the unknowns of this rank.
+
+    Parameters
+    ----------
+    at : Points
+        The points, as `stretch_points` returned them.
+    x : Array
+        Unknowns of this rank, shape (n,): displacements in mm, pressures in MPa.
+    """
     g = at.gradients(x).reshape(*at.shape, at.rows)
     rows = at.setting.deformation(list(np.moveaxis(g, -1, 0)))
     F = np.stack([np.stack([np.broadcast_to(f, at.shape) for f in row], axis=-1) for row in rows], axis=-2)

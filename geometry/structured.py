@@ -83,7 +83,7 @@ def parameters(indices: Array, vertices: list[Array]) -> Array:
     indices : shape (n, d)
         Numbers of elements from the start of each axis; halves are the middles of elements.
     vertices : list of Array
-        Of each axis, as `positions` returned them.
+        Of each axis, shape (elements + 1,), as `positions` returned them.
     """
     columns = [np.interp(indices[..., a], np.arange(len(p)), p) for a, p in enumerate(vertices)]
     return np.stack(columns, axis=-1)

@@ -160,7 +160,15 @@ def _least(costs: Sequence[float]) -> float:
 
 @contextmanager
 def coarse_costs(task: Task, pool: Pool | None = None) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
-    """Cost of many parameter sets on the coarse mesh, by as many processes as the task has workers, or by a pool."""
+    """Cost of many parameter sets on the coarse mesh, by as many processes as the task has workers, or by a pool.
+
+    Parameters
+    ----------
+    task : Task
+        What is identified from what, and how.
+    pool : Pool, optional
+        Processes that may be on other machines; without it, the task's own workers.
+    """
     if pool is not None:
         yield lambda points: [float(cost) for cost in _asked(pool, _cost_there, task, points)]
         return

@@ -5,8 +5,6 @@ Column names, units, delimiter, decimal sign and encoding are found out from the
 """
 
 from bushcli.recording.read import (
-    RecordedPath,
-    Recording,
     branches,
     cycle_mask,
     departure,
@@ -18,6 +16,7 @@ from bushcli.recording.read import (
     read_recording,
     select_cycles,
 )
+from bushcli.recording.recorded import RecordedPath, Recording
 from bushcli.recording.samples import Repair
 from bushcli.recording.segment import Branch
 from bushcli.recording.write import write_curve_csv

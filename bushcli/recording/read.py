@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from bushcli.recording.columns import Column, column
 from bushcli.recording.curve import Curve
 from bushcli.recording.noise import noise
 from bushcli.recording.opened import open_table
+from bushcli.recording.recorded import RecordedPath, Recording
 from bushcli.recording.samples import Repair, timed, updated
 from bushcli.recording.segment import Branch, segment
 from bushcli.recording.segment import displacement_noise as _displacement_noise
@@ -32,69 +32,6 @@ _FEWEST_COUPON = 3
 _FEWEST_PROGRAM = 2
 #: mm, rad, N, N mm, MPa: below this nothing was measured, and quotients leave the range of floating-point numbers.
 _SMALLEST = 1e-12
-
-
-@dataclass(frozen=True, eq=False)
-class RecordedPath:
-    """Six motions of the inner sleeve as recorded.
-
-    Attributes
-    ----------
-    time : shape (n,) or None
-        s.
-    motion : shape (n, 6)
-        mm and rad.
-    free : tuple of int
-        Motions that no force held.
-    number : int
-        Of the motion and reaction that the recording is of.
-    name : str
-        Of the whole recording, whose channels have one path.
-    """
-
-    time: Array | None
-    motion: Array
-    free: tuple[int, ...]
-    number: int
-    name: str
-
-
-@dataclass(frozen=True)
-class Recording(Curve):
-    """A measured curve, in internal units.
-
-    ``displacement`` (n,) is in mm or rad and ``force`` (n,) in N or N mm; of a coupon, ``displacement`` is
-    stretch - 1 (the nominal strain) and ``force`` the nominal stress in MPa, so that a coupon is recorded
-    like a bushing. ``time`` (n,) is in s, or None.
-
-    Attributes
-    ----------
-    name : str
-        Of the channel.
-    source : Path, optional
-        The file.
-    cycles : tuple of int
-        Numbers, in the file, of the cycles that were taken of it; empty where all were.
-    units : (str, str)
-        Of displacement and force in the file, see `bushcli.recording.units`; empty where they are not known.
-    repeated : tuple of int
-        Lines of the file that repeat the row before them, time and all; they were left out.
-    repairs : tuple of Repair
-        What else was repaired, or is to be known.
-    conditioning : int
-        Number of first cycles of the file that only condition the specimen.
-    six : RecordedPath, optional
-        The path of six motions of which displacement and force are one motion and its reaction.
-    """
-
-    name: str = ""
-    source: Path | None = None
-    cycles: tuple[int, ...] = ()
-    units: tuple[str, str] = ("", "")
-    repeated: tuple[int, ...] = ()
-    repairs: tuple[Repair, ...] = ()
-    conditioning: int = 0
-    six: RecordedPath | None = None
 
 
 def read_recording(source: Source, whole: bool = False) -> Recording:

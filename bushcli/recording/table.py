@@ -69,7 +69,7 @@ class Table(ABC):
         column : int
             From 0.
         accepted : collection of float
-            Numbers that look like codes for missing values and were measured.
+            Numbers that look like codes for missing values and were measured, in the unit of the file.
 
         Raises
         ------
@@ -134,7 +134,13 @@ class ArrayTable(Table):
         return f"{self.where}, sample {row + 1}"
 
     def text(self, row: int, column: int) -> str:
-        """Return a number in the shortest form that gives it back."""
+        """Return a number in the shortest form that gives it back.
+
+        Parameters
+        ----------
+        row, column : int
+            From 0.
+        """
         values = self.columns[column]
         return "" if values is None else str(values[row])
 
@@ -146,7 +152,7 @@ class ArrayTable(Table):
         column : int
             From 0.
         accepted : collection of float
-            Numbers that look like codes for missing values and were measured.
+            Numbers that look like codes for missing values and were measured, in the unit of the file.
         """
         raw = self.columns[column]
         if raw is None:
@@ -217,7 +223,7 @@ class TextTable(Table):
         column : int
             From 0.
         accepted : collection of float
-            Numbers that look like codes for missing values and were measured.
+            Numbers that look like codes for missing values and were measured, in the unit of the file.
         """
         fields = [row[column] if column < len(row) else "" for row in self.rows]
         values = np.empty(len(fields))

@@ -15,17 +15,14 @@ if TYPE_CHECKING:
     from bushcli.report.document import case_json, direct_json, fit_json, mesh_json
     from bushcli.report.identification import inverse_json, inverse_text
     from bushcli.report.output import (
-        BEGINNING,
         check_output,
-        write_beginning,
         write_check,
         write_diagnosis,
         write_direct,
         write_fit,
         write_inverse,
-        write_meshes,
-        write_refused,
     )
+    from bushcli.report.output_mesh import BEGINNING, write_beginning, write_meshes, write_refused
     from bushcli.report.output_study import write_design, write_study
     from bushcli.report.protocol import protocol_json, protocol_parts
     from bushcli.report.ranking import rank
@@ -76,17 +73,14 @@ _MODULES = {
     "document": ("case_json", "direct_json", "fit_json", "mesh_json"),
     "identification": ("inverse_json", "inverse_text"),
     "output": (
-        "BEGINNING",
         "check_output",
-        "write_beginning",
         "write_check",
         "write_diagnosis",
         "write_direct",
         "write_fit",
         "write_inverse",
-        "write_meshes",
-        "write_refused",
     ),
+    "output_mesh": ("BEGINNING", "write_beginning", "write_meshes", "write_refused"),
     "output_study": ("write_design", "write_study"),
     "protocol": ("protocol_json", "protocol_parts"),
     "ranking": ("rank",),

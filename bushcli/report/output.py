@@ -15,7 +15,6 @@ from bushcli.report.contents import (
     curve_table,
     diagnosed_table,
     drawn,
-    geometry_pictures,
     number_table,
     text_file,
 )
@@ -27,18 +26,14 @@ if TYPE_CHECKING:
     from bushcli.case import Case
     from bushcli.diagnosis.result import Diagnosis
     from bushcli.inverse import Fit
-    from bushcli.simulate.meshes import Meshed
     from bushcli.simulate.misfit import Misfit
     from bushcli.simulate.response import Response
-    from geometry.errors import GeometryError
-    from geometry.shape import Shape
 
 REPORT = "report.html"
 #: The designs of a study.
 DESIGNS = "designs.parquet"
-_FIELDS = (".xdmf", ".h5")
-#: The case file that `bushcli mesh PART` writes.
-BEGINNING = "case.toml"
+#: Endings of field files.
+FIELDS = (".xdmf", ".h5")
 # What the name of a curve's file ends with, by command.
 _CURVES = {
     "direct": ("", "-comparison"),
@@ -110,7 +105,7 @@ def write_direct(
     files |= drawn(pictures)
     files[REPORT] = text_file(direct_html(result, response, misfits, fit, pictures))
     return _write(
-        directory, files, response.case, [f"{name}{end}" for name in names.values() for end in _FIELDS]
+        directory, files, response.case, [f"{name}{end}" for name in names.values() for end in FIELDS]
     )
 
 
@@ -231,78 +226,6 @@ def write_diagnosis(directory: Path, result: Mapping[str, Any], found: Diagnosis
     return _write(directory, files, found.case)
 
 
-def write_meshes(
-    directory: Path,
-    meshes: Sequence[Meshed],
-    result: Mapping[str, Any] | None = None,
-    shape: Shape | None = None,
-) -> tuple[Path, ...]:
-    """Write pictures of the meshes and of the interpretation of a geometry file, and result.json.
-
-    Parameters
-    ----------
-    directory : Path
-        Folder for the result; created if necessary.
-    meshes : sequence of Meshed
-        The meshes that were built.
-    result : mapping of str to object or None
-        What `mesh_json` returned; None writes no result.json.
-    shape : Shape or None
-        Shape of the case; a picture of its interpretation is written if it was read from a file.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    """
-    from bushcli.report.figures import mesh_figures
-
-    files: dict[str, Content] = {} if result is None else {RESULT: result}
-    if shape is not None and shape.view is not None:
-        files |= geometry_pictures(shape.view, "How the file was interpreted", shape.measures())
-    files |= drawn(mesh_figures(meshes))
-    fields = [file.name for file in directory.glob("mesh-*") if file.suffix in _FIELDS]
-    return _write(directory, files, None, fields)
-
-
-def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
-    """Write a picture of a geometry that was refused, if the error has a view of it.
-
-    Parameters
-    ----------
-    directory : Path
-        Folder for the picture; created if necessary.
-    error : GeometryError
-        The error, whose message becomes the title.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    """
-    return (
-        () if error.view is None else _write(directory, geometry_pictures(error.view, str(error), {}), None)
-    )
-
-
-def write_beginning(directory: Path, case: str) -> tuple[Path, ...]:
-    """Write a case file to start from, unless the folder has one, which the user may have edited.
-
-    Parameters
-    ----------
-    directory : Path
-        Folder for the case file; created if necessary.
-    case : str
-        Text of the case file.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    """
-    return () if (directory / BEGINNING).exists() else _write(directory, {BEGINNING: text_file(case)}, None)
-
-
 def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     """Refuse an unusable output folder before a command computes anything.
 
@@ -329,9 +252,7 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     endings += [".xdmf", ".h5"] if command == "direct" else []
     curves = [f"{name}{ending}" for name in file_names(channels).values() for ending in endings]
     meshes = (
-        [file.name for file in directory.glob("mesh-*") if file.suffix in _FIELDS]
-        if command == "mesh"
-        else []
+        [file.name for file in directory.glob("mesh-*") if file.suffix in FIELDS] if command == "mesh" else []
     )
     designs = [DESIGNS] if command == "study" else []
     refuse_others(directory, [RESULT, REPORT, *designs, *curves, *meshes], inputs_of(case))

@@ -96,18 +96,8 @@ def predict(
     check_material(case, material)
     channels, faults = _channels(case)
     check_state(channels, stiffness_at)
-    run = _Run(
-        case,
-        rubber_of(material),
-        mesh_check,
-        fields,
-        progress,
-        comm,
-        prepared,
-        pictures,
-        stiffness,
-        stiffness_at,
-    )
+    rubber = rubber_of(material)
+    run = _Run(case, rubber, mesh_check, fields, progress, comm, prepared, pictures, stiffness, stiffness_at)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in conditions(channel))
     return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)

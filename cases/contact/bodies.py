@@ -52,7 +52,17 @@ class Bodies:
 
     @classmethod
     def of(cls, free: Patch, strips: Sequence[Strip], axisymmetric: bool) -> Bodies:
-        """Of the free surface, and sleeves beyond the bonds."""
+        """Of the free surface, and sleeves beyond the bonds.
+
+        Parameters
+        ----------
+        free : Patch
+            The free surface.
+        strips : sequence of Strip
+            Sleeves beyond their bonds.
+        axisymmetric : bool
+            Whether the mesh is the half-plane.
+        """
         count = len(free.X)
         follow = [scipy.sparse.identity(count, format="csr")] + [one.weights for one in strips]
         starts = count + np.cumsum([0, *(len(one.X) for one in strips)])
@@ -77,7 +87,15 @@ class Bodies:
         return np.asarray(self.follow @ unknowns[self.dofs])
 
     def gathered(self, nodes: Ints, values: Array) -> Array:
-        """Sum of what is at nodes (p, m), values (p, m, d), over the nodes that are followed, shape (k, d)."""
+        """Sum of what is at nodes (p, m), values (p, m, d), over the nodes that are followed, shape (k, d).
+
+        Parameters
+        ----------
+        nodes : shape (p, m)
+            Numbers of nodes.
+        values : Array
+            What is at them, shape (p, m, d), such as forces in N.
+        """
         total = np.zeros(self.X.shape)
         np.add.at(total, nodes, values)
         return np.asarray(self.follow.T @ total)

@@ -120,12 +120,30 @@ class Contact:
             self._add(self.shear_modulus * self.pressed.forces(), forces)
 
     def add_action(self, direction: Array, forces: Array) -> None:
-        """Add the second derivative applied to a direction."""
+        """Add the second derivative applied to a direction.
+
+        Parameters
+        ----------
+        direction : Array
+            Change of this rank's unknowns, shape (n,).
+        forces : Array
+            Vector over this rank's unknowns, shape (n,), N for displacements; changed in place.
+        """
         if self.touching:
             self._add_change(self.bodies.displacements(direction), forces)
 
     def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
-        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes."""
+        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes.
+
+        Parameters
+        ----------
+        name : str
+            Of the parameter.
+        shear_rate : float
+            Derivative of the shear modulus by the parameter, MPa per unit of the parameter.
+        forces : Array
+            Vector over this rank's unknowns, shape (n,), N per unit of the parameter; changed in place.
+        """
         if not self.touching:
             return
         self._add(shear_rate * self.pressed.forces(), forces)
@@ -146,7 +164,15 @@ class Contact:
         return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
 
     def fitted(self, pattern: Pattern, matrix: Any) -> Pattern:
-        """The pattern with room for what is in contact at the state of `look`; the matrix gets it too."""
+        """The pattern with room for what is in contact at the state of `look`; the matrix gets it too.
+
+        Parameters
+        ----------
+        pattern : Pattern
+            Couplings that the matrix has room for.
+        matrix : PETSc.Mat
+            The tangent; its pattern is changed if it lacks room.
+        """
         if self.touching and not pattern.holds(*self.entries()[:2]):
             pattern = pattern.widened(*self.couplings())
             pattern.shape(matrix)

@@ -68,7 +68,17 @@ class Pressed:
 
     @classmethod
     def of(cls, bodies: Bodies, found: Inside, x: Array) -> Pressed:
-        """Of points that are inside of other facets, with the nodes at x (nodes, d)."""
+        """Of points that are inside of other facets, with the nodes at x (nodes, d).
+
+        Parameters
+        ----------
+        bodies : Bodies
+            The surfaces.
+        found : Inside
+            Points that are inside of other facets.
+        x : Array
+            Places of the nodes, mm, shape (nodes, d).
+        """
         xi, _ = bodies.points
         own, its = bodies.basis.values(xi[found.point]), bodies.basis.values(found.at.xi)
         size = bodies.size[found.facet]

@@ -51,7 +51,15 @@ class Basis:
 
     @classmethod
     def of(cls, kind: str, order: int) -> Basis:
-        """Of a kind of facet, with equidistant nodes."""
+        """Of a kind of facet, with equidistant nodes.
+
+        Parameters
+        ----------
+        kind : str
+            "interval", "triangle" or "quadrilateral".
+        order : int
+            Degree of the polynomials, from 1.
+        """
         steps = range(order + 1)
         dimension = CORNERS[kind].shape[1]
         powers = np.array(
@@ -68,7 +76,15 @@ class Basis:
         return [(corners[i], corners[j] - corners[i]) for i, j in EDGES[self.kind]]
 
     def inside(self, xi: Array, slack: float = 0.0) -> NDArray[np.bool_]:
-        """Whether points (p, a) lie in the reference facet."""
+        """Whether points (p, a) lie in the reference facet.
+
+        Parameters
+        ----------
+        xi : Array
+            Points, shape (p, a), dimensionless.
+        slack : float
+            How far outside they may lie, dimensionless as the reference facet.
+        """
         upper = xi.sum(axis=1) if self.kind == "triangle" else xi.max(axis=1)
         return np.asarray((xi.min(axis=1) >= -slack) & (upper <= 1.0 + slack))
 
@@ -143,6 +159,15 @@ def nearest(basis: Basis, nodes: Array, x: Array) -> Nearest:
 
     Where that is not inside of a facet it is the best of its edges' nearest points; of points that are far beside a
     facet, only roughly.
+
+    Parameters
+    ----------
+    basis : Basis
+        Shape functions of the facets.
+    nodes : Array
+        Places of each facet's nodes, mm, shape (p, n, d).
+    x : Array
+        Points, one for each facet, mm, shape (p, d).
     """
     count, a = len(x), basis.nodes.shape[1]
     everywhere = np.broadcast_to(np.eye(a), (count, a, a))
@@ -213,12 +238,30 @@ def _least(H: Array) -> Array:
 
 
 def curvature(slope: Array, bend: Array, r: Array) -> Array:
-    """Second derivative (p, a, a) of half the squared distance by the place on the facet."""
+    """Second derivative (p, a, a) of half the squared distance by the place on the facet.
+
+    Parameters
+    ----------
+    slope : Array
+        First derivatives of the place by the reference coordinates, mm, shape (p, a, d).
+    bend : Array
+        Second derivatives, mm, shape (p, a, a, d).
+    r : Array
+        From the place on the facet to the point, mm, shape (p, d).
+    """
     return np.asarray(slope @ slope.transpose(0, 2, 1) - np.einsum("pabd,pd->pab", bend, r))
 
 
 def reduced(H: Array, free: Array) -> Array:
-    """H in the directions ``free``, with ones on the diagonal for those that are missing."""
+    """H in the directions ``free``, with ones on the diagonal for those that are missing.
+
+    Parameters
+    ----------
+    H : Array
+        Symmetric matrices, mm^2, shape (p, a, a).
+    free : Array
+        Directions as columns, shape (p, a, a), dimensionless; zero where one is missing.
+    """
     small = free.transpose(0, 2, 1) @ H @ free
     missing = ~np.any(free != 0.0, axis=1)
     index = np.arange(small.shape[1])

@@ -95,7 +95,15 @@ class Search:
         self._room = SKIN * float(np.median(bodies.size[: bodies.soft])) if bodies.soft else 0.0
 
     def inside(self, x: Array, reach: float = REACH) -> Inside:
-        """Points that are inside of other facets, with the nodes at x (nodes, d), no deeper than ``reach``."""
+        """Points that are inside of other facets, with the nodes at x (nodes, d), no deeper than ``reach``.
+
+        Parameters
+        ----------
+        x : Array
+            Places of the nodes, mm, shape (nodes, d).
+        reach : float
+            Deepest penetration that is looked for, as a ratio to the breadth of the facets.
+        """
         if self._listed is None or np.abs(x - self._listed).max(initial=0.0) > 0.5 * self._room:
             self._list(x)
         b = self.bodies

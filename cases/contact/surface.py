@@ -70,13 +70,29 @@ def exterior(mesh: NamedMesh) -> Ints:
 
 
 def tagged(mesh: NamedMesh, names: Iterable[str]) -> Ints:
-    """Numbers of the facets of named boundaries."""
+    """Numbers of the facets of named boundaries.
+
+    Parameters
+    ----------
+    mesh : NamedMesh
+        The mesh with its named boundaries.
+    names : iterable of str
+        Names of boundaries; those that the mesh lacks have no facets.
+    """
     found = [mesh.facets.find(mesh.boundary[name]) for name in names if name in mesh.boundary]
     return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found])).astype(np.int64)
 
 
 def on_rubber(mesh: NamedMesh, facets: Ints) -> Ints:
-    """Those of some facets that belong to rubber."""
+    """Those of some facets that belong to rubber.
+
+    Parameters
+    ----------
+    mesh : NamedMesh
+        The mesh with its named regions.
+    facets : shape (n,)
+        Numbers of facets.
+    """
     cells, _ = _owners(mesh, facets)
     return facets[np.isin(cells, mesh.cells.find(mesh.region["rubber"]))]
 
