@@ -100,7 +100,7 @@ def study(
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
     plan = _plan(case, varied, listed, sampling, designs, seed)
-    limits = dict(limits_of(text) for text in limited)
+    limits = dict(limits_of(text, case.tolerance.percent) for text in limited)
     with pool(workers, scheduler) as shared:
         if shared is None:
             # This rank has answered until the first one left the context.

@@ -293,7 +293,7 @@ def test_a_recording_that_cannot_be_read_leaves_the_fits_of_an_earlier_run(
 )
 def test_what_becomes_of_an_earlier_run_is_told(tmp_path: Path, there: int, resume: bool, words: str) -> None:
     for i in range(there):
-        (tmp_path / f"{i}{SUFFIX}").touch()
+        (tmp_path / f"{i:024x}{SUFFIX}").touch()
     told: list[str] = []
     driver._announce(Store(tmp_path, FitCodec(), resume), resume, lambda *line: told.append(line[2]))
     assert told == ([words] if words else [])
