@@ -9,7 +9,7 @@ import gmsh
 import numpy as np
 from typing_extensions import override
 
-from geometry.shape import Meets
+from geometry.shape import Meeting, Meets
 
 # Half of the model's thickness; the force of a whole one is divided by twice that (mm).
 LAYER = 1.0
@@ -17,6 +17,8 @@ LAYER = 1.0
 
 class Slice(Meets):
     """The upper half (y > 0) of a plane region, extruded; both faces are planes of symmetry."""
+
+    contact: Meeting = True
 
     name: ClassVar[str] = "slice"
     summary: ClassVar[str] = "a slab in plane strain"

@@ -7,15 +7,13 @@ from typing import Any
 
 from bushcli.case.build import Builder
 from bushcli.case.case import Case
-from bushcli.case.finding import Keys
 from bushcli.errors import CaseError, Problem
 
 
 class _Rebuilder(Builder):
     """Does not look for recordings: who needs one reads it, and is told then that it is gone."""
 
-    def _file(self, keys: Keys, name: str) -> Path | None:
-        return self.folder / name
+    looks_for_files = False
 
 
 def case_again(shown: dict[str, Any], folder: Path) -> Case:

@@ -46,6 +46,9 @@ _LARGEST = 1e100
 class Builder:
     """Builds the parts of a case and collects their errors; one builder serves one ``load_case``."""
 
+    # Whether files that are not there are errors; who rebuilds a case from a result may not need them.
+    looks_for_files = True
+
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.findings: list[Finding] = []
@@ -243,7 +246,7 @@ class Builder:
         tables: Iterator[tuple[RecordingTable, Keys]] = (
             self._list(data, section, CouponTable) if coupons else self._list(data, section, RecordingTable)
         )
-        builder = SourceBuilder(self.folder, self.findings, known)
+        builder = SourceBuilder(self.folder, self.findings, known, self.looks_for_files)
         return builder.build(tables, "coupon" if coupons else None, usual)
 
     def _tolerance(self, data: dict[str, Any]) -> Tolerance:

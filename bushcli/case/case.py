@@ -296,4 +296,5 @@ def _further(source: Source) -> dict[str, Any]:
 
 def _relative(file: Path, folder: Path) -> str:
     below = os.path.relpath(file, folder)
-    return str(file) if below.startswith("..") else Path(below).as_posix()
+    # What was given from the root is not below the case's folder; it stays as it was given.
+    return str(file) if below.startswith("..") and file.is_absolute() else Path(below).as_posix()

@@ -33,11 +33,18 @@ class SourceBuilder:
         Errors are added to it.
     known : callable
         Keys of the table, mode, specimen ("coupon" or None) -> whether the mode is one that the case can have.
+    looks_for_files : bool
+        Whether a file that is not there is an error.
     """
 
     def __init__(
-        self, folder: Path, findings: list[Finding], known: Callable[[Keys, str, str | None], bool]
+        self,
+        folder: Path,
+        findings: list[Finding],
+        known: Callable[[Keys, str, str | None], bool],
+        looks_for_files: bool = True,
     ) -> None:
+        self.looks_for_files = looks_for_files
         self.folder = folder
         self.findings = findings
         self.known = known
@@ -170,6 +177,8 @@ class SourceBuilder:
 
     def _files(self, keys: Keys, name: str) -> tuple[list[Path], bool]:
         """Return the files that a name or a pattern stands for, and whether it is a pattern."""
+        if not self.looks_for_files:
+            return [self.folder / name], False
         if not _PATTERN.search(name) or is_file(self.folder / name):
             found = find_file(self.folder, keys, name, self.findings)
             return [found or Path(name)], False

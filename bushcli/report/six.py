@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.report.quantity import number, quantities
 from bushcli.report.tables import Row, Table
-from bushcli.simulate.response import Response, Simulated
-from bushcli.simulate.six import SixCurve
 from cases.six import MOTIONS, REACTIONS
+
+if TYPE_CHECKING:
+    from bushcli.simulate.response import Response, Simulated
+    from bushcli.simulate.six import SixCurve
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from cases.contact.bodies import Bodies
 from cases.contact.facets import Nearest, nearest
@@ -146,6 +145,8 @@ class Search:
 
     def _list(self, x: Array) -> None:
         """List the pairs of facets that come near to each other."""
+        from scipy.spatial import cKDTree  # 0.1 s: only where there is contact
+
         b = self.bodies
         centre, radius = self._spheres(x)
         limit = 2 * float(radius[: b.soft].max(initial=0.0)) + self._room

@@ -24,6 +24,7 @@ YEOH = Rubber(laws()["yeoh"], {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 2000.0)
 RADIAL = modes()["radial"]
 # A spring between two plates, with a slot in its outside; its mouth closes before the round bottom creases.
 SLOT = shapes()["section"](
+    contact=True,
     outline=[
         {"from": [10.0, 0.0], "to": [20.0, 0.0], "name": "outer"},
         {"to": [20.0, 4.7]},
@@ -33,7 +34,7 @@ SLOT = shapes()["section"](
         {"to": [20.0, 10.0]},
         {"to": [10.0, 10.0], "name": "inner"},
         {"to": [10.0, 0.0]},
-    ]
+    ],
 )
 AXIAL = modes()["axial"]
 
@@ -149,7 +150,7 @@ def test_a_uniform_pressure_passes_through_an_interface():
 
 
 def test_surfaces_that_cannot_meet_change_nothing():
-    shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+    shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0, contact=True)
     forces = [
         march(prepare(one, AXIAL, YEOH), Program(np.array([1.0, 2.0]))).force
         for one in (shape.model_copy(update={"contact": False}), shape)

@@ -136,7 +136,10 @@ def test_patch_of_distorted_elements_deforms_homogeneously(name, rubber):
     assert history.energy[0] == pytest.approx(W, rel=1e-10)
 
 
-@pytest.mark.parametrize("name", [m.name for m in modes().values() if m.specimen == "bushing"])
+# A path is what it is made of.
+@pytest.mark.parametrize(
+    "name", [m.name for m in modes().values() if m.specimen == "bushing" and m.follow is None]
+)
 def test_a_large_bulk_modulus_is_the_incompressible_limit(name, reference_bushing, rubber):
     q = 0.05 if modes()[name].rotational else 1.0
     coarse = Refinement(across=2, along=6, around=8)
