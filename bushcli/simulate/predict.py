@@ -143,6 +143,12 @@ class _Run:
     paths: dict[tuple[str, float], SixSimulation] = field(default_factory=dict)
 
     def model(self, channel: Channel, factor: float = 1.0, mode: Mode | None = None) -> Model:
+        if self.comm.size > 1 and self.case.geometry.meeting:
+            # Pairs of facets on different ranks have no place in a distributed matrix yet.
+            what = f"contact = {self.case.geometry.meeting!r} needs all of the mesh in one process"
+            raise InputError(
+                Problem("mpirun", what.lower(), "", "run it without mpirun, or with contact = false")
+            )
         refinement = replace(self.case.mesh.refinement, factor=factor)
         features = installed(acting(self.case.effects, channel.name, channel.mode))
         mode = mode or mode_of(channel.mode, channel.six)
