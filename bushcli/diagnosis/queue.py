@@ -44,9 +44,9 @@ LEFT = 0.05
 NEIGHBOURS = 0.01
 # Models fitted at once.
 BATCH = 2
-# What first order may underestimate, in nats: so many, and a share of the log likelihood between the fitted model and
-# the predicted one. Measured on the development deck (docs/diagnosis.md).
-SLACK, SHARE_SLACK = 0.5, 0.15
+# What first order may underestimate, in nats: so many, a share of the log likelihood between the fitted model and the
+# predicted one, and that no more than a limit. Measured on the development deck (docs/diagnosis.md).
+SLACK, SHARE_SLACK, MOST_SLACK = 0.5, 0.15, 30.0
 # A prediction that may underestimate by no more than so many nats counts until the model is fitted.
 SURE = 1.5
 # Natural logarithm of the likelihood that effects have to bring to be seen: half a nat. With less to first order a fit
@@ -397,7 +397,7 @@ class Search:
 
 def _slack(reach: float) -> float:
     """What first order may underestimate of a model so many nats of log likelihood away from the fitted one."""
-    return SLACK + SHARE_SLACK * abs(reach)
+    return SLACK + min(SHARE_SLACK * abs(reach), MOST_SLACK)
 
 
 def _without_effects(model: Model) -> Model:
