@@ -26,6 +26,7 @@ from bushcli.diagnosis.fit import Measured, fit
 from bushcli.diagnosis.model import Fitted, Key, Model
 from bushcli.diagnosis.predict import Addition, Beside, Prediction
 from bushcli.diagnosis.prior import log_odds
+from bushcli.diagnosis.queued import Queued, slack_of
 from bushcli.diagnosis.result import Trial as Row
 from bushcli.diagnosis.state import Problem, State
 from bushcli.effects.effect import Effect, spoken
@@ -44,11 +45,6 @@ LEFT = 0.05
 NEIGHBOURS = 0.01
 # Models fitted at once.
 BATCH = 2
-# What first order may underestimate, in nats: so many, a share of the log likelihood between the fitted model and the
-# predicted one, and that no more than a limit. Measured on the development deck (docs/diagnosis.md).
-SLACK, SHARE_SLACK, MOST_SLACK = 0.5, 0.15, 30.0
-# A prediction that may underestimate by no more than so many nats counts until the model is fitted.
-SURE = 1.5
 # Natural logarithm of the likelihood that effects have to bring to be seen: half a nat. With less to first order a fit
 # finds no more: the optimum is that of the model beside which they are tried, where first order is exact.
 FAINT = 0.5
@@ -56,57 +52,6 @@ FAINT = 0.5
 VISIBLE = 2.0
 # Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.
 TERMS, TERMS_OF_COUPON = 2, 3
-
-
-@dataclass(frozen=True)
-class Queued:
-    """A model that is not fitted, with its predicted posterior weight: logarithm of evidence times prior odds.
-
-    Attributes
-    ----------
-    model : Model
-    base : State
-        The fitted model beside which it was predicted.
-    log_evidence : float
-        Predicted.
-    predicted : float
-        Weight.
-    optimistic : float
-        The same with what first order may underestimate.
-    slack : float
-        What first order may underestimate, in nats.
-    is_bound : bool
-        Whether the prediction is no more than an upper bound.
-    is_silent : bool
-        Whether its further effects bring nothing beside `base`.
-    """
-
-    model: Model
-    base: State
-    log_evidence: float
-    predicted: float
-    optimistic: float
-    slack: float
-    is_bound: bool = False
-    is_silent: bool = False
-
-    @property
-    def is_sure(self) -> bool:
-        """Whether the prediction counts until the model is fitted."""
-        return not self.is_bound and self.slack <= SURE
-
-    @property
-    def rank(self) -> tuple[bool, bool, float]:
-        """Order among predictions of one model."""
-        return not self.is_bound, self.is_sure, -self.slack if self.is_sure else self.predicted
-
-    @property
-    def uncertain(self) -> float:
-        """Logarithm of the weight by which a fit may change the posterior."""
-        if not self.is_sure:
-            return self.optimistic
-        # log(exp(optimistic) - exp(predicted))
-        return self.optimistic + math.log(max(-math.expm1(self.predicted - self.optimistic), 1e-12))
 
 
 @dataclass
@@ -320,7 +265,7 @@ class Search:
             if not unfit(self.problem.case, names):
                 is_more = len(one.model.identities) > len(state.model.identities)
                 silent = is_more and one.gain < FAINT
-                self._queue(one, state, 0.0 if silent else _slack(one.gain), is_silent=silent)
+                self._queue(one, state, 0.0 if silent else slack_of(one.gain), is_silent=silent)
         for model in self._other_laws(state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
@@ -346,11 +291,11 @@ class Search:
                     state.without(gone), [one for one in others if one.trial.active.identity not in known]
                 )
                 lost = abs(state.evidence.judged.log - other.own)
-                self._queue(other.alone(), state, _slack(lost))
+                self._queue(other.alone(), state, slack_of(lost))
                 for one in other.singles():
                     names = [active.effect.name for active in one.model.effects]
                     if one.gain >= FAINT and not unfit(self.problem.case, names):
-                        self._queue(one, state, _slack(lost + one.gain))
+                        self._queue(one, state, slack_of(lost + one.gain))
 
     def _exchange_law(self, state: State, model: Model) -> bool:
         """Enter a model with another law, where that law is known without effects; return whether it is."""
@@ -359,7 +304,7 @@ class Search:
         if own is None or alone is None or not model.effects:
             return False
         other = Beside(state.with_law(alone, own), ())
-        self._queue(other.alone(), state, _slack(state.evidence.judged.log - other.own))
+        self._queue(other.alone(), state, slack_of(state.evidence.judged.log - other.own))
         return True
 
     def _queue(
@@ -393,11 +338,6 @@ class Search:
                 replace(model, law=name, start=start, terms=terms if optional else None, anchor=None)
             )
         return found
-
-
-def _slack(reach: float) -> float:
-    """What first order may underestimate of a model so many nats of log likelihood away from the fitted one."""
-    return SLACK + min(SHARE_SLACK * abs(reach), MOST_SLACK)
 
 
 def _without_effects(model: Model) -> Model:

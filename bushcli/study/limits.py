@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 
+from bushcli.case.tolerance import DEFAULT
 from bushcli.case.toleranced import toleranced
 from bushcli.errors import InputError, Problem
 from bushcli.study.analysis import Limits
 
-# Percent about a value for which no limits are given: the band within which a stiffness is accepted elsewhere.
-ACCEPTED = 10.0
 
-
-def limits_of(text: str, percent: float = ACCEPTED) -> tuple[str, Limits]:
+def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]:
     """Return answer and limits of ``ANSWER=LOW:HIGH``, ``ANSWER=VALUE +- DEVIATION`` (or percent), ``ANSWER=VALUE``.
 
     Parameters

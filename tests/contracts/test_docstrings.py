@@ -36,7 +36,6 @@ FILES_WAIT = frozenset(
     {
         "bushcli/diagnosis/fit.py",
         "bushcli/diagnosis/predict.py",
-        "bushcli/diagnosis/queue.py",
         "bushcli/diagnosis/result.py",
         "bushcli/diagnosis/where/bushing.py",
     }

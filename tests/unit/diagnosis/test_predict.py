@@ -11,7 +11,7 @@ from bushcli.diagnosis.evidence import evidence
 from bushcli.diagnosis.fit import SETTLED, TURNS
 from bushcli.diagnosis.predict import Addition, Beside
 from bushcli.diagnosis.prior import known_parameters
-from bushcli.diagnosis.queue import SLACK
+from bushcli.diagnosis.queued import SLACK
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import effect
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from bushcli.diagnosis import answer, derivatives, queue
+from bushcli.diagnosis import answer, derivatives, queue, queued
 from bushcli.diagnosis.columns import shear_modulus
 from bushcli.diagnosis.fit import WORSE
 from bushcli.diagnosis.model import Fitted
@@ -169,7 +169,7 @@ def test_what_is_surely_predicted_counts(world, monkeypatch):
     # The first model of all has values.
     assert models[0].predicted is None
     most = max(max(found.weights(one)) for one in found.states.values())
-    assert all(one.predicted < most and one.slack <= queue.SURE for one in found.counted)
+    assert all(one.predicted < most and one.slack <= queued.SURE for one in found.counted)
 
 
 def test_it_ends_when_what_is_left_is_next_to_nothing(world, monkeypatch):
