@@ -171,13 +171,12 @@ def _density(known: Prior, unit: str) -> str:
     if known.shape == "choice":
         return f"{known.low:g} choices, equally probable"
     of = f" times {known.of}" if known.of else "" if unit == "1" else f" {unit}"
-    about = f" about {known.center:g}" if known.center else ""
     sign = ", either sign" if known.signed else ""
     if known.shape == "log_uniform":
         return f"log-uniform, {known.low:g} to {known.high:g}{of}{sign}"
     if known.shape == "log_normal":
         return f"log-normal, median {known.low:g}{of}, std of the logarithm {known.high:g}{sign}"
-    return f"{known.shape.replace('_', '-')}{about}, std {known.low:g}{of}"
+    return f"{'half-t' if known.shape == 'half_t' else 't'}, std {known.low:g}{of}"
 
 
 def units_text() -> str:

@@ -181,7 +181,7 @@ def _answer(asked: Question, found: _Found, extras: Extras) -> Diagnosis:
         effects=() if asked.fatal else answer.named(best, search, probability, asked.case.material),
         probability=probability,
         models=answer.ranked(models, search),
-        rivals=tuple(credible_sets(models)[1:]),
+        rivals=tuple(one for one in credible_sets(models) if one != best.effects),
         groups=groups(models, probability),
         form_error=answer.form_error(best, search.plain, after),
         missing=None if says == "explained" else missing(after, problem.likelihood.features, unknown, left),

@@ -25,9 +25,9 @@ from bushcli.diagnosis.prior import LAW_SHARE, Known
 
 Array = NDArray[np.float64]
 
-# Precision, in units of the prior's standard deviation, with which a uniform prior enters a Gaussian: a parameter that
-# the data say nothing of then contributes nothing to the evidence.
-UNIFORM = 2.0 * math.pi / 12.0
+# Precision, in units of the prior's standard deviation, with which a uniform prior or a Student's t enters a Gaussian:
+# a parameter that the data say nothing of then contributes nothing to the evidence.
+UNIFORM, STUDENT = 2.0 * math.pi / 12.0, 2.0 / math.pi
 # An amplitude nearer to its off value than this share of its prior's standard deviation lies on the bound.
 AT_OFF = 1e-6
 
@@ -117,6 +117,8 @@ def _prior(
         units[i] = 1.0 / math.sqrt(max(prior.curvature(float(value), scales), 1e-300))
         if prior.shape == "log_uniform" and value != 0.0:
             precision[i] = UNIFORM
+        elif not prior.is_logarithmic:
+            precision[i] = STUDENT
         if value == 0.0 and prior.is_logarithmic:
             # Switched off, where a logarithm has no density: what the data say nothing of.
             units[i], density[i] = prior.median(scales), -0.5 * math.log(2.0 * math.pi)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 
@@ -66,13 +67,21 @@ class Weighed:
         return (*own, *((FREE_LAW,) if self.freed else ()), *((UNKNOWN,) if self.unknown else ()))
 
     @property
+    def kind(self) -> Literal["law", "effects", "unknown"]:
+        """Whether it has the unknown effect, only effects of the catalogue, or none."""
+        if self.unknown:
+            return "unknown"
+        known = self.state.model.identities if self.predicted is None else self.predicted
+        return "effects" if known else "law"
+
+    @property
     def names(self) -> frozenset[str]:
         """Names of the effects in the catalogue, and of the unknown one."""
         return frozenset(map(effect_name, self.effects))
 
 
 def posterior(search: Search) -> tuple[Weighed, ...]:
-    """All models, each with and without the unknown effect; the most probable set of effects first.
+    """All models, each with and without the unknown effect; first the most probable set of the most probable kind.
 
     A model with an effect whose size the recordings do not show counts for the model without: nobody can tell them
     apart, and "there" means there in a size that matters.
@@ -102,9 +111,25 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
         sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
     # The laws that go with one set of effects stand together: what is asked for first is the effects.
     found.sort(key=lambda one: (-sets[one.effects], one.effects, one.predicted is not None, -one.probability))
+    kind = _kind(found)
     # The first of all has values.
-    first = next(one for one in found if one.predicted is None).effects
+    fitted = [one for one in found if one.predicted is None]
+    first = next((one for one in fitted if one.kind == kind), fitted[0]).effects
     return tuple(sorted(found, key=lambda one: one.effects != first))
+
+
+def _kind(models: Sequence[Weighed]) -> str:
+    """What is said first: that a law is enough, if that is as probable as not, or else what is more probable.
+
+    Several effects may share what no one of them has: the kind of answer follows from sums over models.
+    """
+    held = {
+        kind: sum(one.probability for one in models if one.kind == kind)
+        for kind in ("law", "effects", "unknown")
+    }
+    if held["law"] >= 0.5 * sum(held.values()):
+        return "law"
+    return "unknown" if held["unknown"] >= held["effects"] else "effects"
 
 
 def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:

@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.special import logsumexp
 
+from bushcli.diagnosis.amplitudes import amplitudes
 from bushcli.diagnosis.columns import Trial, shear_modulus
 from bushcli.diagnosis.evidence import Evidence, evidence
 from bushcli.diagnosis.fit import SETTLED, TURNS
 from bushcli.diagnosis.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_SPREAD
-from bushcli.diagnosis.likelihood.linearised import cone_fit
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.prior import Known, known_parameters
 from bushcli.diagnosis.state import State
@@ -74,11 +74,14 @@ class Prediction:
     log_evidence : float
     gain : float
         Natural logarithm of the likelihood that the effects bring, at the best point of their grids.
+    log_likelihood : float
+        That of the model there.
     """
 
     model: Model
     log_evidence: float
     gain: float
+    log_likelihood: float
 
 
 class Beside:
@@ -108,7 +111,8 @@ class Beside:
 
     def alone(self) -> Prediction:
         """The model itself, its own parameters moved to first order: of one that is not at its best."""
-        return Prediction(self.state.model, self._value(())[0].log, 0.0)
+        found = self._value(())[0]
+        return Prediction(self.state.model, found.log, 0.0, found.judged.log)
 
     def pairs(self) -> list[Prediction]:
         """Two effects more, each at the best points of its grid."""
@@ -235,8 +239,8 @@ class Beside:
         found = [self._value(point) for point in points]
         best = int(np.argmax([one.log for one, _ in found]))
         log = float(logsumexp([one.log for one, _ in found])) - math.log(len(found))
-        gain = max(one.judged.log for one, _ in found) - self.own
-        return Prediction(self._model(points[best], found[best][1]), log, gain)
+        most = max(one.judged.log for one, _ in found)
+        return Prediction(self._model(points[best], found[best][1]), log, most - self.own, most)
 
     @cached_property
     def own(self) -> float:
@@ -265,17 +269,11 @@ class Beside:
         G = self._weighed(raw)
         own = self._left(G)
         known, start = self._unknowns(point)
-        precision = np.array(
-            [
-                0.0 if one is None or one.prior.is_logarithmic else one.prior.curvature(value, one.scales)
-                for one, value in zip(known, start, strict=True)
-            ]
-        )
-        gram = own.T @ own + np.diag(precision)
+        gram = own.T @ own
         gram[np.diag_indices(len(gram))] += OWN**2 * np.sum(G**2, axis=0) + 1e-300
-        signs = [1 if one is not None and one.one_sided else 0 for one in known]
-        amplitude = cone_fit(gram, -(own.T @ self._rest), signs)[0] if point else np.zeros(0)
-        amplitude = self._bounded(point, amplitude, known)
+        amplitude = amplitudes(
+            gram, -(own.T @ self._rest), known, start, lambda found: self._bounded(point, found, known)
+        )
         rest = self._rest + own @ amplitude
         values = np.concatenate([self.state.fitted.x, start + amplitude])
         slopes = [np.hstack([J, part]) for J, part in zip(self.state.slopes, raw, strict=True)]

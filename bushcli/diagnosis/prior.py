@@ -137,14 +137,11 @@ class Known:
 
     def row(self, value: float) -> tuple[float, float]:
         """A residual whose half square is the negative logarithm of the prior, up to a constant, and its derivative."""
-        slope, precision = self.prior.slope(value, self.scales), self.prior.curvature(value, self.scales)
-        if not self.prior.is_logarithmic:
-            root = math.sqrt(precision)
-            return -slope / root, root
-        x = abs(value) / self.prior.unit(self.scales)
-        if x <= 0.0:
-            return 0.0, 0.0
-        return self.prior.log_row(x, math.copysign(1.0, value) / self.prior.unit(self.scales))
+        return self.prior.row(value, self.scales)
+
+    def pull(self, value: float) -> float:
+        """The precision of a normal about zero that pulls as strongly; 0 of a prior of the logarithm."""
+        return 0.0 if self.prior.is_logarithmic else self.prior.weight(value, self.scales)
 
 
 def known_parameters(

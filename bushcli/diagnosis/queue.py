@@ -269,7 +269,8 @@ class Search:
         for model in self._other_laws(state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
-                self._queue(Prediction(model, beside.any_law(more), 0.0), state, 0.0, is_bound=True)
+                bound = beside.any_law(more)
+                self._queue(Prediction(model, bound, 0.0, bound), state, 0.0, is_bound=True)
         self._expand_without(state, beside)
 
     def _expand_without(self, state: State, beside: Beside) -> None:
@@ -314,8 +315,8 @@ class Search:
         key, odds = one.model.structure, self.odds(one.model)
         predicted = one.log_evidence + odds
         # No model is better than one that leaves nothing but noise.
-        most = self.problem.likelihood.judge(self.problem.likelihood.nothing).log + odds
-        optimistic = max(predicted, min(predicted + slack, most))
+        room = self.problem.likelihood.judge(self.problem.likelihood.nothing).log - one.log_likelihood
+        optimistic = predicted + max(0.0, min(slack, room))
         new = Queued(one.model, base, one.log_evidence, predicted, optimistic, slack, is_bound, is_silent)
         known = self.waiting.get(key)
         if key not in self.states and (known is None or new.rank > known.rank):

@@ -31,7 +31,7 @@ class Queued:
     optimistic : float
         The same with what first order may underestimate.
     slack : float
-        What first order may underestimate, in nats.
+        What first order may be wrong by, in nats.
     is_bound : bool
         Whether the prediction is no more than an upper bound.
     is_silent : bool
@@ -62,8 +62,10 @@ class Queued:
         """Logarithm of the weight by which a fit may change the posterior."""
         if not self.is_sure:
             return self.optimistic
-        # log(exp(optimistic) - exp(predicted))
-        return self.optimistic + math.log(max(-math.expm1(self.predicted - self.optimistic), 1e-12))
+        # It may turn out larger, as far as there is room for it, or smaller by as much as first order may be wrong.
+        larger = math.expm1(self.optimistic - self.predicted)
+        smaller = -math.expm1(-self.slack)
+        return self.predicted + math.log(max(larger, smaller, 1e-12))
 
 
 def slack_of(reach: float) -> float:

@@ -3,10 +3,13 @@
 A prior may be relative to the test at hand: a gap goes by the travel, a relaxation time by the duration of the
 recording. `Scales` holds what priors are relative to.
 
+Amplitudes have a Student's t: the numbers are judgements of few cases, and a rig or an assembly that is outside all
+experience must not be ruled out by the square of its distance.
+
 References
 ----------
 Gelman (2006), Prior distributions for variance parameters, Bayesian Anal. 1:515-534, doi:10.1214/06-BA117A
-(half-normal and half-t priors of amplitudes).
+(half-t priors of amplitudes).
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-Shape = Literal["half_normal", "normal", "log_normal", "log_uniform", "choice"]
+Shape = Literal["half_t", "t", "log_normal", "log_uniform", "choice"]
 Of = Literal[
     "",
     "duration",
@@ -39,9 +42,14 @@ and "force/duration" are quotients of them."""
 
 # A log-uniform prior has half-normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5
-# Standard normal quantile of 97.5 %, and the probability beyond it.
+# Degrees of freedom of Student's t: the fewest whole number with a variance.
+FREEDOM = 3.0
+# Quantile of 97.5 % of the standard normal and of Student's t, and the probability beyond it.
 QUANTILE = 1.959964
+QUANTILE_OF_T = 3.182446
 _OUTSIDE = 0.025
+# Logarithm of the density of Student's t at its centre, times its scale: 2 / (pi sqrt 3).
+_PEAK = math.log(2.0 / (math.pi * math.sqrt(FREEDOM)))
 
 
 @dataclass(frozen=True)
@@ -50,21 +58,19 @@ class Prior:
 
     Attributes
     ----------
-    shape : {"half_normal", "normal", "log_normal", "log_uniform", "choice"}
-        A half-normal is of amplitudes that cannot be negative, a normal of those of either sign, both about `center`.
+    shape : {"half_t", "t", "log_normal", "log_uniform", "choice"}
+        A half-t is of amplitudes that cannot be negative, a t of those of either sign, both about zero.
         A log-normal or log-uniform parameter is positive; where `signed`, its absolute value has this prior, and both
         signs are equally probable. A choice is one of the numbers 0, 1, 2, ..., all equally probable.
     low : float
-        Standard deviation of a (half-)normal; median of a log-normal; lower end of a log-uniform; how many choices
-        there are.
+        Of a (half-)t the standard deviation of the normal with the same 95 % range; median of a log-normal; lower end
+        of a log-uniform; how many choices there are.
     high : float
         Standard deviation of the natural logarithm of a log-normal; upper end of a log-uniform.
     of : str
         What `low` (and `high` of a log-uniform) is relative to; nothing where empty.
     source : str
         Where the numbers come from.
-    center : float
-        Of a (half-)normal.
     signed : bool
     """
 
@@ -73,7 +79,6 @@ class Prior:
     high: float = 0.0
     of: Of = ""
     source: str = ""
-    center: float = 0.0
     signed: bool = False
 
     def __post_init__(self) -> None:
@@ -112,11 +117,10 @@ class Prior:
         unit = self.unit(scales)
         x = value / unit
         if not self.is_logarithmic:
-            z = (x - self.center) / self.low
-            if self.shape == "half_normal" and z < 0.0:
+            if self.shape == "half_t" and x < 0.0:
                 return -math.inf
-            double = math.log(2.0) if self.shape == "half_normal" else 0.0
-            return double - 0.5 * z * z - math.log(self.low * unit) - 0.5 * math.log(2.0 * math.pi)
+            double = math.log(2.0) if self.shape == "half_t" else 0.0
+            return double + _PEAK - 0.5 * self._residual(x) ** 2 - math.log(self._scale * unit)
         if x == 0.0 or (x < 0.0 and not self.signed):
             return -math.inf
         size = abs(x)
@@ -145,13 +149,15 @@ class Prior:
         unit = self.unit(scales)
         x = value / unit
         if not self.is_logarithmic:
-            return -(x - self.center) / self.low**2 / unit
+            return -self.weight(value, scales) * value
         if x == 0.0:
             return 0.0
         return self._log_slope(abs(x)) / value
 
     def curvature(self, value: float, scales: Scales) -> float:
         """Return the precision of the prior: 1 / variance, per unit of the parameter squared; at least 0.
+
+        That of a t is that of the least squares which its logarithm is: the square of the derivative of `row`.
 
         Parameters
         ----------
@@ -164,7 +170,7 @@ class Prior:
             return 0.0
         unit = self.unit(scales)
         if not self.is_logarithmic:
-            return 1.0 / (self.low * unit) ** 2
+            return self.row(value, scales)[1] ** 2
         if value == 0.0:
             return 0.0
         size = abs(value) / unit
@@ -185,28 +191,62 @@ class Prior:
             return -math.log(size / self.high) / TAIL**2
         return 0.0
 
-    def log_row(self, size: float, unit: float) -> tuple[float, float]:
-        """Return a residual whose half square is the negative log density of the logarithm, and its derivative.
+    def row(self, value: float, scales: Scales) -> tuple[float, float]:
+        """Return a residual whose half square is the negative log density up to a constant, and its derivative.
 
-        The derivative is by the value of the parameter.
+        A logarithmic prior is one of the logarithm.
 
         Parameters
         ----------
-        size : float
-            Absolute value of the parameter as a ratio to the prior's unit, more than 0.
-        unit : float
-            Derivative of `size` by the value, 1 / unit of the parameter.
+        value : float
+            In the unit of the parameter.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
         """
+        unit = self.unit(scales)
+        x = value / unit
+        if not self.is_logarithmic:
+            residual = self._residual(x)
+            if residual == 0.0:
+                return 0.0, math.sqrt((FREEDOM + 1.0) / FREEDOM) / (self._scale * unit)
+            return residual, self.weight(value, scales) * value / residual
+        size = abs(x)
+        if size <= 0.0:
+            return 0.0, 0.0
+        per_value = math.copysign(1.0, value) / unit
         if self.shape == "log_normal":
-            return math.log(size / self.low) / self.high, unit / size / self.high
+            return math.log(size / self.low) / self.high, per_value / size / self.high
         if size < self.low:
-            return math.log(size / self.low) / TAIL, unit / size / TAIL
+            return math.log(size / self.low) / TAIL, per_value / size / TAIL
         if size > self.high:
-            return math.log(size / self.high) / TAIL, unit / size / TAIL
+            return math.log(size / self.high) / TAIL, per_value / size / TAIL
         return 0.0, 0.0
 
+    def weight(self, value: float, scales: Scales) -> float:
+        """Return the precision of the normal that pulls a value of a t as strongly towards zero.
+
+        Parameters
+        ----------
+        value : float
+            In the unit of the parameter.
+        scales : Scales
+            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
+        """
+        unit = self.unit(scales)
+        return (FREEDOM + 1.0) / (FREEDOM * (self._scale * unit) ** 2 + value**2)
+
+    def _residual(self, x: float) -> float:
+        """Return the signed root of twice the fall of the log density of a t from its peak."""
+        fall = (FREEDOM + 1.0) * math.log1p((x / self._scale) ** 2 / FREEDOM)
+        return math.copysign(math.sqrt(fall), x)
+
+    @property
+    def _scale(self) -> float:
+        """Scale of a t: its 95 % range is that of a normal with the standard deviation `low`."""
+        return self.low * QUANTILE / QUANTILE_OF_T
+
     def median(self, scales: Scales) -> float:
-        """Return the median; of the absolute value if the prior is signed or normal about zero."""
+        """Return the median; of the absolute value if the prior is signed or a t."""
         if self.shape == "choice":
             return 0.0
         unit = self.unit(scales)
@@ -214,12 +254,8 @@ class Prior:
             return self.low * unit
         if self.shape == "log_uniform":
             return math.sqrt(self.low * self.high) * unit
-        size = self.low * math.sqrt(2.0) * _erfinv(0.5) * unit
-        return (
-            self.center * unit + size
-            if self.shape == "half_normal" or self.center == 0.0
-            else self.center * unit
-        )
+        # Quartile of Student's t of three degrees of freedom.
+        return 0.764892 * self._scale * unit
 
     def range(self, scales: Scales) -> tuple[float, float]:
         """Return the 95 % interval; of the absolute value if the prior is signed, of a choice all indices."""
@@ -233,14 +269,13 @@ class Prior:
             factor = math.exp(self._margin())
             return self.low / factor * unit, self.high * factor * unit
         wide = QUANTILE * self.low * unit
-        below = 0.0 if self.shape == "half_normal" else -wide
-        return self.center * unit + below, self.center * unit + wide
+        return 0.0 if self.shape == "half_t" else -wide, wide
 
     def tail(self, value: float, scales: Scales) -> float:
         """Return the probability of a value at least as far from the centre as this one.
 
         Far out is away from the center; for a logarithmic prior, on the same side of the median, counted twice. It is
-        0.05 at the ends of `range`, and for an amplitude that is half-normal at its upper end.
+        0.05 at the ends of `range`, and for a half-t at its upper end.
 
         Parameters
         ----------
@@ -254,7 +289,7 @@ class Prior:
         unit = self.unit(scales)
         x = value / unit
         if not self.is_logarithmic:
-            return 1.0 - math.erf(abs(x - self.center) / self.low / math.sqrt(2.0))
+            return _beyond_of_t(abs(x) / self._scale)
         if x == 0.0 or (x < 0.0 and not self.signed):
             return 0.0
         if self.shape == "log_normal":
@@ -278,6 +313,12 @@ class Prior:
         if beyond <= _OUTSIDE:
             return -(_OUTSIDE - beyond) * self._width()
         return TAIL * math.sqrt(2.0) * _erfinv(1.0 - _OUTSIDE / beyond)
+
+
+def _beyond_of_t(z: float) -> float:
+    """Return the probability of an absolute value above z by Student's t of three degrees of freedom."""
+    root = math.sqrt(FREEDOM)
+    return 1.0 - 2.0 / math.pi * (math.atan(z / root) + z / root / (1.0 + z * z / FREEDOM))
 
 
 def _erfinv(probability: float) -> float:

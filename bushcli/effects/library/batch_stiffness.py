@@ -50,7 +50,7 @@ EFFECT = Effect(
             3.0,
             off=0.0,
             prior=Prior(
-                "normal",
+                "t",
                 0.25,
                 source="the usual tolerance of 5 IRHD changes the shear modulus by a quarter (0.64, 0.81, "
                 "1.06 MPa at 50, 55, 60 IRHD: Lindley, Engineering design with natural rubber, "

@@ -43,7 +43,7 @@ EFFECT = Effect(
             0.1,
             off=0.0,
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.015,
                 source="engineering judgement: mould shrinkage of 1.5 to 3 %, of which metal takes a part, "
                 "and swaging more",

@@ -95,7 +95,7 @@ EFFECT = Effect(
             sizes=(0.1, 0.4, 1.0),
             within=("length", 0.9),
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.7,
                 of="thickness",
                 source="engineering judgement: a crack of up to the thickness is found by its curve, a "

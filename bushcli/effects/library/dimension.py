@@ -83,7 +83,7 @@ EFFECT = Effect(
             off=0.0,
             within=("thickness", 0.5),
             prior=Prior(
-                "normal",
+                "t",
                 0.2,
                 source="half the limit of class M3 of ISO 3302-1, 0.3 to 0.5 mm for fixed dimensions of 6.3 to 25 mm",
             ),
@@ -98,7 +98,7 @@ EFFECT = Effect(
             off=0.0,
             within=("length", 0.5),
             prior=Prior(
-                "normal",
+                "t",
                 0.4,
                 source="half the limit of class M3 of ISO 3302-1, 0.6 to 1.3 mm for closure dimensions of 16 to 63 mm "
                 "and fixed ones of 25 to 63 mm",

@@ -48,7 +48,7 @@ EFFECT = Effect(
             off=0.0,
             of_channel=True,
             prior=Prior(
-                "normal",
+                "t",
                 0.01,
                 of="force/duration",
                 source="engineering judgement: as much in a recording as a zero is off at its beginning",

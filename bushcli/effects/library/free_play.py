@@ -49,7 +49,7 @@ EFFECT = Effect(
             off=0.0,
             of_channel=True,
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.02,
                 of="travel",
                 source="engineering judgement: clearance of pins and threads, some hundredths of a "

@@ -49,7 +49,7 @@ EFFECT = Effect(
             10.0,
             off=0.0,
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.3,
                 source="engineering judgement: the modulus of bushing rubber falls by a tenth to a half "
                 "from small to large amplitudes, as in Garcia Tarrago et al. (2007), "

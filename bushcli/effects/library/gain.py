@@ -48,7 +48,7 @@ EFFECT = Effect(
             off=0.0,
             of_channel=True,
             prior=Prior(
-                "normal",
+                "t",
                 0.03,
                 source="limits of 0.5 to 3 % of the classes of ISO 7500-1, and engineering judgement: cells that were "
                 "not calibrated, wrong lever arms",

@@ -68,7 +68,7 @@ EFFECT = Effect(
             off=0.0,
             within=("thickness", 0.8),
             prior=Prior(
-                "normal",
+                "t",
                 0.04,
                 of="thickness",
                 source="class M3 of ISO 3302-1 (0.3 to 0.4 mm for 6.3 to 16 mm of rubber) at one standard "

@@ -47,7 +47,7 @@ EFFECT = Effect(
             off=0.0,
             reciprocal=("r", "1"),
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.4,
                 source="engineering judgement from published fits with r of 1.5 to 5 of the model of Ogden and "
                 "Roxburgh (1999), doi:10.1098/rspa.1999.0431",
@@ -79,7 +79,7 @@ EFFECT = Effect(
             1.0,
             scan=(0.05,),
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.1,
                 source="engineering judgement from published fits with beta of 0 to 0.1; the parameter is that of "
                 "Mars (2004), doi:10.2346/1.2186778",

@@ -59,7 +59,7 @@ EFFECT = Effect(
             1e7,
             off=0.0,
             of_channel=True,
-            prior=Prior("normal", 0.03, of="force", source=ZERO),
+            prior=Prior("t", 0.03, of="force", source=ZERO),
         ),
         EffectParameter(
             "displacement",
@@ -70,7 +70,7 @@ EFFECT = Effect(
             100.0,
             off=0.0,
             of_channel=True,
-            prior=Prior("normal", 0.03, of="travel", source=ZERO),
+            prior=Prior("t", 0.03, of="travel", source=ZERO),
         ),
     ),
     needs="curvature that differs between + and - separates the two; two amplitudes, both from permanent set",

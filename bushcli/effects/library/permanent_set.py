@@ -58,7 +58,7 @@ EFFECT = Effect(
             0.9,
             off=0.0,
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.05,
                 source="engineering judgement: set of some per cent after stretching in the tests reviewed "
                 "by Diani, Fayolle and Gilormini (2009), doi:10.1016/j.eurpolymj.2008.11.017",

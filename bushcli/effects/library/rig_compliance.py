@@ -31,7 +31,7 @@ EFFECT = Effect(
             off=0.0,
             reciprocal=("stiffness", "N/mm"),
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.05,
                 of="compliance",
                 source="engineering judgement: rigs are chosen an order of magnitude stiffer than the "

@@ -67,7 +67,7 @@ EFFECT = Effect(
             # 0.12 to 0.16 on, its coarse ones a stiffness that falls below zero and depends on the mesh.
             within=("thickness", 0.12),
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.03,
                 of="thickness",
                 source="engineering judgement: reductions are commonly 2 to 5 % of the rubber's wall, enough "

@@ -30,7 +30,7 @@ EFFECT = Effect(
             100.0,
             off=0.0,
             prior=Prior(
-                "normal",
+                "t",
                 2.0,
                 of="interval",
                 source="engineering judgement: a logger that reads its channels in turn is late by as much "

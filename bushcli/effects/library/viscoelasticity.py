@@ -40,7 +40,7 @@ def _branch(i: int, modulus: float, time: float) -> tuple[EffectParameter, Effec
             off=0.0,
             optional=i > 1,
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.3,
                 source="engineering judgement: dynamic over static stiffness of rubber springs is 1.1 to 1.6",
             ),

@@ -56,7 +56,7 @@ EFFECT = Effect(
             0.9,
             off=0.0,
             prior=Prior(
-                "half_normal",
+                "half_t",
                 0.07,
                 source="engineering judgement: filled rubber loses about 1 % of its modulus per kelvin near room "
                 "temperature, and tests in the laboratory heat it by some kelvin",

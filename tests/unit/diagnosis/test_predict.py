@@ -42,20 +42,24 @@ def exactly(one, *added):
     known = [priors[f"{a.trial.active.name}.{a.trial.amplitudes[0]}"] for a in added]
     features, variance = one.problem.likelihood.features[0], one.problem.variances[0]
     p = len(state.fitted.x)
-    rows = np.zeros((len(added), J.shape[1]))
-    for i, k in enumerate(known):
-        rows[i, p + i] = np.sqrt(k.prior.curvature(0.0, k.scales))
+    best = np.zeros(J.shape[1])
     low = np.full(J.shape[1], -np.inf)
     low[p:] = [0.0 if k.one_sided else -np.inf for k in known]
     # In turns with the variance that the likelihood gives the result, as fits and predictions are.
     for _ in range(1 + TURNS):
-        best = lsq_linear(
-            np.vstack([features.whitened(J, variance), rows]),
-            -np.concatenate([features.whitened(state.misfit[0], variance), np.zeros(len(added))]),
-            (low, np.inf),
-            method="bvls",
-            tol=1e-14,
-        ).x
+        whitened, misfit = features.whitened(J, variance), features.whitened(state.misfit[0], variance)
+        for _ in range(100):
+            # A prior pulls as strongly as where the last step has ended.
+            rows = np.zeros((len(added), J.shape[1]))
+            for i, k in enumerate(known):
+                rows[i, p + i] = np.sqrt(k.pull(float(best[p + i])))
+            best = lsq_linear(
+                np.vstack([whitened, rows]),
+                -np.concatenate([misfit, np.zeros(len(added))]),
+                (low, np.inf),
+                method="bvls",
+                tol=1e-14,
+            ).x
         found = evidence(
             one.problem.likelihood,
             [state.misfit[0] + J @ best],

@@ -25,7 +25,7 @@ from bushcli.runtime.workers import Workers
 NAMES = ("permanent_set", "drift", "time_lag", "warming", "viscoelasticity", "friction", "mullins")
 
 
-PREDICTION = Prediction(None, 0.0, 0.0)
+PREDICTION = Prediction(None, 0.0, 0.0, -1e3)
 TRUTH = {"drift.rate": 1.5, "permanent_set.set": 2.0}
 
 
@@ -78,13 +78,26 @@ class World:
             return None
         J = np.hstack([own, *(self.columns[name][:, None] for name, _ in held)])
         variance = self.problem.variances[0]
-        slopes = [0.0] * own.shape[1] + [
-            priors[n].prior.curvature(0.5 * p.start, priors[n].scales) ** 0.5 for n, p in held
-        ]
-        A = np.vstack([features.whitened(features.of(J), variance), np.diag(slopes)])
+        A = features.whitened(features.of(J), variance)
         z = features.whitened(features.of(self.base.simulated[0] - self.recorded), variance)
         low = np.array([-np.inf] * own.shape[1] + [float(p.lower) for _, p in held])
-        step = lsq_linear(A, -np.concatenate([z, np.zeros(len(names))]), (low, np.inf), method="bvls").x
+        step, pulls = np.zeros(len(names)), [0.0] * len(held)
+        for _ in range(20):
+            pull = np.diag([0.0] * own.shape[1] + pulls)
+            whole = np.vstack([A, pull])
+            step = lsq_linear(
+                whole, -np.concatenate([z, np.zeros(len(names))]), (low, np.inf), method="bvls"
+            ).x
+            # As strongly as its prior pulls where the last step has ended.
+            pulls = [
+                (
+                    priors[n].prior.curvature(0.5 * p.start, priors[n].scales)
+                    if priors[n].prior.is_logarithmic
+                    else priors[n].prior.weight(value, priors[n].scales)
+                )
+                ** 0.5
+                for (n, p), value in zip(held, step[own.shape[1] :], strict=True)
+            ]
         x = np.concatenate([self.base.x, np.zeros(len(held))]) + step
         return Fitted(
             model.at(dict(zip(names, map(float, x), strict=True))),
