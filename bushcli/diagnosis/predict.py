@@ -316,11 +316,12 @@ class Beside:
                 if k == 0 and one.trial.size is not None:
                     low, high = one.trial.size / TRIED, one.trial.size * TRIED
                 prior = known[i]
-                if prior is not None and prior.prior.is_logarithmic:
-                    # Not far out in its tails, of which that towards nothing is one.
+                if prior is not None:
+                    # Not far out in its tails, where the curves no longer follow their derivatives. Of a logarithmic
+                    # prior that towards nothing is one.
                     least, most = prior.prior.range(prior.scales)
                     low, high = max(low, -FAR * most), min(high, FAR * most)
-                    if prior.one_sided:
+                    if prior.one_sided and prior.prior.is_logarithmic:
                         low = max(low, least / FAR)
                 found[i] = float(np.clip(found[i], low, high))
                 i += 1

@@ -50,6 +50,8 @@ BATCH = 2
 FAINT = 0.5
 # Fall of twice the negative log likelihood below which an effect cannot be seen: a nat, a factor of e.
 VISIBLE = 2.0
+# Factor on the change of the log likelihood where the derivatives are those of the plain law's curves.
+BORROWED = 2.0
 # Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.
 TERMS, TERMS_OF_COUPON = 2, 3
 
@@ -232,7 +234,27 @@ class Search:
             for other in [self.states[one] for one in self._expanded if self.states[one].model.effects]:
                 for model in self._other_laws(other.model):
                     self._exchange_law(other, model)
+        elif (state.model.law, state.model.terms) == (self.plain.model.law, self.plain.model.terms):
+            self._more_beside(state)
         self.rows.append(self._row(state.model, predicted, self.weights(state)[0], state.size, ""))
+
+    def _more_beside(self, state: State) -> None:
+        """Enter the model with one effect more, by what the effect does to the plain law's curves.
+
+        A pair that was predicted beside the plain law has the error of each of the two; now that of one is known.
+        """
+        identities = state.model.identities
+        if len(identities) >= MOST:
+            return
+        others = [
+            one
+            for points in self._beside_plain.values()
+            for one in points
+            if one.trial.active.identity not in identities
+        ]
+        for one in Beside(state, others).singles():
+            if not unfit(self.problem.case, [active.effect.name for active in one.model.effects]):
+                self._queue(one, state, slack_of(BORROWED * one.gain))
 
     def _row(self, model: Model, predicted: float, found: float, size: float, text: str) -> Row:
         base = self.plain.evidence.log
