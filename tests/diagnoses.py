@@ -17,9 +17,8 @@ from bushcli.diagnosis.result import (
     NextTest,
     Quantity,
     RankedModel,
-    Searched,
-    Trial,
 )
+from bushcli.diagnosis.searched import Searched, Trial
 from bushcli.diagnosis.where.maps import LocalMap, Missing, MissingProfile
 from bushcli.diagnosis.where.record import locate
 from bushcli.faults import DataFault

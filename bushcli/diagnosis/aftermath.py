@@ -1,4 +1,4 @@
-"""What a diagnosis makes once its models are known: the next test, the maps, and the recordings before and after."""
+"""Last stage of a diagnosis: the proposed test, the maps, and the recordings before and after."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bushcli.case import Case
-from bushcli.diagnosis import answer, kept
+from bushcli.diagnosis import answer, model_cache
 from bushcli.diagnosis.likelihood.calibration import calibrated, factor_of
 from bushcli.diagnosis.likelihood.noise import Compared, noise_model
 from bushcli.diagnosis.model import Fitted
@@ -27,7 +27,7 @@ from cases.march import NotConverged
 
 
 class Extras:
-    """The next test and the maps, which the verdict does not wait for: what stops them is a condition."""
+    """The proposed test and the maps; if they fail, the verdict stands and has a condition."""
 
     def __init__(self) -> None:
         self.test: NextTest | None = None
@@ -43,10 +43,10 @@ class Extras:
         maps: bool,
         notify: Progress,
     ) -> None:
-        """Make them."""
+        """Compute the proposed test and the maps."""
         try:
             if len(credible_sets(models)) > 1:
-                notify("next", "test", "what would separate the rivals")
+                notify("next", "test", "which test would separate the rivals")
                 self.test = next_test(problem, models, crew, notify)
             if maps and models[0].effects:
                 self.maps = _maps(problem, plain, notify)
@@ -59,7 +59,7 @@ class Extras:
             if not is_interrupt(error):
                 raise
             crew.stop()
-            message = "stopped after the search: the next test or the map of the bushing is missing"
+            message = "interrupted after the search: the proposed test or the map of the bushing is missing"
             self.conditions = (Condition("interrupted", message, "run it again with --resume"),)
 
 
@@ -70,7 +70,7 @@ def _maps(problem: Problem, plain: Fitted, notify: Progress) -> tuple[LocalMap, 
         return ()
     # All recordings are of one bushing: together they tell a place that none of them tells alone.
     one = local_map(
-        kept.channels(plain.model.task(problem.case)),
+        model_cache.channels(plain.model.task(problem.case)),
         plain.model.start,
         problem.compared(plain.simulated),
         plain.jacobians,
@@ -80,7 +80,7 @@ def _maps(problem: Problem, plain: Fitted, notify: Progress) -> tuple[LocalMap, 
 
 
 def judged(case: Case, plain: Fitted, compared: Sequence[Compared]) -> tuple[Compared, ...]:
-    """Return the channels with their common factors taken out, as the places of the misfit are looked for.
+    """Return the channels without their common factors, in which the places of the misfit are searched.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def judged(case: Case, plain: Fitted, compared: Sequence[Compared]) -> tuple[Com
     plain : Fitted
     compared : sequence of Compared
     """
-    channels = kept.channels(plain.model.task(case))
+    channels = model_cache.channels(plain.model.task(case))
     return tuple(calibrated(one, factor_of(channel)) for one, channel in zip(compared, channels, strict=True))
 
 
@@ -134,7 +134,7 @@ def before_and_after(
             for one in best.state.model.effects
         )
         for which, model in (("before", plain.model), ("after", replace(best.state.model, effects=bound))):
-            for channel in kept.channels(model.task(outside)):
+            for channel in model_cache.channels(model.task(outside)):
                 try:
                     force, _ = channel.at_samples(channel.solve(model.values, ()))
                 except NotConverged:

@@ -1,4 +1,4 @@
-"""The posterior in the words of the answer: named effects with their values, rivals, channels, doubts."""
+"""From the posterior to the result: named effects with their values, rivals, channels, doubts."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from bushcli.diagnosis.result import (
     Named,
     Quantity,
     RankedModel,
-    Searched,
     Verdict,
 )
+from bushcli.diagnosis.searched import Searched
 from bushcli.diagnosis.state import State
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter, spoken
@@ -44,7 +44,7 @@ LOUD = 5.0
 
 
 def verdict(best: Weighed, plain: Model) -> Verdict:
-    """What the most probable model says."""
+    """Return the verdict that the most probable model implies."""
     if best.unknown:
         return "unexplained"
     if best.state.model.effects:
@@ -55,7 +55,7 @@ def verdict(best: Weighed, plain: Model) -> Verdict:
 
 
 def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]:
-    """All models worth showing."""
+    """Return all models that the report shows."""
     base = search.plain.evidence.log
     return tuple(
         RankedModel(
@@ -119,7 +119,7 @@ def quantities(state: State, material: Material) -> dict[str, Quantity]:
 
 
 def derived(parameter: EffectParameter, value: float, material: Material) -> dict[str, tuple[float, str]]:
-    """The same under other names, with units: a reciprocal, and what the specimen has with the case's own."""
+    """Return the value under its other names: its reciprocal, and the sum with the case's own dimension."""
     if parameter.reciprocal is None or not value:
         return {}
     name, unit = parameter.reciprocal
@@ -131,7 +131,7 @@ def derived(parameter: EffectParameter, value: float, material: Material) -> dic
 
 
 def held(active: ActiveEffect, parameter: EffectParameter, known: Known | None) -> Quantity:
-    """A parameter that a fit holds: a dimension of the mesh, or a choice."""
+    """Return a parameter that a fit keeps fixed: a dimension of the mesh, or a choice."""
     value = float(active.values[parameter.name])
     choices: Sequence[str] = getattr(parameter, "choices", ())
     word = choices[round(value)] if choices else ""
@@ -220,7 +220,7 @@ def channel(
 
 
 def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> FormError:
-    """How wrong the most probable model's formulas are taken to be."""
+    """Return the form error assumed for the most probable model."""
     likelihood, found = plain.problem.likelihood, best.state.evidence
     judged = found.judged_unknown if best.unknown else found.judged
     scale = np.array(judged.scale) - 1.0
@@ -241,7 +241,7 @@ def form_error(best: Weighed, plain: State, compared: Sequence[Compared]) -> For
 
 
 def searched(search: Search) -> Searched:
-    """How far the search went."""
+    """Return the extent of the search."""
     return Searched(
         search.ended == "nothing left",
         search.left,
@@ -262,9 +262,9 @@ def doubts(
         made.append(
             Condition(
                 "effects_of_the_case",
-                f"the effects that the case file gives ({names}) are not used: the plain law has none, and these are "
-                "looked for like all others",
-                "none is needed where they are found again; bushcli inverse identifies the law with them",
+                f"the effects in the case file ({names}) are not used: a diagnosis begins with the law alone and "
+                "looks for these like for all others",
+                "nothing, if the diagnosis finds them; bushcli inverse identifies the law together with them",
             )
         )
     loud = [one for one in channels if one.noise_percent > LOUD]
@@ -273,7 +273,7 @@ def doubts(
         made.append(
             Condition(
                 "loud_noise",
-                f"the noise is large against the force range ({sizes}): nothing smaller can be seen",
+                f"the noise is large compared with the force range ({sizes}): smaller deviations cannot be detected",
                 "record more samples on every branch, or with less noise; the noise is taken from neighbouring samples",
             )
         )
@@ -291,14 +291,14 @@ def doubts(
                 "models_lost",
                 f"{len(search.lost)} models could not be solved from any start and have no probability: "
                 + "; ".join(search.lost),
-                "none of them can be excluded by these recordings",
+                "the recordings exclude none of them",
             )
         )
     if search.ended == "budget":
         made.append(
             Condition(
                 "budget",
-                f"the time allowed was over: further fits may move {100 * search.left:.0f} % of the "
+                f"the time limit was reached: further fits could shift up to {100 * search.left:.0f} % of the "
                 "probability",
                 "a larger --budget, or --resume with it",
             )

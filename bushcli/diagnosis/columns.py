@@ -1,4 +1,4 @@
-"""What each effect of the catalogue would do to the recordings, beside a model at its best: derivatives of the curves.
+"""Derivatives of the curves by each effect of the catalogue, at the best fit of a model.
 
 The derivative of the curves by an effect's amplitude at its off value comes from one run of the model with the effect
 in it, switched off: it changes nothing, and its derivative is exact. Shape parameters (times, gaps, thresholds), which
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis import kept
+from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.prior import scales_of
 from bushcli.effects.active import ActiveEffect
@@ -63,7 +63,7 @@ class Trial:
         return self.active.effect
 
     def added_to(self, model: Model) -> Model:
-        """The model with the effect, switched off; with its branch more where the model has the effect."""
+        """Return the model with the effect switched off, or with one more branch if the model has the effect."""
         others = [one for one in model.effects if one.identity != self.active.identity]
         return replace(model, effects=(*others, self.active))
 
@@ -71,7 +71,7 @@ class Trial:
 def trials(
     case: Case, model: Model, effect: Effect, recordings: Sequence[Recording]
 ) -> tuple[list[Trial], str]:
-    """All that is tried of an effect beside a model, and where that is nothing, why."""
+    """Return the variants of an effect to try beside a model; if there are none, the reason."""
     acting = [one for one in recordings if effect.acts_on(one.mode)]
     if not acting:
         return [], "it does not act on the recorded modes"
@@ -95,11 +95,11 @@ def trials(
             found += _grid(case, model, effect, None, rig, there)
     if found or having:
         return found, "" if found else "it is in the model already"
-    return [], "a law that is identified from the same recordings does all that it does"
+    return [], "a law that is identified from the same recordings can do the same"
 
 
 def unfit(case: Case, names: Sequence[str]) -> str:
-    """Why the specimen cannot have these effects together; empty where it can."""
+    """Return why the specimen cannot have these effects together; empty if it can."""
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
         for what, _ in unsuited(effects()[name], case.geometry, [other for other in known if other != name]):
@@ -108,7 +108,7 @@ def unfit(case: Case, names: Sequence[str]) -> str:
 
 
 def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] | None]:
-    """Names of the channels that have an effect at a time; None = all that it acts on.
+    """Return the groups of channels that share one instance of the effect; None = all on which it acts.
 
     What is offset, stopped or loose belongs to the rig of one mode: another one has another fixture and load cell. What
     needs time is tried where there is time.
@@ -130,7 +130,7 @@ def _grid(
     rig: tuple[str, ...] | None,
     recordings: Sequence[Recording],
 ) -> list[Trial]:
-    """All points of the grid on some channels; none where the model has all of the effect there."""
+    """Return the points of the grid on some channels; none if the model already has the whole effect there."""
     chosen = _parameters(effect, present)
     shear = shear_modulus(model, case)
     scales = scales_of(case, shear, recordings)
@@ -176,7 +176,7 @@ def _parameters(effect: Effect, present: ActiveEffect | None) -> tuple[EffectPar
 
 
 def _taken(parameter: EffectParameter, value: float, present: ActiveEffect | None) -> bool:
-    """Whether a branch of the effect has about this value already: the new one would be its twin."""
+    """Whether a branch of the effect already has nearly this value: the new one would duplicate it."""
     if present is None:
         return False
     stem = parameter.name.rstrip("0123456789")
@@ -198,8 +198,8 @@ def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
     # Beside others of its kind it may have another name there.
     there = next(one for one in model.effects if one.identity == trial.active.identity)
     names = [f"{there.name}.{name}" for name in trial.amplitudes]
-    coarse: kept.Coarse = "memory" if trial.effect.acts == "assembly" else "always"
-    channels = kept.channels(model.task(case), HALF, coarse, patience=PATIENCE)
+    coarse: model_cache.Coarse = "memory" if trial.effect.acts == "assembly" else "always"
+    channels = model_cache.channels(model.task(case), HALF, coarse, patience=PATIENCE)
     points = (model.values, _at_own_shape(model, case).values)
     found: list[Array] = []
     for channel in channels:
@@ -217,7 +217,7 @@ def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
 def _solved(
     channel: Channel, points: Sequence[Mapping[str, float]], names: Sequence[str], trial: Trial
 ) -> Array | None:
-    """Derivative at the first of several points that can be solved."""
+    """Return the derivative at the first of several points that can be solved."""
     for values in points:
         try:
             return _derivative(channel, values, names, trial)
@@ -240,7 +240,7 @@ def _at_own_shape(model: Model, case: Case) -> Model:
 
 
 def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
-    """The effects of the model beside which an effect is tried.
+    """Return the effects of the model that stay active while an effect is tried.
 
     What acts in the bushing is tried beside what the rig does, and without what else acts in the bushing: the kernels
     of every combination would have to be compiled, some ten of which one is refitted. One branch more of an effect is
@@ -253,7 +253,7 @@ def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
 
 
 def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Trial) -> Array:
-    """Derivative at the off value; over a finite size where there is next to none."""
+    """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes."""
     if trial.size is not None:
         # The first amplitude's derivative is not asked for: in three dimensions it costs more than the force.
         force, slope = channel.at_samples(channel.solve(values, names[1:]))

@@ -1,4 +1,4 @@
-"""Derivatives of the curves by effects that a model does not have, kept from model to model (`columns`)."""
+"""Derivatives of the curves by effects that a model does not have, reused from model to model (`columns`)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.columns import Trial, columns, trials
-from bushcli.diagnosis.predict import Addition, Beside
+from bushcli.diagnosis.predict import Beside
+from bushcli.diagnosis.prediction import Addition
 from bushcli.diagnosis.state import Problem, State
 from bushcli.effects.effect import Effect
 from bushcli.runtime.workers import Workers
@@ -43,7 +44,7 @@ class Derivatives:
     _columns: dict[tuple[object, ...], tuple[Array, ...] | None] = field(default_factory=dict)
 
     def beside(self, state: State, first: bool = False) -> list[Addition]:
-        """Return what every effect would do beside a model, at every point of its grid.
+        """Return the change of the curves by every effect beside a model, at every point of its grid.
 
         Parameters
         ----------
@@ -87,7 +88,7 @@ class Derivatives:
         for one in found:
             if Beside(state, ()).share(one) < OWN:
                 reasons[one.trial.effect.name] = (
-                    "the law's parameters do all that it does to these recordings"
+                    "the parameters of the law have the same influence on these recordings"
                 )
             else:
                 shown.append(one)
@@ -97,7 +98,7 @@ class Derivatives:
         return shown
 
     def _name(self, state: State, trial: Trial) -> tuple[object, ...]:
-        """What a derivative depends on: what acts in the bushing is tried without what else acts there."""
+        """Return the key of a derivative: effects in the bushing are differentiated without the other effects there."""
         base: tuple[object, ...] = ()
         own = [one for one in state.model.effects if one.identity == trial.active.identity]
         beside = [

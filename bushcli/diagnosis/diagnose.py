@@ -1,4 +1,4 @@
-"""Locate the mismatch, say what physics was left out, model it, and say how probable that is.
+"""Diagnosis of a case: locate the mismatch, identify the missing physics, fit it, and give its probability.
 
 The calculation from top to bottom: data faults; the plain law as `bushcli inverse` fits it; the likelihood (noise,
 calibration, error of form); the search over models; the posterior; what it says. docs/diagnosis.md has the formulas.
@@ -37,7 +37,7 @@ from bushcli.runtime.workers import Workers
 
 @dataclass(frozen=True)
 class _Found:
-    """What the search has found.
+    """Result of the search.
 
     Attributes
     ----------
@@ -76,8 +76,7 @@ def diagnose(
     Parameters
     ----------
     case
-        With recordings. A law without parameters is fitted to them; where there are coupons it is fitted to these and
-        kept, and the first question is what the bushing's rubber has that the coupons' has not.
+        With recordings, to which a law without parameters is fitted; with coupons it is fitted to these and kept.
     model
         Law to begin with; the case's where None.
     effects
@@ -88,14 +87,10 @@ def diagnose(
         Give all effects the same prior odds.
     budget
         Seconds after which the search ends with what it knows; without end where None.
-    workers
-        Processes side by side; the answer does not depend on their number.
-    executor
-        Of processes that are there already, such as the other ranks of `mpirun`, in place of `workers`.
-    journal
-        Folder in which every fit is kept, so that a stopped diagnosis can go on.
-    resume
-        Go on with what the folder holds.
+    workers, executor
+        Processes side by side, or those that are there, as ranks of `mpirun`; the answer does not depend on them.
+    journal, resume
+        Folder in which every fit is kept, so that a stopped diagnosis can go on; whether to go on with what it holds.
     maps
         Look for the place in the bushing, too.
     progress
@@ -104,38 +99,54 @@ def diagnose(
     Returns
     -------
     Diagnosis
-        Also when it is interrupted during the search, with a condition that says so.
+        Also when the search is interrupted, with a condition that says so.
 
     Raises
     ------
     InputError
-        There are no recordings, one cannot be read, a name is unknown, or the plain law cannot be solved. Except in
-        the last case nothing in the journal is touched.
+        There are no recordings, one cannot be read, a name is unknown (the journal is untouched then), or the plain
+        law cannot be solved.
     """
-    begin = time.perf_counter()
-    notify = progress or (lambda *_: None)
+    begin, notify = time.perf_counter(), progress or (lambda *_: None)
     asked = question(case, model, effects, hold_out)
-    store = None if journal is None else Store(journal, FitCodec(), resume)
-    _announce(store, resume, notify)
-    crew = Workers(workers, store, executor)
-    with crew.open():
-        notify("fit", asked.plain.law, "the plain law")
-        rough = _rough(asked, crew)
-        problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew)
-        deadline = float("inf") if budget is None else begin + budget
-        search = Search(problem, crew, state, asked.effects, uniform, deadline, notify)
-        found = _searched(asked, search, rough, crew)
-        extras = Extras()
-        if not found.interrupted and not asked.fatal:
-            extras.make(problem, found.plain, found.models, crew, maps, notify)
-    named = None if effects is None else tuple(effects)
-    said = _answer(asked, found, extras)
-    conditions = (*said.conditions, *_not_kept(store))
-    return replace(said, asked=named, conditions=conditions, seconds=time.perf_counter() - begin)
+    store = _opened(journal, resume, notify)
+    deadline = float("inf") if budget is None else begin + budget
+    with Workers(workers, store, executor).open() as crew:
+        found, extras = _calculated(asked, crew, uniform, deadline, maps, notify)
+    said = _answer(asked, found, extras, None if effects is None else tuple(effects))
+    said = replace(said, conditions=(*said.conditions, *_not_kept(store)))
+    return replace(said, seconds=time.perf_counter() - begin)
+
+
+def _calculated(
+    asked: Question, crew: Workers, uniform: bool, deadline: float, maps: bool, notify: Progress
+) -> tuple[_Found, Extras]:
+    """Return what the search finds, and the next test and the maps.
+
+    Parameters
+    ----------
+    asked : Question
+    crew : Workers
+    uniform : bool
+        All effects have the same prior odds.
+    deadline : float
+        Reading of `time.perf_counter` at which the search ends.
+    maps : bool
+    notify : callable
+    """
+    notify("fit", asked.plain.law, "the plain law")
+    rough = _rough(asked, crew)
+    problem, state = posed(asked.bare, rough, asked.recordings, asked.used, crew)
+    search = Search(problem, crew, state, asked.effects, uniform, deadline, notify)
+    found = _searched(asked, search, rough, crew)
+    extras = Extras()
+    if not found.interrupted and not asked.fatal:
+        extras.make(problem, found.plain, found.models, crew, maps, notify)
+    return found, extras
 
 
 def _rough(asked: Question, crew: Workers) -> Fitted:
-    """Fit the plain law before it is known how much it leaves."""
+    """Fit the plain law before the size of its misfit is known."""
     rough: Fitted | None = crew.run(begin_plain, [(asked.bare, asked.plain, asked.used)])[0]
     if rough is None:
         tried = ", ".join(f"{k} = {v:g}" for k, v in asked.plain.start.items())
@@ -149,7 +160,7 @@ def _rough(asked: Question, crew: Workers) -> Fitted:
 
 
 def _searched(asked: Question, search: Search, rough: Fitted, crew: Workers) -> _Found:
-    """Search, and weigh the models."""
+    """Search, and compute the posterior of the models."""
     interrupted = [] if asked.fatal else _run(search, crew)
     models, plain = posterior(search), rough
     if not interrupted:
@@ -158,8 +169,8 @@ def _searched(asked: Question, search: Search, rough: Fitted, crew: Workers) -> 
     return _Found(search, models, plain, interrupted)
 
 
-def _answer(asked: Question, found: _Found, extras: Extras) -> Diagnosis:
-    """What follows from the posterior."""
+def _answer(asked: Question, found: _Found, extras: Extras, names: tuple[str, ...] | None) -> Diagnosis:
+    """Return the result that follows from the posterior."""
     search, models, best, plain = found.search, found.models, found.models[0], found.plain
     problem = search.problem
     before = problem.compared(plain.simulated)
@@ -172,7 +183,7 @@ def _answer(asked: Question, found: _Found, extras: Extras) -> Diagnosis:
     return Diagnosis(
         case=asked.case,
         verdict=says,
-        asked=None,
+        asked=names,
         law_from=asked.law_from,
         law_fixed=best.state.model.fixed,
         plain=_material(asked.material, plain.model),
@@ -204,26 +215,30 @@ def _answer(asked: Question, found: _Found, extras: Extras) -> Diagnosis:
 
 
 def _not_kept(store: Store | None) -> tuple[Condition, ...]:
-    """The folder of results is full: the diagnosis is complete, but cannot be gone on with."""
+    """Return the condition that results could not be saved: the diagnosis is complete but cannot be resumed."""
     failure = "" if store is None else store.failure()
     return (history_not_kept(failure),) if failure else ()
 
 
-def _announce(store: Store | None, resume: bool, notify: Progress) -> None:
-    """Whether fits of an earlier run are used, thrown away, or missing."""
-    if store is None or not (resume or store.there):
-        return
+def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | None:
+    """Open the folder of results, and say whether those of an earlier run are used, deleted, or missing."""
+    if journal is None:
+        return None
+    store = Store(journal, FitCodec(), resume)
+    if not (resume or store.there):
+        return store
     fits = f"{store.there} result{'s' * (store.there != 1)}"
     if not resume:
         notify("begin", store.folder.name, f"{fits} of an earlier run deleted; --resume would have kept them")
     elif store.there:
         notify("resume", store.folder.name, f"{fits} found")
     else:
-        notify("resume", str(store.folder), "no results are there: from the beginning")
+        notify("resume", str(store.folder), "there are no saved results: starting from the beginning")
+    return store
 
 
 def _run(search: Search, crew: Workers) -> list[Condition]:
-    """Search; where that is interrupted, what to say of it."""
+    """Run the search; return a condition if it is interrupted."""
     try:
         search.run()
     except BaseException as error:
@@ -232,7 +247,9 @@ def _run(search: Search, crew: Workers) -> list[Condition]:
         crew.stop()
         search.ended = "interrupted"
         left = 100 * search.left
-        message = f"stopped during the search: further fits may move {left:.0f} % of the probability"
+        message = (
+            f"interrupted during the search: further fits could shift up to {left:.0f} % of the probability"
+        )
         return [Condition("interrupted", message, "run it again with --resume")]
     return []
 
@@ -240,7 +257,7 @@ def _run(search: Search, crew: Workers) -> list[Condition]:
 def _finished(
     best: Weighed, rough: Fitted, chosen: Model, problem: Problem, crew: Workers
 ) -> tuple[Weighed, Fitted, list[Condition]]:
-    """The best model with the forces of the usual mesh, and the plain law as exactly as `bushcli inverse` fits it.
+    """Return the best model on the default mesh, and the plain law fitted as accurately as by `bushcli inverse`.
 
     Both as they are where that is interrupted, with what to say of it.
     """
@@ -253,7 +270,9 @@ def _finished(
         if not is_interrupt(error):
             raise
         crew.stop()
-        message = "stopped after the search: the plain law is less exact than that of bushcli inverse"
+        message = (
+            "interrupted after the search: the plain law is fitted less accurately than by bushcli inverse"
+        )
         return best, rough, [Condition("interrupted", message, "run it again with --resume")]
     return best, plain, []
 

@@ -96,7 +96,7 @@ def evidence(
 def _gram(
     features: Sequence[Features], misfit: Sequence[Array], slopes: Sequence[Array], scale: Sequence[float]
 ) -> tuple[Array, Array]:
-    """Second derivative (p, p) and first (p,) of half the weighed sum of squares."""
+    """Return second derivative (p, p) and gradient (p,) of half the weighted sum of squares."""
     J = np.vstack([one.whitened(part, v) for one, part, v in zip(features, slopes, scale, strict=True)])
     z = np.concatenate([one.whitened(part, v) for one, part, v in zip(features, misfit, scale, strict=True)])
     return J.T @ J, J.T @ z

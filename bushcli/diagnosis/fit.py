@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis import kept
+from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.likelihood.calibration import factor_of
 from bushcli.diagnosis.likelihood.features import Features, features
 from bushcli.diagnosis.likelihood.form import Judged, Likelihood
@@ -60,7 +60,7 @@ PATIENCE = 2
 
 @dataclass(frozen=True)
 class Measured:
-    """What the recordings are taken for, by channel.
+    """Recordings as the fit uses them, by channel.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class Posterior(Problem):
 
     @property
     def unit(self) -> float:
-        """Factor that makes rows of the order of one, so that the law's stability weighs what it does elsewhere."""
+        """Factor that brings rows to the order of one, so that instability is penalised as in an identification."""
         return float(np.sqrt(len(self.channels) / sum(one.count for one in self.features)))
 
     def objective(self, x: Array) -> float:
@@ -114,11 +114,11 @@ class Posterior(Problem):
         return prior - 2.0 * self.judge(rows).log
 
     def judge(self, rows: Sequence[Array]) -> Judged:
-        """What the likelihood says of features (K,) of each channel."""
+        """Return the likelihood of features (K,) of each channel."""
         return self.likelihood.judge(self.likelihood.left(rows))
 
     def rescale(self, x: Array) -> float:
-        """Take the variances that the likelihood gives a point, and return the largest factor by which one changed."""
+        """Take over the variances of the likelihood at a point; return the largest factor by which one changed."""
         forces = self.forces(x)
         assert forces is not None
         rows = [
@@ -155,7 +155,7 @@ class Posterior(Problem):
 def fit_plain(case: Case, model: Model) -> Fitted | None:
     """Fit the plain law as `bushcli inverse` does; None where it cannot be solved from any start."""
     task = model.task(case)
-    channels = kept.channels(task)
+    channels = model_cache.channels(task)
     problem = task.pose(channels)
     start, lower, upper = task.vectors()
     if not problem.names:
@@ -165,7 +165,7 @@ def fit_plain(case: Case, model: Model) -> Fitted | None:
 
 
 def begin(case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
-    """Fit the plain law before it is known how much it leaves; None where it cannot be solved from any start.
+    """Fit the plain law before the size of its misfit is known; None if it cannot be solved from any start.
 
     Every channel counts by its force, as if the law were wrong by `UNKNOWN` of it.
     """
@@ -183,17 +183,15 @@ def all_features(
     case: Case, model: Model, used: Sequence[Mask], noises: Sequence[NoiseModel]
 ) -> tuple[Features, ...]:
     """Features of each channel."""
-    return _features(kept.channels(model.task(case)), used, noises)
+    return _features(model_cache.channels(model.task(case)), used, noises)
 
 
 def _features(
     channels: Sequence[Channel], used: Sequence[Mask], noises: Sequence[NoiseModel]
 ) -> tuple[Features, ...]:
     known = noises or [noise_model(c.recording, m) for c, m in zip(channels, used, strict=True)]
-    return tuple(
-        features(c.recording, noise, m, factor_of(c))
-        for c, noise, m in zip(channels, known, used, strict=True)
-    )
+    rows = zip(channels, known, used, strict=True)
+    return tuple(features(c.recording, noise, m, factor_of(c)) for c, noise, m in rows)
 
 
 # -- any model -----------------------------------------------------------------------------------------------------
@@ -229,7 +227,7 @@ def fit(
         best = _searched(problem, initial, lower, upper)
     for other in contained[:1] if best is None or best[0] > least + WORSE else ():
         for channel in problem.channels:
-            kept.be_patient(channel, None)
+            model_cache.set_patience(channel, None)
         at = _admitted(problem, _vector(problem, model.off(other), start))
         if not np.isfinite(problem.residual(at)).all():
             continue
@@ -243,10 +241,10 @@ def fit(
 def pose(
     case: Case, model: Model, measured: Measured, patience: int | None = PATIENCE
 ) -> tuple[Task, Posterior]:
-    """The least-squares problem of a model."""
+    """Return the least-squares problem of a model."""
     task = model.task(case)
-    coarse: kept.Coarse = "never" if model.anchor is None else "memory"
-    channels = kept.channels(task, coarse=coarse, anchor=model.anchor, patience=patience)
+    coarse: model_cache.Coarse = "never" if model.anchor is None else "memory"
+    channels = model_cache.channels(task, coarse=coarse, anchor=model.anchor, patience=patience)
     plain = task.pose(channels)
     problem = Posterior(channels, plain.law, plain.names, plain.fixed, (0.9, 1.1))
     problem.states, problem.tolerance, problem.valley = plain.states, TOLERANCE, VALLEY
@@ -261,9 +259,9 @@ def pose(
 
 
 def exact(case: Case, fitted: Fitted) -> Fitted | None:
-    """The fit with the forces of the usual mesh, where they were those of a coarse one; None where that fails."""
+    """Return the fit with forces of the default mesh in place of a coarse one; None if that fails."""
     found = []
-    for channel, before in zip(kept.channels(fitted.model.task(case)), fitted.simulated, strict=True):
+    for channel, before in zip(model_cache.channels(fitted.model.task(case)), fitted.simulated, strict=True):
         try:
             force, _ = channel.at_samples(channel.solve(fitted.values, ()))
         except NotConverged:
@@ -282,7 +280,7 @@ def exact(case: Case, fitted: Fitted) -> Fitted | None:
 
 
 def _first_solved(problem: Posterior, model: Model, start: Array, lower: Array, upper: Array) -> Array | None:
-    """The first start that can be solved: as given, with less of the effects, with the law's own shape at its scale."""
+    """Return the first start that can be solved: as given, with smaller effects, or with the law's own start scaled."""
     for point in _starts(problem, model, start):
         initial = inside(np.clip(point, lower, upper), lower, upper)
         if np.isfinite(problem.residual(initial)).all():
@@ -326,7 +324,7 @@ def _vector(problem: Problem, values: Mapping[str, float], start: Array) -> Arra
 
 
 def _admitted(problem: Posterior, x: Array) -> Array:
-    """The point with amplitudes that are zero, where their priors say how small they can be, as small as that."""
+    """Return the point with zero amplitudes raised to the smallest size that their priors admit."""
     found = x.copy()
     for i, name in enumerate(problem.names):
         known = problem.known.get(name)

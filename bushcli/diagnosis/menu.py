@@ -20,7 +20,7 @@ _REMOUNT = 40.0
 
 @dataclass(frozen=True)
 class Proposal:
-    """A recording that could be made.
+    """A candidate for the next recording.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Proposal:
 def menu(
     amplitudes: Mapping[str, float], rate: Mapping[str, float], mounted: Sequence[str]
 ) -> tuple[Proposal, ...]:
-    """Return the recordings worth thinking of.
+    """Return the candidates for the next recording.
 
     Parameters
     ----------
@@ -86,42 +86,10 @@ def menu(
     """
     found: list[Proposal] = []
     for channel, a in amplitudes.items():
-        v, extra = rate[channel], 0.0 if channel in mounted else _REMOUNT
-        slow, fast = v / 10.0, v * 10.0
-        minute, long = 60.0, 600.0
-        plans = (
-            ("once to {a} and back", (0.0, a, 0.0), (v, v), (0.0, 0.0, 0.0)),
-            ("to both sides", (0.0, a, -a, 0.0), (v, v, v), (0.0,) * 4),
-            ("twice to the same amplitude", (0.0, a, 0.0, a, 0.0), (v,) * 4, (0.0,) * 5),
-            (
-                "cycles of growing amplitude",
-                (0.0, a / 3, 0.0, a / 3, 0.0, 2 * a / 3, 0.0, 2 * a / 3, 0.0, a, 0.0, a, 0.0),
-                (v,) * 12,
-                (0.0,) * 13,
-            ),
-            ("with a hold at the peak", (0.0, a, 0.0), (v, v), (0.0, long, 0.0)),
-            (
-                "with holds on the way up and down",
-                (0.0, a / 2, a, a / 2, 0.0),
-                (v,) * 4,
-                (0, minute, minute, minute, 0),
-            ),
-            (
-                "conditioned, then at two rates",
-                (0.0, a, 0.0, a, 0.0, a, 0.0),
-                (v, v, slow, slow, fast, fast),
-                (0.0, 0.0, 0.0, 0.0, minute, 0.0, 0.0),
-            ),
-            (
-                "small about zero, to both sides",
-                (0.0, a / 10, -a / 10, a / 10, 0.0),
-                (v / 10,) * 4,
-                (0.0,) * 5,
-            ),
-        )
+        extra = 0.0 if channel in mounted else _REMOUNT
         # A strip or a sheet is not pushed: it buckles, and cannot become shorter than nothing.
         coupon = modes()[channel].specimen == "coupon"
-        for text, points, rates, holds in plans:
+        for text, points, rates, holds in _plans(a, rate[channel]):
             if coupon and min(points) < 0:
                 continue
             ways = zip(points[:-1], points[1:], rates, strict=True)
@@ -138,3 +106,49 @@ def menu(
                 )
             )
     return tuple(sorted(found, key=lambda one: (one.cost, one.name)))
+
+
+def _plans(
+    a: float, v: float
+) -> tuple[tuple[str, tuple[float, ...], tuple[float, ...], tuple[float, ...]], ...]:
+    """Return programs: a name, the points on the way, the rate of each way, and the hold at each point.
+
+    Parameters
+    ----------
+    a : float
+        Largest displacement, mm or rad.
+    v : float
+        An ordinary rate, mm/s or rad/s.
+    """
+    slow, fast = v / 10.0, v * 10.0
+    minute, long = 60.0, 600.0
+    return (
+        ("once to {a} and back", (0.0, a, 0.0), (v, v), (0.0, 0.0, 0.0)),
+        ("to both sides", (0.0, a, -a, 0.0), (v, v, v), (0.0,) * 4),
+        ("twice to the same amplitude", (0.0, a, 0.0, a, 0.0), (v,) * 4, (0.0,) * 5),
+        (
+            "cycles of growing amplitude",
+            (0.0, a / 3, 0.0, a / 3, 0.0, 2 * a / 3, 0.0, 2 * a / 3, 0.0, a, 0.0, a, 0.0),
+            (v,) * 12,
+            (0.0,) * 13,
+        ),
+        ("with a hold at the peak", (0.0, a, 0.0), (v, v), (0.0, long, 0.0)),
+        (
+            "with holds on the way up and down",
+            (0.0, a / 2, a, a / 2, 0.0),
+            (v,) * 4,
+            (0, minute, minute, minute, 0),
+        ),
+        (
+            "conditioned, then at two rates",
+            (0.0, a, 0.0, a, 0.0, a, 0.0),
+            (v, v, slow, slow, fast, fast),
+            (0.0, 0.0, 0.0, 0.0, minute, 0.0, 0.0),
+        ),
+        (
+            "small cycles about zero, to both sides",
+            (0.0, a / 10, -a / 10, a / 10, 0.0),
+            (v / 10,) * 4,
+            (0.0,) * 5,
+        ),
+    )

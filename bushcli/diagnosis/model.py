@@ -1,4 +1,4 @@
-"""A law with effects, and the same fitted to the recordings: what a diagnosis compares. Both are data."""
+"""A law with effects, and its fit to the recordings: the objects that a diagnosis compares."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Model:
         Of a law with optional terms.
     anchor : mapping, optional
         Of the law alone: with it, bodies that remember get a coarse mesh, whose force is brought to that of the
-        usual one at these parameters (`kept`). A march in three dimensions takes a minute otherwise.
+        usual one at these parameters (`model_cache`). A march in three dimensions takes a minute otherwise.
     """
 
     law: str
@@ -78,7 +78,7 @@ class Model:
         return set(other.structure) < set(self.structure)
 
     def at(self, values: Mapping[str, float]) -> Model:
-        """The model with other values, by full name; what is not given stays."""
+        """Return the model with other values, by full name; values that are not given stay."""
         law = {name: float(values.get(name, value)) for name, value in self.start.items()}
         effects = tuple(
             replace(
@@ -115,7 +115,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A model at its best.
+    """A model with its best-fitting values.
 
     Attributes
     ----------

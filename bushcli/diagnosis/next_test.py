@@ -1,4 +1,4 @@
-"""The recording that would tell most about the rivals, per minute of testing.
+"""The most informative next recording per minute of testing, given the rivals.
 
 Each rival foretells every recording of a menu. How much a recording is expected to say about which of them is right is
 the mutual information of model and data, bounded from below by the distances between what they foretell:
@@ -27,7 +27,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis import kept
+from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.likelihood.form import EFFECTIVE, LAMBDA, PHI
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.model import Model
@@ -125,7 +125,7 @@ def foretell(
         q,
         None,
         comm=MPI.COMM_SELF,
-        prepared=kept.bodies(task, "always"),
+        prepared=model_cache.bodies(task, "always"),
     )
     names, root = known
     try:
@@ -136,7 +136,7 @@ def foretell(
 
 
 def _distance(right: Foretold, other: Foretold, sigma: float) -> float:
-    """Bhattacharyya distance of two predictions: what is left when both are free within what is known of them."""
+    """Return the Bhattacharyya distance of two predictions with their uncertainty."""
     difference = (right.force - other.force) / sigma
     spread = np.hstack([right.spread, other.spread]) / sigma
     # (1 + S S')^-1 d by the small system.
@@ -206,7 +206,7 @@ def _words(proposal: Proposal, bits: float, possible: float, pairs: Sequence[tup
     if holds:
         text += f", holding for {' and '.join(f'{h:g}' for h in holds)} s"
     gain = "; ".join(f"{a} from {b}" for a, b in pairs)
-    gain = f"it would separate {gain}" if gain else "it would not decide, but it says most"
+    gain = f"it would separate {gain}" if gain else "it would not decide, but it is the most informative one"
     return f"{text} (about {proposal.cost:.0f} minutes); {gain} (expected: {bits:.2g} of {possible:.2g} bit)."
 
 

@@ -62,7 +62,7 @@ class Weighed:
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """Names of the effects with their rigs, a law set free after them, the unknown effect last."""
+        """Names of the effects with their rigs, then a law freed from the coupons, the unknown effect last."""
         own = self.state.model.identities if self.predicted is None else self.predicted
         return (*own, *((FREE_LAW,) if self.freed else ()), *((UNKNOWN,) if self.unknown else ()))
 

@@ -1,4 +1,4 @@
-"""What a model would be worth with further effects, to first order beside one that is fitted.
+"""Predicted evidence of a model with further effects, to first order about a fitted model.
 
 The misfit's features, the derivatives by the fitted parameters and those by the further amplitudes make a linear
 least-squares problem with the fit's own weights and priors, in which an amplitude that cannot be negative is not. Its
@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import combinations, product
 
@@ -27,8 +27,8 @@ from bushcli.diagnosis.amplitudes import amplitudes
 from bushcli.diagnosis.columns import Trial, shear_modulus
 from bushcli.diagnosis.evidence import Evidence, evidence
 from bushcli.diagnosis.fit import SETTLED, TURNS
-from bushcli.diagnosis.likelihood.form import LAMBDA, LAMBDA_SPREAD, PHI, PHI_SPREAD
 from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.prediction import Addition, Prediction
 from bushcli.diagnosis.prior import Known, known_parameters
 from bushcli.diagnosis.state import State
 
@@ -38,9 +38,8 @@ Array = NDArray[np.float64]
 TRIED = 2.0
 # Points of an effect's grid that are tried in a pair, the best first.
 POINTS = 2
-# Errors of form of formulas that are about right: two standard deviations below the median.
-EXACT = PHI * math.exp(-2.0 * PHI_SPREAD), LAMBDA * math.exp(-2.0 * LAMBDA_SPREAD)
-# Factor beyond the 95 % range of a logarithmic prior that an amplitude may begin at.
+# Factor beyond the 95 % range of its prior to which an amplitude is predicted: further out curves do not follow their
+# derivatives.
 FAR = 3.0
 # Share of a change that has to be its own beside the fitted parameters: less is rounding.
 OWN = 1e-6
@@ -48,44 +47,8 @@ OWN = 1e-6
 PIECES = 6
 
 
-@dataclass(frozen=True)
-class Addition:
-    """An effect beside a model, at one point of its grid, with the features of what it does.
-
-    Attributes
-    ----------
-    trial : Trial
-    slopes : tuple of (K, k) array
-        By channel.
-    """
-
-    trial: Trial
-    slopes: tuple[Array, ...]
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """A model that might be fitted.
-
-    Attributes
-    ----------
-    model : Model
-        With the effects' first-order values.
-    log_evidence : float
-    gain : float
-        Natural logarithm of the likelihood that the effects bring, at the best point of their grids.
-    log_likelihood : float
-        That of the model there.
-    """
-
-    model: Model
-    log_evidence: float
-    gain: float
-    log_likelihood: float
-
-
 class Beside:
-    """First-order predictions beside a fitted model."""
+    """First-order predictions about a fitted model."""
 
     def __init__(
         self, state: State, additions: Sequence[Addition], variances: Sequence[float] | None = None
@@ -106,16 +69,16 @@ class Beside:
     # -- predictions ---------------------------------------------------------------------------------------------
 
     def singles(self) -> list[Prediction]:
-        """One effect more."""
+        """Return predictions with one more effect."""
         return [self._averaged([(one,) for one in points]) for points in self.grouped.values()]
 
     def alone(self) -> Prediction:
-        """The model itself, its own parameters moved to first order: of one that is not at its best."""
+        """Return the prediction for the model itself, its parameters moved to first order to their best."""
         found = self._value(())[0]
         return Prediction(self.state.model, found.log, 0.0, found.judged.log)
 
     def pairs(self) -> list[Prediction]:
-        """Two effects more, each at the best points of its grid."""
+        """Return predictions with two more effects, each at the best points of its grid."""
         best = {
             name: [
                 one
@@ -133,26 +96,11 @@ class Beside:
         return found
 
     def share(self, addition: Addition) -> float:
-        """Share of an effect's change that the fitted parameters cannot make, of the amplitude where it is largest."""
+        """Return the largest share of an amplitude's change that the fitted parameters cannot make."""
         G = self._weighed(addition.slopes)
         size = np.linalg.norm(G, axis=0)
         own = np.linalg.norm(self._left(G), axis=0)
         return float(np.max(own / np.where(size > 0.0, size, 1.0)))
-
-    def shows(self, addition: Addition) -> float:
-        """Fall of twice the negative log likelihood that the effect could make in a size that its priors still admit.
-
-        Each amplitude by itself at the far end of its 95 % range, formulas taken to be right.
-        """
-        likelihood = self.state.problem.likelihood
-        own = self._split(self._left(self._weighed(addition.slopes)))
-        exact = likelihood.variances(*EXACT)
-        rows = np.vstack(
-            [one.whitened(part, v) for one, part, v in zip(likelihood.features, own, exact, strict=True)]
-        )
-        known, _ = self._unknowns((addition,))
-        sizes = [np.inf if one is None else one.prior.range(one.scales)[1] for one in known]
-        return float(np.max(np.sum(rows**2, axis=0) * np.square(sizes)))
 
     def any_law(self, more: int) -> float:
         """Log evidence of the model if its law could follow the misfit wherever that is a function of displacement.

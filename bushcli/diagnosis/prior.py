@@ -1,4 +1,4 @@
-"""What is known before any recording: the odds of each effect and law, and what priors of values are relative to.
+"""Priors: odds of each effect and law, and the scales of the priors of values.
 
 The odds stand in one table. They are an engineer's: how often a bushing on a rig has an effect that is large enough to
 be seen. `uniform=True` gives all effects the same.
@@ -91,7 +91,7 @@ def log_odds(
 
 
 def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scales:
-    """What priors are relative to, from the recordings that an effect acts on and the specimen."""
+    """Return the scales of priors, from the recordings on which an effect acts and from the specimen."""
     times = [one.time for one in recordings if one.time is not None]
     travel = max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0)
     force = max((float(np.abs(one.force).max()) for one in recordings), default=1.0)

@@ -1,4 +1,4 @@
-"""What a diagnosis is asked: recordings, the law to begin with, effects to consider; and the likelihood of it all."""
+"""Input of a diagnosis: recordings, plain law, effects to consider; and the likelihood."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Question:
-    """What a diagnosis is asked.
+    """Input of a diagnosis.
 
     Attributes
     ----------

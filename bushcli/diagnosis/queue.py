@@ -24,14 +24,15 @@ from bushcli.diagnosis.columns import unfit
 from bushcli.diagnosis.derivatives import Derivatives
 from bushcli.diagnosis.fit import Measured, fit
 from bushcli.diagnosis.model import Fitted, Key, Model
-from bushcli.diagnosis.predict import Addition, Beside, Prediction
+from bushcli.diagnosis.neighbours import label, other_laws, without_effects
+from bushcli.diagnosis.predict import Beside
+from bushcli.diagnosis.prediction import Addition, Prediction
 from bushcli.diagnosis.prior import log_odds
 from bushcli.diagnosis.queued import Queued, slack_of
-from bushcli.diagnosis.result import Trial as Row
+from bushcli.diagnosis.searched import Trial as Row
 from bushcli.diagnosis.state import Problem, State
-from bushcli.effects.effect import Effect, spoken
+from bushcli.effects.effect import Effect
 from bushcli.runtime.workers import Workers
-from forms.law import laws
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
@@ -48,12 +49,8 @@ BATCH = 2
 # Natural logarithm of the likelihood that effects have to bring to be seen: half a nat. With less to first order a fit
 # finds no more: the optimum is that of the model beside which they are tried, where first order is exact.
 FAINT = 0.5
-# Fall of twice the negative log likelihood below which an effect cannot be seen: a nat, a factor of e.
-VISIBLE = 2.0
 # Factor on the change of the log likelihood where the derivatives are those of the plain law's curves.
 BORROWED = 2.0
-# Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.
-TERMS, TERMS_OF_COUPON = 2, 3
 
 
 @dataclass
@@ -104,7 +101,7 @@ class Search:
         return self.derivatives.untestable
 
     def run(self) -> None:
-        """Search until nothing is left, or the time is over."""
+        """Search until no model is left that matters, or the time limit is reached."""
         while True:
             for key in self._to_expand():
                 self._expand(key)
@@ -138,7 +135,7 @@ class Search:
         return [one for one in self.waiting.values() if one.is_sure and one.predicted < most]
 
     def seen_in(self, key: Key) -> Key:
-        """The least fitted model that a fitted one contains and that describes the recordings as well."""
+        """Return the smallest fitted model within another one that describes the recordings as well."""
         state, least = self.states[key], key
         for other, one in self.states.items():
             lost = state.evidence.judged.log - one.evidence.judged.log
@@ -209,7 +206,7 @@ class Search:
     def _first(self, key: Key) -> Queued:
         """The model to be fitted next: before another law is fitted with effects it is fitted alone."""
         first = self.waiting[key]
-        alone = _without_effects(first.model)
+        alone = without_effects(first.model)
         if first.is_bound and first.model.effects and alone.structure not in self._tried:
             first = self.waiting.get(alone.structure, replace(first, model=alone))
         self._tried.add(first.model.structure)
@@ -232,7 +229,7 @@ class Search:
         if not state.model.effects:
             # What another law brings beside effects can be predicted now.
             for other in [self.states[one] for one in self._expanded if self.states[one].model.effects]:
-                for model in self._other_laws(other.model):
+                for model in other_laws(self.problem.case, other.model):
                     self._exchange_law(other, model)
         elif (state.model.law, state.model.terms) == (self.plain.model.law, self.plain.model.terms):
             self._more_beside(state)
@@ -263,7 +260,7 @@ class Search:
     # -- neighbours ----------------------------------------------------------------------------------------------
 
     def _to_expand(self) -> list[Key]:
-        """Fitted models whose neighbours are not known yet, and that may matter; the plain law in any case."""
+        """Return fitted models that may matter and whose neighbours are not predicted yet; the plain law always."""
         total = self.total
         return [
             key
@@ -288,7 +285,7 @@ class Search:
                 is_more = len(one.model.identities) > len(state.model.identities)
                 silent = is_more and one.gain < FAINT
                 self._queue(one, state, 0.0 if silent else slack_of(one.gain), is_silent=silent)
-        for model in self._other_laws(state.model):
+        for model in other_laws(self.problem.case, state.model):
             if not self._exchange_law(state, model):
                 more = len(model.start) - (0 if state.model.fixed else len(state.model.start))
                 bound = beside.any_law(more)
@@ -321,9 +318,9 @@ class Search:
                         self._queue(one, state, slack_of(lost + one.gain))
 
     def _exchange_law(self, state: State, model: Model) -> bool:
-        """Enter a model with another law, where that law is known without effects; return whether it is."""
-        own = self.states.get(_without_effects(state.model).structure)
-        alone = self.states.get(_without_effects(model).structure)
+        """Queue a model with another law if that law alone has been fitted; return whether it has."""
+        own = self.states.get(without_effects(state.model).structure)
+        alone = self.states.get(without_effects(model).structure)
         if own is None or alone is None or not model.effects:
             return False
         other = Beside(state.with_law(alone, own), ())
@@ -343,30 +340,3 @@ class Search:
         known = self.waiting.get(key)
         if key not in self.states and (known is None or new.rank > known.rank):
             self.waiting[key] = new
-
-    def _other_laws(self, model: Model) -> list[Model]:
-        """The model with another law of at least as many parameters, or with the law set free."""
-        if model.fixed:
-            free = tuple(one for one in model.effects if not one.effect.needs_fixed_law)
-            return [replace(model, fixed=False, effects=free)]
-        coupon = self.problem.case.geometry.specimen == "coupon"
-        terms = TERMS_OF_COUPON if coupon else TERMS
-        found = []
-        for name, other in laws().items():
-            optional = any(p.optional for p in other.parameters)
-            start = {p.name: p.start for p in other.parameters if not p.optional or int(p.name[-1]) <= terms}
-            if name == model.law or len(start) < max(len(model.start), 2):
-                continue
-            found.append(
-                replace(model, law=name, start=start, terms=terms if optional else None, anchor=None)
-            )
-        return found
-
-
-def _without_effects(model: Model) -> Model:
-    return replace(model, effects=(), anchor=None)
-
-
-def label(model: Model) -> str:
-    """A model in words: "yeoh + mullins + offset (radial)"."""
-    return " + ".join([model.law, *map(spoken, model.identities)])

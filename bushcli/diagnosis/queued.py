@@ -1,4 +1,4 @@
-"""Models that wait to be fitted: what they are predicted to be worth, and how sure that is."""
+"""Queue of models to be fitted, with their predicted weights and the uncertainty of these."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a diagnosis returns: where the simulation misses the recordings, what was left out, and how probable that is."""
+"""Result of a diagnosis: where the simulation misses the recordings, the missing physics, and its probability."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
+from bushcli.diagnosis.searched import Searched
 from bushcli.diagnosis.where.maps import LocalMap, Missing
 from bushcli.diagnosis.where.record import Location
 from bushcli.faults import DataFault
@@ -148,59 +149,8 @@ class Group:
 
 
 @dataclass(frozen=True)
-class Trial:
-    """A model that the search fitted, in its order.
-
-    Attributes
-    ----------
-    law : str
-    effects : tuple of str
-    predicted, log_evidence : float
-        Natural logarithm of the evidence, predicted to first order and after the fit, less that of the plain law;
-        NaN where there is none.
-    misfit : float
-        Root mean square misfit over the noise; NaN where the model could not be solved.
-    text : str
-        What came of it, where there is something to say: "cannot be solved from any start".
-    """
-
-    law: str
-    effects: tuple[str, ...]
-    predicted: float
-    log_evidence: float
-    misfit: float
-    text: str = ""
-
-
-@dataclass(frozen=True)
-class Searched:
-    """How far the search went.
-
-    Attributes
-    ----------
-    complete : bool
-        Whether all that could hold more than 1 % of the posterior was fitted.
-    left : float
-        Share of the posterior that models in the queue may hold, by their predictions.
-    ended : {"nothing left", "budget", "interrupted"}
-    trials : tuple of Trial
-    lost : tuple of str
-        Models that could not be solved from any start, in words.
-    untestable : mapping of str to str
-        Effects that these recordings cannot show, and why.
-    """
-
-    complete: bool
-    left: float
-    ended: Literal["nothing left", "budget", "interrupted"]
-    trials: tuple[Trial, ...]
-    lost: tuple[str, ...]
-    untestable: Mapping[str, str]
-
-
-@dataclass(frozen=True)
 class FormError:
-    """How wrong the formulas of the most probable model are taken to be.
+    """Assumed form error of the most probable model.
 
     Attributes
     ----------
@@ -287,7 +237,7 @@ class NextTest:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The whole answer.
+    """Result of a diagnosis.
 
     Attributes
     ----------

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Problem:
-    """What a diagnosis asks of every model.
+    """Common data with which every model is compared.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class State:
-    """A fitted model, judged."""
+    """A fitted model with its evidence."""
 
     problem: Problem
     fitted: Fitted

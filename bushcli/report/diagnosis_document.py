@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from bushcli.case import Material
-from bushcli.diagnosis.result import Diagnosis, Named, NextTest, Quantity, Searched
+from bushcli.diagnosis.result import Diagnosis, Named, NextTest, Quantity
+from bushcli.diagnosis.searched import Searched
 from bushcli.diagnosis.where.maps import MissingProfile
 from bushcli.diagnosis.where.record import Location, Mismatch
 from bushcli.diagnosis.words import sentence

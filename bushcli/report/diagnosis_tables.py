@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from bushcli.diagnosis.result import Diagnosis, Trial
+from bushcli.diagnosis.result import Diagnosis
+from bushcli.diagnosis.searched import Trial
 from bushcli.report.diagnosis_names import model_title, short_chance, title
 from bushcli.report.diagnosis_values import derived_text, shown
 from bushcli.report.diagnosis_words import channel_label, fault_kind, unlikely

@@ -261,7 +261,7 @@ def searched_lines(found: Diagnosis) -> list[str]:
     fitted = f"{count} {'model was' if count == 1 else 'models were'} fitted"
     why = {
         "nothing left": "",
-        "budget": ": the time allowed was over",
+        "budget": ": the time limit was reached",
         "interrupted": ": the search was interrupted",
     }[searched.ended]
     lines = [

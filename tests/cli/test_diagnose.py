@@ -20,8 +20,7 @@ from bushcli.cli import main
 from bushcli.cli.run import Run
 from bushcli.diagnosis import aftermath, answer
 from bushcli.diagnosis import diagnose as driver
-from bushcli.diagnosis.codec import FitCodec
-from bushcli.runtime.store import SUFFIX, Store
+from bushcli.runtime.store import SUFFIX
 from bushcli.runtime.workers import Workers
 from cases.march import unsolved
 
@@ -286,7 +285,7 @@ def test_a_recording_that_cannot_be_read_leaves_the_fits_of_an_earlier_run(
     ("there", "resume", "words"),
     [
         (2, True, "2 results found"),
-        (0, True, "no results are there: from the beginning"),
+        (0, True, "there are no saved results: starting from the beginning"),
         (1, False, "1 result of an earlier run deleted; --resume would have kept them"),
         (0, False, ""),
     ],
@@ -295,7 +294,7 @@ def test_what_becomes_of_an_earlier_run_is_told(tmp_path: Path, there: int, resu
     for i in range(there):
         (tmp_path / f"{i:024x}{SUFFIX}").touch()
     told: list[str] = []
-    driver._announce(Store(tmp_path, FitCodec(), resume), resume, lambda *line: told.append(line[2]))
+    driver._opened(tmp_path, resume, lambda *line: told.append(line[2]))
     assert told == ([words] if words else [])
 
 
@@ -330,7 +329,7 @@ def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) 
             "next_test",
             KeyboardInterrupt(),
             "interrupted",
-            "the next test or the map of the bushing is missing",
+            "the proposed test or the map of the bushing is missing",
         ),
         ("_maps", KeyboardInterrupt(), "interrupted", "the map of the bushing is missing"),
         # As PETSc's callbacks have it.

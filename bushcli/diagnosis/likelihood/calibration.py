@@ -1,4 +1,4 @@
-"""How misfit is weighed when models are compared: noise of the samples, and what calibration and mesh leave open.
+"""Weights of the misfit when models are compared: noise of the samples, and uncertainty of calibration and mesh.
 
 A load cell is calibrated to about a percent, and a mesh is too stiff by a fraction of one: either makes all forces of
 a channel wrong by one factor. That factor is unknown with a known standard deviation, so it is noise that all samples

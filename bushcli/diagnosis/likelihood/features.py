@@ -1,4 +1,4 @@
-"""What of a misfit is smooth: polynomials along each branch of the path, the noise's unit one.
+"""Features: the smooth part of a misfit, as polynomials along each branch of the path, in units of the noise.
 
 Physics acts along branches: a loop opens on loading and closes on unloading, a force relaxes in a hold. The weighted
 misfit of a channel is projected on Legendre polynomials of each branch (of the logarithm of time in a hold). White
@@ -74,7 +74,7 @@ class Features:
         return self._stretched(z, 1.0 / np.sqrt(variance), 1.0 / np.sqrt(variance + self.calibration))
 
     def coloured(self, rows: Array, variance: float) -> Array:
-        """Return features of which `whitened` makes these rows."""
+        """Return the inverse of `whitened`."""
         return self._stretched(rows, np.sqrt(variance), np.sqrt(variance + self.calibration))
 
     def _stretched(self, z: Array, across: float, along: float) -> Array:

@@ -62,7 +62,7 @@ UNKNOWN_IN_CHANNEL = 0.5
 
 @dataclass(frozen=True)
 class Left:
-    """What a model leaves of each channel, (channels,) each.
+    """Remaining misfit of a model by channel, (channels,) each.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Left:
 
 @dataclass(frozen=True)
 class Judged:
-    """What the likelihood says of a model.
+    """Likelihood of a model, with its form error.
 
     Attributes
     ----------
@@ -140,14 +140,14 @@ class Likelihood:
         return np.array([one.calibration for one in self.features])
 
     def left(self, rows: Sequence[Array]) -> Left:
-        """Return what is left, given the features (K,) of the misfit of each channel."""
+        """Return the remaining misfit, given its features (K,) by channel."""
         along = np.array([float(one.along @ z) ** 2 for one, z in zip(self.features, rows, strict=True)])
         across = np.array([float(z @ z) - len(z) + 1.0 for z in rows]) - along
         return Left(across, along, across + along / (1.0 + self.calibration) - 1.0)
 
     @property
     def nothing(self) -> Left:
-        """What a perfect model leaves."""
+        """Return the remaining misfit of a perfect model."""
         none = np.zeros(len(self.features))
         return Left(none, none, none)
 
@@ -160,7 +160,7 @@ class Likelihood:
         return log - 0.5 * np.log(wide) - 0.5 * left.along[channel] / wide, v
 
     def judge(self, left: Left) -> Judged:
-        """Judge a model by what it leaves."""
+        """Return the likelihood of a model, given its remaining misfit."""
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         form = _PHIS[:, None, None] ** 2 * self.explained + lam[None, :, None] ** 2 * self.signal
         parts, v = self._log(left, form)

@@ -1,4 +1,4 @@
-"""The size of the noise once more, in the features of what the plain law leaves.
+"""Refined size of the noise, from the features of the plain law's misfit.
 
 A few hundred samples say how large an independent sample's noise is to some 40 % (`windows`). What a law leaves of a
 recording says more: missing physics is smooth along a branch, its features fall by a factor from each degree to the
@@ -31,7 +31,7 @@ NODES = np.linspace(-2.5, 2.5, 41)
 
 
 def levelled(noise: NoiseModel, features: Features, misfit: Array) -> NoiseModel:
-    """Return the noise as the features of a misfit have it.
+    """Return the noise with its size refined from the features of a misfit.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The fit at its minimum, to first order: what the fitted parameters can do, and what is left of anything else.
+"""Linearisation of a fit at its minimum: directions that the fitted parameters can follow, and the rest of any other.
 
 Everything is weighted so that one independent sample of noise has unit variance (`Compared.weights`). The part of a
 change of the curves that the fitted parameters could make as well is projected out: what is left is all that a
@@ -51,18 +51,18 @@ class Linearised:
 
     @cached_property
     def basis(self) -> Array:
-        """Orthonormal basis (n, r) of what the fitted parameters can do."""
+        """Orthonormal basis (n, r) of the changes that the fitted parameters can make."""
         size = np.linalg.norm(self.jacobian, axis=0)
         u, s, _ = np.linalg.svd(self.jacobian / np.where(size > 0, size, 1.0), full_matrices=False)
         return np.asarray(u[:, s > _RANK * max(float(s.max(initial=0.0)), 1e-300)])
 
     def left(self, columns: Array) -> Array:
-        """What the fitted parameters cannot do of columns (n, ...)."""
+        """Return the part of columns (n, ...) that the fitted parameters cannot make."""
         return np.asarray(columns - self.basis @ (self.basis.T @ columns))
 
     @cached_property
     def rest(self) -> Array:
-        """Misfit (n,) without what another step of the fit would still take away."""
+        """Misfit (n,) after one more linear step of the fit."""
         return self.left(self.misfit)
 
     def inflation(self, rest: Array) -> float:

@@ -1,4 +1,4 @@
-"""What a misfit of noise alone looks like: its size, its memory from sample to sample, and how well both are known.
+"""Model of the noise: its size, its correlation from sample to sample, and how well both are known.
 
 The noise comes from the recording itself, never from the misfit: a misfit that is smooth because physics is missing
 would pass for noise with a long memory, and hide itself. Size and memory are those of a first-order autoregression
@@ -64,7 +64,7 @@ class NoiseModel:
 
     def __post_init__(self) -> None:
         if not (self.sigma > 0.0 and 0.0 <= self.correlation < 1.0 and self.freedom > 0.0):
-            raise ValueError(f"noise model: {self} has values that no noise has")
+            raise ValueError(f"noise model: {self} has impossible values")
 
     @property
     def correlation_time(self) -> float:
@@ -74,7 +74,7 @@ class NoiseModel:
 
 @dataclass(frozen=True)
 class Compared:
-    """A channel: what was recorded, what is simulated at the same samples, and the noise.
+    """A channel: recorded force, simulated force at the same samples, and noise.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ def _passed(correlation: float) -> float:
 
 
 def autoregression(noise: NoiseModel, values: Array) -> Array:
-    """Return innovations (n - 1, ...): what each of the samples (n, ...) has that its predecessor does not foretell."""
+    """Return innovations (n - 1, ...): what each of the samples (n, ...) has that its predecessor does not predict."""
     r = noise.correlation
     return np.asarray((values[1:] - r * values[:-1]) / np.sqrt(1.0 - r**2))
 
@@ -198,7 +198,7 @@ def smoothed(recording: Recording) -> Array:
 
 
 def _polynomials(recording: Recording) -> tuple[Array, Array]:
-    """A polynomial in each branch at its samples (n,), and by how much each sample draws it to itself (n,).
+    """Return a polynomial fit of each branch at its samples (n,), and the leverage of each sample (n,).
 
     Both are nan in branches too short for a polynomial.
     """

@@ -152,7 +152,7 @@ def _innovations(values: Array, correlation: float) -> Array:
 
 
 def _unremarkable(squares: Array, freedom: Array, kept: Mask) -> Mask:
-    """Windows that leave no more than noise does, by the median of those kept; half of all at least."""
+    """Return the windows whose residuals are no larger than noise, at least half of all."""
     sizes = squares / freedom
     # Wilson and Hilferty's median of chi square.
     median = float(np.median(sizes[kept] / (1.0 - 2.0 / (9.0 * freedom[kept])) ** 3))

@@ -24,6 +24,7 @@ from bushcli.diagnosis.likelihood.linearised import linearised, weighed
 from bushcli.diagnosis.likelihood.noise import Compared
 from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
 from bushcli.diagnosis.where.maps import LocalMap
+from bushcli.diagnosis.where.places import onto, thickness, zones
 from bushcli.inverse.channel import Channel
 from bushcli.recording import matching
 from bushcli.recording.curve import Curve
@@ -31,7 +32,6 @@ from bushcli.simulate.six_simulation import Reaction
 from cases import local
 from cases.local import Cells, Local
 from cases.program import Program
-from geometry.ring import Ring
 from geometry.shape import Mirrors, Shape
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ LARGE, REPEATS = 0.02, 3
 
 @dataclass(frozen=True)
 class Seen:
-    """What a channel has to say.
+    """Data of a channel for the map.
 
     Attributes
     ----------
@@ -112,26 +112,18 @@ def local_map(
         A channel is a coupon test: its deformation is the same everywhere.
     NotConverged
     """
-
-    def slopes_of(given: Mapping[str, float]) -> list[tuple[Array, Cells]]:
-        found = []
-        for channel in channels:
-            notify(channel.name)
-            found.append(_slopes(channel, given))
-        return found
-
     if any(channel.coupon for channel in channels):
-        raise ValueError("a coupon has no place where its rubber could differ: maps are of bushings")
+        raise ValueError("a coupon has no places to tell apart: only bushings have maps")
     parameters, scale, before = dict(problem_parameters), 1.0, 0.0
     held = not any(jacobian.shape[1] for jacobian in jacobians)
     shape, linear = channels[0].model.mesh.shape, channels[0].model.law.linear
     for repeat in range(REPEATS + 1):
-        seen = [
-            Seen(one, jacobian, *slope, channel.model.mesh.mirrors, calibration.factor_of(channel))
-            for channel, one, jacobian, slope in zip(
-                channels, compared, jacobians, slopes_of(parameters), strict=True
-            )
-        ]
+        seen = []
+        for channel, one, jacobian in zip(channels, compared, jacobians, strict=True):
+            notify(channel.name)
+            slope, cells = _slopes(channel, parameters)
+            mirrors, shared = channel.model.mesh.mirrors, calibration.factor_of(channel)
+            seen.append(Seen(one, jacobian, slope, cells, mirrors, shared))
         combined = Combined(seen, shape)
         before = before or combined.gains.before
         if not held or not LARGE <= abs(combined.uniform) < 0.9 or repeat == REPEATS:
@@ -202,7 +194,7 @@ class Combined:
             seen, key=lambda one: (one.cells.points.shape[1], len(one.mirrors), -len(one.cells.volume))
         )
         self.cells, self.mirrors = host.cells, host.mirrors
-        slopes = [one.slope @ _onto(one.cells, one.mirrors, self.cells, self.mirrors) for one in seen]
+        slopes = [one.slope @ onto(one.cells, one.mirrors, self.cells, self.mirrors) for one in seen]
         compared, jacobians = [one.compared for one in seen], [one.jacobian for one in seen]
         shared = [one.shared for one in seen]
         self.linear = calibration.linear_fit(compared, shared, jacobians)
@@ -210,13 +202,13 @@ class Combined:
         # The same as the samples are, a factor that they share not discounted: what a reader calls the misfit.
         self.plain = linearised(compared, jacobians)
         self.plain_slope = weighed(compared, slopes)
-        self.field = estimate(self.linear, self.slope, covariance(self.cells, _thickness(self.cells)))
+        self.field = estimate(self.linear, self.slope, covariance(self.cells, thickness(self.cells)))
         self.uniform = uniform(self.plain, self.plain_slope)
         self.beside = uniform(self.plain, self.plain_slope, self.field.change)
         self.gains = self._gained()
 
     def _gained(self) -> Gains:
-        """What is left of the misfit when the fitted parameters are free to follow."""
+        """Return the remaining misfit after the fitted parameters have been refitted to first order."""
 
         def left(change: Array | float) -> float:
             along = self.plain_slope @ np.broadcast_to(change, len(self.cells.volume))
@@ -256,105 +248,41 @@ class Combined:
         if self.field.p < LEVEL:
             return (
                 f"The best uniform change of stiffness{factor} takes away {everywhere} of the squared misfit, a local "
-                "one hardly more: these recordings tell of no place in the rubber."
+                "one hardly more: these recordings do not point to any place in the rubber."
             )
         return (
             f"A local change of stiffness does not help significantly more than a uniform one{factor}, which takes "
-            f"away {everywhere} of the squared misfit (p {_chance(self.field.p)}): these recordings tell of no place "
-            "in the rubber."
+            f"away {everywhere} of the squared misfit (p {_chance(self.field.p)}): these recordings do not point "
+            "to any place in the rubber."
         )
 
     def _place(self) -> str:
-        labels, members = _zones(self.cells, self.mirrors, self.shape)
-        zones = zoned(self.linear, self.slope, members)
-        order = np.argsort(-zones.drop)
-        near = zones.drop[order] > zones.drop[order[0]] - APART * zones.variance
+        labels, members = zones(self.cells, self.mirrors, self.shape)
+        parts = zoned(self.linear, self.slope, members)
+        order = np.argsort(-parts.drop)
+        near = parts.drop[order] > parts.drop[order[0]] - APART * parts.variance
         alike = order[near]
-        said = [f"{_change(zones.change[i])} {labels[i]}" for i in alike]
+        said = [f"{_change(parts.change[i])} {labels[i]}" for i in alike]
         if len(alike) > len(labels) / 2:
-            return f"Where cannot be told from these recordings: {len(alike)} of {len(labels)} places serve as well."
+            return (
+                f"The place cannot be determined from these recordings: {len(alike)} of {len(labels)} places explain "
+                "them equally well."
+            )
         if len(alike) > 1:
-            return f"To first order it would be {said[0]}; these recordings do not tell it from {', '.join(said[1:])}."
+            return (
+                f"To first order it would be {said[0]}; these recordings do not distinguish it from "
+                f"{', '.join(said[1:])}."
+            )
         return f"To first order it would be {said[0]}."
 
     def _part(self) -> str:
         if not self.mirrors:
             return ""
         planes = " and ".join(f"{plane} = 0" for plane in sorted(self.mirrors))
-        return (
-            f"The mesh is cut at {planes}: what lies beyond is the mirror image, and cannot be told from it."
-        )
-
-
-def _onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
-    """Matrix (own cells, host's): the mean over each own cell, and its mirror images, of a field on the host's."""
-    flat = host.points.shape[1] == 2
-    own, other = (_place_of(c, flat, mirrors | cut) for c in (cells, host))
-    # Cells one behind the other, round the axis or in the images, are one.
-    size = 1e-6 * float(np.ptp(host.points, axis=0).max())
-    groups, member = np.unique(np.round(own / size), axis=0, return_inverse=True)
-    tree = KDTree(groups * size)
-    weight = np.zeros((len(groups), len(host.volume)))
-    weight[tree.query(other)[1], np.arange(len(host.volume))] = host.volume
-    # A host with larger cells than the channel's.
-    empty = np.flatnonzero(weight.sum(axis=1) == 0)
-    weight[empty, KDTree(other).query(groups[empty] * size)[1]] = 1.0
-    return np.asarray((weight / weight.sum(axis=1, keepdims=True))[member.ravel()])
-
-
-def _place_of(cells: Cells, flat: bool, mirrors: Mirrors) -> Array:
-    """Centres of the cells, (R, Z) or (x, y, z), with all images folded into one."""
-    # The mean radius of the corners: that of their mean would change with the angle that a cell takes.
-    centres = (_section(cells.points) if flat else cells.points)[cells.corners].mean(axis=1)
-    names = "rz" if flat else "xyz"
-    for plane in mirrors & set(names):
-        centres[:, names.index(plane)] = np.abs(centres[:, names.index(plane)])
-    return np.asarray(centres)
-
-
-def _section(points: Array) -> Array:
-    """(R, Z) of points in the half-plane or in space."""
-    return np.column_stack([np.linalg.norm(points[:, :-1], axis=1), points[:, -1]])
+        return f"The mesh is cut at {planes}: the other half is its mirror image and cannot be distinguished from it."
 
 
 # -- words -----------------------------------------------------------------------------------------------------------
-
-
-def _thickness(cells: Cells) -> float:
-    """Of the rubber across, mm."""
-    return float(np.ptp(_section(cells.points)[:, 0]))
-
-
-def _zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Array]:
-    """Names of parts of the rubber, and which cells (m, k) belong to each."""
-    radius, height = _place_of(cells, True, frozenset()).T
-    corners = _section(cells.points)
-    across = (radius - corners[:, 0].min()) / _thickness(cells)
-    end = float(np.abs(corners[:, 1]).max())
-    bonded = isinstance(shape, Ring)
-    inside, between, outside = (
-        ("near the inner bond", "between the bonds", "near the outer bond")
-        if bonded
-        else ("near the bore", "in the middle", "near the flank")
-    )
-    rings = {
-        inside: across < 1 / 3,
-        between: (across >= 1 / 3) & (across <= 2 / 3),
-        outside: across > 2 / 3,
-    }
-    if "z" in mirrors:
-        parts = {"about mid-length": height < 0.5 * end, "towards the ends": height >= 0.5 * end}
-    else:
-        third = f"{end / 3:.3g} mm"
-        parts = {
-            f"at the lower end (z < -{third})": height < -end / 3,
-            "about mid-length": np.abs(height) <= end / 3,
-            f"at the upper end (z > {third})": height > end / 3,
-        }
-    pairs = {
-        f"{ring} {part}": a & b for ring, a in rings.items() for part, b in parts.items() if (a & b).any()
-    }
-    return list(pairs), np.array(list(pairs.values()), dtype=float).T
 
 
 def _change(value: float) -> str:

@@ -38,7 +38,7 @@ SOFTEST, STIFFEST = np.log(0.1), np.log(3.0)
 
 @dataclass(frozen=True)
 class Field:
-    """What the misfit asks of the rubber's stiffness.
+    """Field of stiffness changes that reduces the misfit.
 
     Attributes
     ----------

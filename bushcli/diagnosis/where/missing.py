@@ -159,7 +159,7 @@ def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words]]:
     loading, cycle = _passes(recording)
 
     def constant(a: Any) -> str:
-        return f"the recorded force is {100 * a[0]:+.1f} % off, a constant share"
+        return f"the recorded force is wrong by {100 * a[0]:+.1f} %, a constant factor"
 
     def fading(a: Any) -> str:
         sense = "grows" if a[0] > 0 else "falls"

@@ -159,7 +159,7 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
 
 
 def _joined(boxes: Sequence[tuple[Box, float]]) -> list[tuple[Box, float]]:
-    """Join boxes of one sign that together are a box: the misfit grows with the force, and the largest stands out."""
+    """Join boxes of one sign that together form a box, as where the misfit grows with the force."""
     joined = list(boxes)
     for i, j in combinations(range(len(joined)), 2):
         (a, p), (b, _) = joined[i], joined[j]

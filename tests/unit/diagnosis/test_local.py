@@ -10,8 +10,9 @@ from scipy.stats import binom
 
 from bushcli.diagnosis.likelihood.linearised import linearised, weighed
 from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
-from bushcli.diagnosis.where.bushing import LEVEL, Combined, Seen, _onto, _zones, local_map
+from bushcli.diagnosis.where.bushing import LEVEL, Combined, Seen, local_map
 from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
+from bushcli.diagnosis.where.places import onto, zones
 from bushcli.recording import Recording
 from cases.local import Cells
 from geometry.shape import shapes
@@ -148,7 +149,7 @@ def test_one_factor_on_all_rubber_is_found_and_is_no_place():
     assert result.local_gain == pytest.approx(result.uniform_gain, abs=1e-3)
     np.testing.assert_allclose(result.factor, -0.2, atol=0.01)
     assert "(0.8 on all rubber)" in result.text
-    assert "tell of no place" in result.text
+    assert "do not point to any place" in result.text
 
 
 def test_a_place_that_hardly_matters_beside_the_factor_is_no_place():
@@ -179,12 +180,12 @@ def test_a_spot_is_found_where_it_is(law):
     assert mean < -0.1
     assert abs(rest) < 0.3 * abs(mean)
     assert "softer near the inner bond at the upper end" in drawn.text
-    labels, members = _zones(cells, frozenset(), SHAPE)
-    zones = zoned(result.linear, result.slope, members)
-    best = int(np.argmax(zones.drop))
+    labels, members = zones(cells, frozenset(), SHAPE)
+    parts = zoned(result.linear, result.slope, members)
+    best = int(np.argmax(parts.drop))
     assert labels[best].startswith("near the inner bond at the upper end")
     # The zone is the spot, and the toy is linear in the logarithm.
-    assert zones.change[best] == pytest.approx(np.log(0.6), abs=0.1)
+    assert parts.change[best] == pytest.approx(np.log(0.6), abs=0.1)
 
 
 def test_one_channel_knows_that_the_rubber_differs_but_not_where():
@@ -197,7 +198,7 @@ def test_one_channel_knows_that_the_rubber_differs_but_not_where():
     axial = combined(fitted([seen("axial", change, 3)]))
     result = axial.map(axial.gains, 1.0)
     assert result.helps_locally
-    assert "do not tell it from" in result.text or "cannot be told" in result.text
+    assert "do not distinguish it from" in result.text or "cannot be determined" in result.text
 
 
 def test_a_channels_own_calibration_is_no_place():
@@ -251,7 +252,7 @@ def test_prior_varies_over_its_length():
 
 def test_a_solids_cells_are_means_over_rings_of_both_halves():
     host, half = section(), solid()
-    matrix = _onto(half, frozenset({"y", "z"}), host, frozenset())
+    matrix = onto(half, frozenset({"y", "z"}), host, frozenset())
     np.testing.assert_allclose(matrix.sum(axis=1), 1.0)
     # A field that is even in z is seen as it is, at the resolution of the cells; one that is odd not at all.
     radius, height = host.centres.T
@@ -264,13 +265,13 @@ def test_a_solids_cells_are_means_over_rings_of_both_halves():
 
 def test_a_host_with_larger_cells_serves_too():
     fine, coarse = section(12, 24), section(3, 6)
-    matrix = _onto(fine, frozenset(), coarse, frozenset())
+    matrix = onto(fine, frozenset(), coarse, frozenset())
     np.testing.assert_allclose(matrix.sum(axis=1), 1.0)
     assert np.abs(matrix @ coarse.centres - fine.centres).max() < 3.0
 
 
 def test_halves_are_named_as_such():
-    labels, members = _zones(section(half=True), frozenset({"z"}), SHAPE)
+    labels, members = zones(section(half=True), frozenset({"z"}), SHAPE)
     np.testing.assert_array_equal(members.sum(axis=1), 1.0)
     assert "near the outer bond towards the ends" in labels
     for mirrors, said in ((frozenset(), False), (frozenset({"z"}), True)):

@@ -57,19 +57,19 @@ def test_a_force_that_falls_with_time_is_said_so():
     assert share == pytest.approx(16.0, abs=1.5)
 
 
-def test_a_constant_share_in_one_channel_is_said_of_that_channel():
+def test_a_constant_factor_in_one_channel_is_said_of_that_channel():
     found = described(compared(1.08 * LAW), compared(LAW, name="radial"))
-    assert found.text[0].startswith("in the axial channel, the recorded force is +")
-    assert found.text[0].endswith("a constant share")
-    assert not any("radial" in one and "constant share" in one for one in found.text)
+    assert found.text[0].startswith("in the axial channel, the recorded force is wrong by +")
+    assert found.text[0].endswith("a constant factor")
+    assert not any("radial" in one and "constant factor" in one for one in found.text)
     # A calibration of half a percent is taken out first, and hardly matters.
     assert np.abs(found.force["radial"]).max() < 2.0 * SIGMA
 
 
-def test_a_constant_share_is_said_in_its_size():
+def test_a_constant_factor_is_said_in_its_size():
     """0.08 / 1.08 of the recorded force, sixteen standard deviations of the calibration: 5.3 % are said."""
     (said, *_) = described(compared(1.08 * LAW)).text
-    assert float(said.partition("force is ")[2].split()[0]) == pytest.approx(7.4, abs=0.7)
+    assert float(said.partition("wrong by ")[2].split()[0]) == pytest.approx(7.4, abs=0.7)
 
 
 def test_a_step_after_a_cycle_is_said_with_its_cycle():

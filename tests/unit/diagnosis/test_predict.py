@@ -9,7 +9,8 @@ from scipy.optimize import lsq_linear
 from bushcli.diagnosis.columns import Trial, columns, trials
 from bushcli.diagnosis.evidence import evidence
 from bushcli.diagnosis.fit import SETTLED, TURNS
-from bushcli.diagnosis.predict import Addition, Beside
+from bushcli.diagnosis.predict import Beside
+from bushcli.diagnosis.prediction import Addition
 from bushcli.diagnosis.prior import known_parameters
 from bushcli.diagnosis.queued import SLACK
 from bushcli.effects.active import ActiveEffect

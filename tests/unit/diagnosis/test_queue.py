@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from bushcli.diagnosis import answer, derivatives, queue, queued
+from bushcli.diagnosis import answer, derivatives, neighbours, queue, queued
 from bushcli.diagnosis.columns import shear_modulus
 from bushcli.diagnosis.fit import WORSE
 from bushcli.diagnosis.model import Fitted
+from bushcli.diagnosis.neighbours import label
 from bushcli.diagnosis.posterior import posterior, probabilities
-from bushcli.diagnosis.predict import Prediction
+from bushcli.diagnosis.prediction import Prediction
 from bushcli.diagnosis.prior import known_parameters, scales_of
-from bushcli.diagnosis.queue import LEFT, Search, label
+from bushcli.diagnosis.queue import LEFT, Search
 from bushcli.diagnosis.state import State
 from bushcli.effects.effect import effect
 from bushcli.runtime.workers import Workers
@@ -112,7 +113,7 @@ class World:
     def search(self, monkeypatch, crew=None, deadline=float("inf"), names=NAMES, told=None):
         monkeypatch.setattr(queue, "fit", self.fit)
         monkeypatch.setattr(derivatives, "columns", self.derivatives)
-        monkeypatch.setattr(queue, "laws", dict)
+        monkeypatch.setattr(neighbours, "laws", dict)
         catalogue = [effect(name) for name in names]
         made = Search(
             self.problem,
@@ -279,7 +280,10 @@ def test_an_effect_that_nothing_responds_to_is_untestable(world, monkeypatch):
 def test_what_the_law_does_itself_is_untestable(world, monkeypatch):
     world.columns["time_lag.lag"] = world.base.jacobians[0] @ np.ones(3)
     found = world.search(monkeypatch)
-    assert found.untestable["time_lag"] == "the law's parameters do all that it does to these recordings"
+    assert (
+        found.untestable["time_lag"]
+        == "the parameters of the law have the same influence on these recordings"
+    )
     assert not any("time_lag" in state.model.identities for state in found.states.values())
 
 

@@ -246,7 +246,7 @@ def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_can
     assert f"These recordings cannot tell {together(('mullins', 'friction'))} (62 %) from: " in text
     assert f"Next test: {diagnoses.NEXT.text}." in text
     assert text.endswith(
-        "others predicted; to fit these as well may move 12 % of the probability: the time allowed was over."
+        "others predicted; to fit these as well may move 12 % of the probability: the time limit was reached."
     )
 
 

@@ -1,4 +1,4 @@
-"""Finite-element models that a process keeps from one run of a diagnosis to the next.
+"""Cache of finite-element models in a process, from one run of a diagnosis to the next.
 
 A diagnosis runs the same few models many times with other values. To mesh a body and to derive its forms takes as long
 as half a march, so what differs in values only is made once. Effects of the rig change nothing in the body: all of them
@@ -74,22 +74,22 @@ def channels(
                 channel.simulation.plan(fineness)
             if channel.model.mode.name in modes and anchor is not None:
                 plain = replace(task, case=whole, start=anchor, fixed=tuple(anchor))
-                channel.share, channel.offset = brought(plain, anchor)[number]
+                channel.share, channel.offset = mesh_correction(plain, anchor)[number]
         return found
 
     found = _kept(_sets, SETS, name, made)
     for channel in found:
-        be_patient(channel, patience)
+        set_patience(channel, patience)
     return found
 
 
-def be_patient(channel: Channel, patience: int | None) -> None:
-    """Give marches of a channel up after so many failed steps, whatever was seen before."""
+def set_patience(channel: Channel, patience: int | None) -> None:
+    """Set the number of failed steps after which marches of a channel are given up."""
     channel.patience, channel.hardest = patience, None
 
 
-def brought(plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array]]:
-    """Factor and remainder that bring the force of a coarse mesh to that of the usual one, of each channel.
+def mesh_correction(plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array]]:
+    """Return factor and remainder that correct the force of a coarse mesh to the default one, by channel.
 
     Found from the law alone. A coarse mesh is too stiff by a factor that hardly depends on what the rubber remembers;
     what the factor leaves is taken as it is.
@@ -141,7 +141,7 @@ def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) 
 
 
 def _kept(store: OrderedDict[bytes, T], most: int, name: bytes, made: Callable[[], T]) -> T:
-    """The entry of that name, made if it is not there; the one that was not asked for longest goes."""
+    """Return the entry of that name, made if missing; the least recently used one is discarded."""
     if name not in store:
         store[name] = made()
         if len(store) > most:
@@ -155,7 +155,7 @@ def _law(task: Task) -> tuple[str, tuple[str, ...]]:
 
 
 def _structure(active: Sequence[ActiveEffect]) -> list[Any]:
-    """What of effects is more than values: which they are, with which parameters, and what they make of the mesh."""
+    """Return all that distinguishes effects except values: their names, parameters, and influence on the mesh."""
     return [
         (
             one.name,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bushcli.case import load_case
-from bushcli.diagnosis import kept
+from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.model import Model
 
 CASE = """\
@@ -35,7 +35,7 @@ def test_channels_are_kept_until_their_recording_is_another_one(tmp_path: Path) 
     case = load_case(tmp_path / "case.toml")
 
     def channel():
-        return kept.channels(Model("neo_hookean", {"C10": 0.5}).task(case))[0]
+        return model_cache.channels(Model("neo_hookean", {"C10": 0.5}).task(case))[0]
 
     first = channel()
     assert channel() is first

@@ -1,0 +1,40 @@
+"""Models next to one: the same with another law, the law alone; and how a model is called."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from bushcli.case import Case
+from bushcli.diagnosis.model import Model
+from bushcli.effects.effect import spoken
+from forms.law import laws
+
+# Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.
+TERMS, TERMS_OF_COUPON = 2, 3
+
+
+def other_laws(case: Case, model: Model) -> list[Model]:
+    """The model with another law of at least as many parameters, or with the law set free."""
+    if model.fixed:
+        free = tuple(one for one in model.effects if not one.effect.needs_fixed_law)
+        return [replace(model, fixed=False, effects=free)]
+    coupon = case.geometry.specimen == "coupon"
+    terms = TERMS_OF_COUPON if coupon else TERMS
+    found = []
+    for name, other in laws().items():
+        optional = any(p.optional for p in other.parameters)
+        start = {p.name: p.start for p in other.parameters if not p.optional or int(p.name[-1]) <= terms}
+        if name == model.law or len(start) < max(len(model.start), 2):
+            continue
+        found.append(replace(model, law=name, start=start, terms=terms if optional else None, anchor=None))
+    return found
+
+
+def without_effects(model: Model) -> Model:
+    """The model's law alone."""
+    return replace(model, effects=(), anchor=None)
+
+
+def label(model: Model) -> str:
+    """A model in words: "yeoh + mullins + offset (radial)"."""
+    return " + ".join([model.law, *map(spoken, model.identities)])

@@ -1,0 +1,58 @@
+"""How far a search went: the models that it fitted, and why it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A model that the search fitted, in its order.
+
+    Attributes
+    ----------
+    law : str
+    effects : tuple of str
+    predicted, log_evidence : float
+        Natural logarithm of the evidence, predicted to first order and after the fit, less that of the plain law;
+        NaN where there is none.
+    misfit : float
+        Root mean square misfit over the noise; NaN where the model could not be solved.
+    text : str
+        What came of it, where there is something to say: "cannot be solved from any start".
+    """
+
+    law: str
+    effects: tuple[str, ...]
+    predicted: float
+    log_evidence: float
+    misfit: float
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Searched:
+    """Extent of the search.
+
+    Attributes
+    ----------
+    complete : bool
+        Whether all that could hold more than 1 % of the posterior was fitted.
+    left : float
+        Share of the posterior that models in the queue may hold, by their predictions.
+    ended : {"nothing left", "budget", "interrupted"}
+    trials : tuple of Trial
+    lost : tuple of str
+        Models that could not be solved from any start, in words.
+    untestable : mapping of str to str
+        Effects that these recordings cannot show, and why.
+    """
+
+    complete: bool
+    left: float
+    ended: Literal["nothing left", "budget", "interrupted"]
+    trials: tuple[Trial, ...]
+    lost: tuple[str, ...]
+    untestable: Mapping[str, str]
