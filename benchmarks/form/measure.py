@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from bushcli.case import load_case
 from bushcli.diagnosis import question
-from bushcli.diagnosis.fit import Measured, begin, fit
+from bushcli.diagnosis.fit import Measured, fit
+from bushcli.diagnosis.plain import begin
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.state import State

@@ -43,7 +43,21 @@ class Extras:
         maps: bool,
         notify: Progress,
     ) -> None:
-        """Compute the proposed test and the maps."""
+        """Compute the proposed test and the maps.
+
+        Parameters
+        ----------
+        problem : Problem
+        plain : Fitted
+            The plain law.
+        models : sequence of Weighed
+            The most probable one first.
+        crew : Workers
+        maps : bool
+            Whether to make maps of the bushing.
+        notify : callable
+            Called with the stage, what is looked at, and what came of it.
+        """
         try:
             if len(credible_sets(models)) > 1:
                 notify("next", "test", "which test would separate the rivals")

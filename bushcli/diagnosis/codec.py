@@ -33,7 +33,15 @@ class FitCodec:
         return {"kind": np.array("arrays"), "count": np.array(len(arrays)), **arrays}
 
     def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
-        """Return what `encoded` wrote; the model of a fit is the question's, with other values."""
+        """Return what `encoded` wrote; the model of a fit is the question's, with other values.
+
+        Parameters
+        ----------
+        found : mapping
+            As it was saved.
+        question : tuple
+            Arguments of the fit.
+        """
         kind = str(found["kind"])
         if kind == "nothing":
             return None

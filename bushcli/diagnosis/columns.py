@@ -71,7 +71,15 @@ class Trial:
 def trials(
     case: Case, model: Model, effect: Effect, recordings: Sequence[Recording]
 ) -> tuple[list[Trial], str]:
-    """Return the variants of an effect to try beside a model; if there are none, the reason."""
+    """Return the variants of an effect to try beside a model; if there are none, the reason.
+
+    Parameters
+    ----------
+    case : Case
+    model : Model
+    effect : Effect
+    recordings : sequence of Recording
+    """
     acting = [one for one in recordings if effect.acts_on(one.mode)]
     if not acting:
         return [], "it does not act on the recorded modes"
@@ -99,7 +107,13 @@ def trials(
 
 
 def unfit(case: Case, names: Sequence[str]) -> str:
-    """Return why the specimen cannot have these effects together; empty if it can."""
+    """Return why the specimen cannot have these effects together; empty if it can.
+
+    Parameters
+    ----------
+    case : Case
+    names : sequence of str
+    """
     known = list(dict.fromkeys(map(effect_name, names)))
     for name in known:
         for what, _ in unsuited(effects()[name], case.geometry, [other for other in known if other != name]):
@@ -185,7 +199,13 @@ def _taken(parameter: EffectParameter, value: float, present: ActiveEffect | Non
 
 
 def shear_modulus(model: Model, case: Case) -> float:
-    """Initial shear modulus of a model's law, MPa."""
+    """Initial shear modulus of a model's law, MPa.
+
+    Parameters
+    ----------
+    model : Model
+    case : Case
+    """
     return float(model.task(case).law.shear_modulus(**model.start))
 
 
@@ -193,7 +213,15 @@ def shear_modulus(model: Model, case: Case) -> float:
 
 
 def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
-    """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved."""
+    """Derivative of each channel's force by the amplitudes, shape (n, k) each; None where it cannot be solved.
+
+    Parameters
+    ----------
+    case : Case
+    base : Model
+        With its best values.
+    trial : Trial
+    """
     model = replace(base, effects=(*_beside(base, trial), trial.active))
     # Beside others of its kind it may have another name there.
     there = next(one for one in model.effects if one.identity == trial.active.identity)

@@ -13,12 +13,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bushcli.case import Case, Material
-from bushcli.diagnosis import answer
+from bushcli.diagnosis import answer, values
 from bushcli.diagnosis.aftermath import Extras, before_and_after, judged, share_left
 from bushcli.diagnosis.codec import FitCodec
-from bushcli.diagnosis.fit import begin as begin_plain
-from bushcli.diagnosis.fit import exact, fit_plain
+from bushcli.diagnosis.fit import exact
 from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.plain import begin as begin_plain
+from bushcli.diagnosis.plain import fit_plain
 from bushcli.diagnosis.posterior import Weighed, credible_sets, groups, posterior, probabilities
 from bushcli.diagnosis.question import Question, posed, question
 from bushcli.diagnosis.queue import Progress, Search
@@ -188,8 +189,8 @@ def _answer(asked: Question, found: _Found, extras: Extras, names: tuple[str, ..
         law_fixed=best.state.model.fixed,
         plain=_material(asked.material, plain.model),
         material=_material(asked.material, best.state.model),
-        parameters=answer.quantities(best.state, asked.case.material),
-        effects=() if asked.fatal else answer.named(best, search, probability, asked.case.material),
+        parameters=values.quantities(best.state, asked.case.material),
+        effects=() if asked.fatal else values.named(best, search, probability, asked.case.material),
         probability=probability,
         models=answer.ranked(models, search),
         rivals=tuple(one for one in credible_sets(models) if one != best.effects),

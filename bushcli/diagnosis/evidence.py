@@ -68,7 +68,7 @@ def evidence(
 
     Parameters
     ----------
-    likelihood
+    likelihood : Likelihood
     misfit : sequence of (K,) array
         Features of what the model leaves, by channel.
     slopes : sequence of (K, p) array
@@ -164,5 +164,11 @@ def _laplace(
 
 
 def standard_errors(names: Sequence[str], found: Evidence) -> Mapping[str, float]:
-    """Standard deviation of the posterior of each parameter."""
+    """Standard deviation of the posterior of each parameter.
+
+    Parameters
+    ----------
+    names : sequence of str
+    found : Evidence
+    """
     return dict(zip(names, map(float, np.sqrt(np.maximum(np.diag(found.covariance), 0.0))), strict=True))

@@ -28,7 +28,6 @@ from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.prior import Known, known_parameters
 from bushcli.inverse.begin import own_start, scaled
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.first import first_minimum
 from bushcli.inverse.local import inside
 from bushcli.inverse.problem import Problem
 from bushcli.inverse.search import search
@@ -44,8 +43,6 @@ TOLERANCE = 1e-3
 VALLEY = 8, 5e-3
 # Turns of variances and parameters at most, and factor below which a change of the variances is none.
 TURNS, SETTLED = 3, 1.3
-# Share of the force that a law is taken to be wrong by before its misfit is known: what engineers accept of one.
-UNKNOWN = 0.1
 # No fit takes more evaluations.
 MOST = 40
 # Nor does one in three dimensions that could not solve so many trials; each takes as long as five others.
@@ -149,46 +146,19 @@ class Posterior(Problem):
         return np.concatenate([*values, value]), np.concatenate([*slopes, slope])
 
 
-# -- the plain law -------------------------------------------------------------------------------------------------
-
-
-def fit_plain(case: Case, model: Model) -> Fitted | None:
-    """Fit the plain law as `bushcli inverse` does; None where it cannot be solved from any start."""
-    task = model.task(case)
-    channels = model_cache.channels(task)
-    problem = task.pose(channels)
-    start, lower, upper = task.vectors()
-    if not problem.names:
-        return _fitted(model, problem, np.zeros(0), True)
-    found = first_minimum(problem, start, lower, upper)
-    return None if found is None else _fitted(model, problem, found.minimum.x, found.minimum.converged)
-
-
-def begin(case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
-    """Fit the plain law before the size of its misfit is known; None if it cannot be solved from any start.
-
-    Every channel counts by its force, as if the law were wrong by `UNKNOWN` of it.
-    """
-    task, problem = pose(case, model, Measured(used, (0.0,) * len(used)), patience=None)
-    problem.variances = tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in problem.features)
-    start, lower, upper = task.vectors()
-    if not problem.names:
-        solved = np.isfinite(problem.residual(np.zeros(0))).all()
-        return _fitted(model, problem, np.zeros(0), True) if solved else None
-    found = first_minimum(problem, start, lower, upper)
-    return None if found is None else _fitted(model, problem, found.minimum.x, found.minimum.converged)
-
-
-def all_features(
-    case: Case, model: Model, used: Sequence[Mask], noises: Sequence[NoiseModel]
-) -> tuple[Features, ...]:
-    """Features of each channel."""
-    return _features(model_cache.channels(model.task(case)), used, noises)
-
-
-def _features(
+def features_of(
     channels: Sequence[Channel], used: Sequence[Mask], noises: Sequence[NoiseModel]
 ) -> tuple[Features, ...]:
+    """Return the features of each channel.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+    used : sequence of (n,) array of bool
+        Samples that count.
+    noises : sequence of NoiseModel
+        Where empty, as each recording shows it.
+    """
     known = noises or [noise_model(c.recording, m) for c, m in zip(channels, used, strict=True)]
     rows = zip(channels, known, used, strict=True)
     return tuple(features(c.recording, noise, m, factor_of(c)) for c, noise, m in rows)
@@ -204,20 +174,20 @@ def fit(
 
     Parameters
     ----------
-    case
-    model
+    case : Case
+    model : Model
         With start values: the first-order ones of its effects.
-    measured
-    contained
+    measured : Measured
+    contained : sequence of Model
         Fitted models that it contains, the best first: their optima are starts, too.
-    least
-        `Posterior.objective` of the best of these, which this one must not exceed.
+    least : float
+        `Posterior.objective` of the best of these, dimensionless, which this one must not exceed.
     """
     task, problem = pose(case, model, measured)
     start, lower, upper = task.vectors()
     if not problem.names:
         return (
-            _fitted(model, problem, np.zeros(0), True)
+            fitted(model, problem, np.zeros(0), True)
             if np.isfinite(problem.residual(np.zeros(0))).all()
             else None
         )
@@ -235,13 +205,22 @@ def fit(
         found = problem.objective(at), at, True
         again = _searched(problem, inside(at, lower, upper), lower, upper)
         best = min([one for one in (best, found, again) if one is not None], key=lambda one: one[0])
-    return None if best is None else _fitted(model, problem, best[1], best[2])
+    return None if best is None else fitted(model, problem, best[1], best[2])
 
 
 def pose(
     case: Case, model: Model, measured: Measured, patience: int | None = PATIENCE
 ) -> tuple[Task, Posterior]:
-    """Return the least-squares problem of a model."""
+    """Return the least-squares problem of a model.
+
+    Parameters
+    ----------
+    case : Case
+    model : Model
+    measured : Measured
+    patience : int, optional
+        Failed steps after which a march is given up; no limit where None.
+    """
     task = model.task(case)
     coarse: model_cache.Coarse = "never" if model.anchor is None else "memory"
     channels = model_cache.channels(task, coarse=coarse, anchor=model.anchor, patience=patience)
@@ -251,7 +230,7 @@ def pose(
     problem.rounds, problem.walls, problem.most = 1, False, MOST
     if any(not channel.coupon and channel.model.mesh.dimension == 3 for channel in channels):
         problem.failures = FAILURES
-    problem.likelihood = Likelihood(_features(channels, measured.used, measured.noises), measured.plain)
+    problem.likelihood = Likelihood(features_of(channels, measured.used, measured.noises), measured.plain)
     problem.variances = tuple(map(float, problem.likelihood.variances()))
     shear = float(task.law.shear_modulus(**model.start))
     problem.known = known_parameters(case, task.effects, shear, [c.recording for c in channels])
@@ -259,7 +238,13 @@ def pose(
 
 
 def exact(case: Case, fitted: Fitted) -> Fitted | None:
-    """Return the fit with forces of the default mesh in place of a coarse one; None if that fails."""
+    """Return the fit with forces of the default mesh in place of a coarse one; None if that fails.
+
+    Parameters
+    ----------
+    case : Case
+    fitted : Fitted
+    """
     found = []
     for channel, before in zip(model_cache.channels(fitted.model.task(case)), fitted.simulated, strict=True):
         try:
@@ -333,7 +318,17 @@ def _admitted(problem: Posterior, x: Array) -> Array:
     return found
 
 
-def _fitted(model: Model, problem: Problem, x: Array, converged: bool) -> Fitted:
+def fitted(model: Model, problem: Problem, x: Array, converged: bool) -> Fitted:
+    """Return a model at its best.
+
+    Parameters
+    ----------
+    model : Model
+    problem : Problem
+    x : (p,) array
+        Values of its parameters, each in its unit.
+    converged : bool
+    """
     forces = problem.forces(x)
     assert forces is not None
     values = dict(zip(problem.names, map(float, x), strict=True))

@@ -51,13 +51,15 @@ def channels(
 
     Parameters
     ----------
-    fineness
-        Steps of a march over the usual number.
+    task : Task
+    fineness : float
+        Factor on the usual number of steps of a march.
     coarse
         Which bodies get a coarse mesh: none, those that remember, or all. In the half-plane, where the usual mesh costs
         little more, those in which an effect of assembly acts keep it: it may act on a part of a bond.
-    anchor
-        Parameters of the law alone at which the force of a coarse body is brought to that of the usual one.
+    anchor : mapping of str to float, optional
+        Parameters of the law alone (MPa or dimensionless) at which the force of a coarse body is brought to that of
+        the usual one.
     patience
         Failed steps after which a march is given up: of the many models that are tried, some have absurd parameters,
         and to cut back their steps to the smallest takes minutes in three dimensions. As `cases.march` where None.
@@ -84,7 +86,14 @@ def channels(
 
 
 def set_patience(channel: Channel, patience: int | None) -> None:
-    """Set the number of failed steps after which marches of a channel are given up."""
+    """Set the number of failed steps after which marches of a channel are given up.
+
+    Parameters
+    ----------
+    channel : Channel
+    patience : int, optional
+        Failed steps after which a march is given up; no limit where None.
+    """
     channel.patience, channel.hardest = patience, None
 
 
@@ -93,6 +102,13 @@ def mesh_correction(plain: Task, anchor: Mapping[str, float]) -> list[tuple[floa
 
     Found from the law alone. A coarse mesh is too stiff by a factor that hardly depends on what the rubber remembers;
     what the factor leaves is taken as it is.
+
+    Parameters
+    ----------
+    plain : Task
+        Of the law without effects.
+    anchor : mapping of str to float
+        Parameters of the law (MPa or dimensionless) at which both meshes are compared.
     """
 
     def made() -> list[tuple[float, Array]]:
@@ -110,6 +126,12 @@ def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) 
     """As `cases.simulate.prepare`, for the law and effects of a task: a body that is known is not made again.
 
     The modes that got a coarse mesh are added to `modes`.
+
+    Parameters
+    ----------
+    task : Task
+    coarse : {"never", "memory", "always"}
+    modes : sequence of str
     """
 
     def body(

@@ -14,7 +14,13 @@ TERMS, TERMS_OF_COUPON = 2, 3
 
 
 def other_laws(case: Case, model: Model) -> list[Model]:
-    """The model with another law of at least as many parameters, or with the law set free."""
+    """The model with another law of at least as many parameters, or with the law set free.
+
+    Parameters
+    ----------
+    case : Case
+    model : Model
+    """
     if model.fixed:
         free = tuple(one for one in model.effects if not one.effect.needs_fixed_law)
         return [replace(model, fixed=False, effects=free)]

@@ -72,7 +72,16 @@ class Foretold:
 def next_test(
     problem: Problem, rivals: Sequence[Weighed], workers: Workers, notify: Progress
 ) -> NextTest | None:
-    """Return the recording with the largest expected gain of information per minute; None where none is worth it."""
+    """Return the recording with the largest expected gain of information per minute; None where none is worth it.
+
+    Parameters
+    ----------
+    problem : Problem
+    rivals : sequence of Weighed
+    workers : Workers
+    notify : callable
+        Called with the stage, what is looked at, and what came of it.
+    """
     known = [one for one in rivals if one.predicted is None and (one.state.model.effects or not one.unknown)]
     chosen = list({one.state.model.identities: one for one in reversed(known)}.values())[::-1][:RIVALS]
     if len(chosen) < 2:
@@ -109,7 +118,16 @@ def _spread(one: Weighed) -> tuple[tuple[str, ...], Array]:
 def foretell(
     case: Case, model: Model, known: tuple[tuple[str, ...], Array], proposal: Proposal
 ) -> Foretold | None:
-    """What a rival expects of a recording; None where it cannot be solved."""
+    """What a rival expects of a recording; None where it cannot be solved.
+
+    Parameters
+    ----------
+    case : Case
+    model : Model
+    known : tuple
+        Names of the parameters, and a root of their posterior covariance, shape (p, p).
+    proposal : Proposal
+    """
     time, q = proposal.program(SAMPLES)
     task = model.task(case)
     # The rig of a mode is that of its recordings.

@@ -133,7 +133,15 @@ def _kind(models: Sequence[Weighed]) -> str:
 
 
 def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:
-    """Probability of each effect that was considered, of a law set free, of the unknown effect, and of nothing."""
+    """Probability of each effect that was considered, of a law set free, of the unknown effect, and of nothing.
+
+    Parameters
+    ----------
+    models : sequence of Weighed
+        The most probable one first.
+    considered : sequence of str
+        Names of the effects.
+    """
     free = (FREE_LAW,) if any(one.freed for one in models) else ()
     found = {
         name: sum(one.probability for one in models if name in one.names)
@@ -161,6 +169,13 @@ def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple
     """Effects of which one is probable, though none of them by itself.
 
     Two effects belong together where models of the credible set differ in that the one stands for the other.
+
+    Parameters
+    ----------
+    models : sequence of Weighed
+        The most probable one first.
+    probability : mapping of str to float
+        Probability of each effect, 0 to 1.
     """
     held, chosen = 0.0, []
     for one in models:

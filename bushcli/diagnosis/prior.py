@@ -54,7 +54,14 @@ LAW_SHARE = 1.0
 
 
 def effect_odds(name: str, uniform: bool = False) -> float:
-    """Odds of an effect of the catalogue."""
+    """Odds of an effect of the catalogue.
+
+    Parameters
+    ----------
+    name : str
+    uniform : bool
+        Whether all effects have the same odds.
+    """
     return OCCASIONAL if uniform else ODDS.get(name, RARE)
 
 
@@ -76,6 +83,8 @@ def log_odds(
         Whether the law is not the case's; is identified although coupons give one; whether something unknown acts.
     rigs : int
         Modes that were recorded.
+    uniform : bool
+        Whether all effects have the same odds.
     """
     total = 0.0
     for one in effects:
@@ -91,7 +100,15 @@ def log_odds(
 
 
 def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scales:
-    """Return the scales of priors, from the recordings on which an effect acts and from the specimen."""
+    """Return the scales of priors, from the recordings on which an effect acts and from the specimen.
+
+    Parameters
+    ----------
+    case : Case
+    shear : float
+        Shear modulus, MPa.
+    recordings : sequence of Recording
+    """
     times = [one.time for one in recordings if one.time is not None]
     travel = max((float(np.abs(one.displacement).max()) for one in recordings), default=1.0)
     force = max((float(np.abs(one.force).max()) for one in recordings), default=1.0)
@@ -147,7 +164,16 @@ class Known:
 def known_parameters(
     case: Case, effects: Sequence[ActiveEffect], shear: float, recordings: Sequence[Recording]
 ) -> dict[str, Known]:
-    """Priors of the effects' parameters that have one, by full name."""
+    """Priors of the effects' parameters that have one, by full name.
+
+    Parameters
+    ----------
+    case : Case
+    effects : sequence of ActiveEffect
+    shear : float
+        Shear modulus, MPa.
+    recordings : sequence of Recording
+    """
     found = {}
     for one in effects:
         there = [recording for recording in recordings if one.acts_on(recording.name, recording.mode)]

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
-from bushcli.diagnosis.fit import Measured, all_features, fit
+from bushcli.diagnosis.fit import Measured, fit
 from bushcli.diagnosis.likelihood.form import Likelihood
 from bushcli.diagnosis.likelihood.level import all_levelled
 from bushcli.diagnosis.likelihood.noise import noise_model
 from bushcli.diagnosis.model import Fitted, Model
+from bushcli.diagnosis.plain import all_features
 from bushcli.diagnosis.state import Problem, State
 from bushcli.effects.effect import Effect
 from bushcli.effects.effect import effects as catalogue

@@ -150,7 +150,14 @@ class Search:
         return found.log + self.odds(state.model), found.log_unknown + self.odds(state.model, unknown=True)
 
     def odds(self, model: Model, unknown: bool = False) -> float:
-        """Logarithm of the prior odds of a model against the plain law."""
+        """Logarithm of the prior odds of a model against the plain law.
+
+        Parameters
+        ----------
+        model : Model
+        unknown : bool
+            Whether the unknown effect acts as well.
+        """
         plain = self.plain.model
         return log_odds(
             model.effects,

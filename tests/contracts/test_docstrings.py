@@ -17,7 +17,6 @@ PACKAGES = ("bushcli", "cases", "forms", "geometry")
 
 # Packages whose docstrings still lack sections `Parameters`. Delete a line when a package has them.
 DOCSTRINGS_WAIT = (
-    "bushcli/diagnosis",
     "cases/equilibrium.py",
     "cases/march.py",
     "cases/model.py",

@@ -51,8 +51,11 @@ def whitened(rows: Array, channel: Compared, factor: float) -> Array:
 
     Parameters
     ----------
-    factor
-        Standard deviation of the common factor of the forces.
+    rows : (n,) or (n, k) array
+        N or N mm, derivatives per unit of the parameter.
+    channel : Compared
+    factor : float
+        Standard deviation of the common factor of the forces, a share of the force.
     """
     weights = channel.weights
     found = np.where(channel.known, rows.T, 0.0).T * (weights if rows.ndim == 1 else weights[:, None])
@@ -84,7 +87,16 @@ def _shape(recording: Recording) -> Array:
 def linear_fit(
     channels: Sequence[Compared], factors: Sequence[float], jacobians: Sequence[Array]
 ) -> Linearised:
-    """The fit to first order, weighed."""
+    """The fit to first order, weighed.
+
+    Parameters
+    ----------
+    channels : sequence of Compared
+    factors : sequence of float
+        Standard deviation of the common factor of each channel, a share of the force.
+    jacobians : sequence of (n, p) array
+        Derivatives of each force by the fitted parameters.
+    """
     plain = linearised(channels, jacobians)
     misfit = [
         whitened(np.where(c.known, c.misfit, 0.0), c, f) for c, f in zip(channels, factors, strict=True)
@@ -94,7 +106,16 @@ def linear_fit(
 
 
 def columns(channels: Sequence[Compared], factors: Sequence[float], found: Sequence[Array]) -> Array:
-    """Derivatives (n, k) of each channel's force, weighed and stacked: shape (all samples, k)."""
+    """Derivatives (n, k) of each channel's force, weighed and stacked: shape (all samples, k).
+
+    Parameters
+    ----------
+    channels : sequence of Compared
+    factors : sequence of float
+        Standard deviation of the common factor of each channel, a share of the force.
+    found : sequence of (n, k) array
+        Derivatives of each force.
+    """
     ends = np.cumsum([0, *(len(c.recording.force) for c in channels)])
     stacked = weighed(channels, found)
     parts = [
@@ -108,6 +129,12 @@ def calibrated(channel: Compared, factor: float) -> Compared:
     """The channel with the simulated force less what the common factor most probably makes of the misfit.
 
     No more than SURE standard deviations of it are put down to calibration: what is beyond is misfit to be looked at.
+
+    Parameters
+    ----------
+    channel : Compared
+    factor : float
+        Standard deviation of the common factor, a share of the force.
     """
     shape = _shape(channel.recording)
     force = np.where(channel.known, shape, 0.0) * channel.weights

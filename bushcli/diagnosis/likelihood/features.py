@@ -69,12 +69,21 @@ class Features:
         ----------
         z : (K,) or (K, k) array
         variance : float
-            Of every feature, from noise and error of form; that of calibration adds to it along the force.
+            Of every feature, dimensionless, from noise and error of form; that of calibration adds to it along the
+            force.
         """
         return self._stretched(z, 1.0 / np.sqrt(variance), 1.0 / np.sqrt(variance + self.calibration))
 
     def coloured(self, rows: Array, variance: float) -> Array:
-        """Return the inverse of `whitened`."""
+        """Return the inverse of `whitened`.
+
+        Parameters
+        ----------
+        rows : (K,) or (K, k) array
+            In units of their standard deviation.
+        variance : float
+            Variance of every feature, in units of that of noise.
+        """
         return self._stretched(rows, np.sqrt(variance), np.sqrt(variance + self.calibration))
 
     def _stretched(self, z: Array, across: float, along: float) -> Array:

@@ -131,7 +131,15 @@ class Likelihood:
         return np.asarray(0.5 * own + 0.5 * share * self.signal)
 
     def variances(self, phi: float = PHI, lam: float = LAMBDA) -> Array:
-        """Variance v_c of the features of each channel for given errors of form."""
+        """Variance v_c of the features of each channel for given errors of form.
+
+        Parameters
+        ----------
+        phi : float
+            Error of form of the effects, a share of the plain law's misfit.
+        lam : float
+            Error of form of the law, a share of the force.
+        """
         return np.asarray(1.0 + (phi**2 * self.explained + lam**2 * self.signal) / self.effective)
 
     @property

@@ -69,5 +69,13 @@ def _log_likelihood(factors: Array, degrees: NDArray[np.int_], misfit: Array) ->
 def all_levelled(
     noises: Sequence[NoiseModel], features: Sequence[Features], misfits: Sequence[Array]
 ) -> tuple[NoiseModel, ...]:
-    """Return the noise of every channel (`levelled`)."""
+    """Return the noise of every channel (`levelled`).
+
+    Parameters
+    ----------
+    noises : sequence of NoiseModel
+    features : sequence of Features
+    misfits : sequence of (K,) array
+        Features of the misfit of each channel.
+    """
     return tuple(levelled(*one) for one in zip(noises, features, misfits, strict=True))

@@ -99,7 +99,14 @@ def linearised(channels: Sequence[Compared], jacobians: Sequence[Array]) -> Line
 
 
 def weighed(channels: Sequence[Compared], columns: Sequence[Array]) -> Array:
-    """Weigh and stack derivatives (n, k) of each channel's simulated force: shape (all samples, k)."""
+    """Weigh and stack derivatives (n, k) of each channel's simulated force: shape (all samples, k).
+
+    Parameters
+    ----------
+    channels : sequence of Compared
+    columns : sequence of (n, k) array
+        Derivatives of each force.
+    """
     return np.concatenate(
         [
             np.where(channel.known[:, None], column, 0.0) * channel.weights[:, None]

@@ -162,7 +162,14 @@ def _passed(correlation: float) -> float:
 
 
 def autoregression(noise: NoiseModel, values: Array) -> Array:
-    """Return innovations (n - 1, ...): what each of the samples (n, ...) has that its predecessor does not predict."""
+    """Return innovations (n - 1, ...): what each of the samples (n, ...) has that its predecessor does not predict.
+
+    Parameters
+    ----------
+    noise : NoiseModel
+    values : (n,) array
+        Noise at the samples, N or N mm.
+    """
     r = noise.correlation
     return np.asarray((values[1:] - r * values[:-1]) / np.sqrt(1.0 - r**2))
 

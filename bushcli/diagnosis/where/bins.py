@@ -136,6 +136,11 @@ def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
     A mean of n samples has the standard error sigma sqrt(T / n), with T the correlation time, and a sum of squares the
     degrees of freedom n / T; that the noise itself is estimated is in the degrees of freedom of t and F. The smaller
     probability of the two tests counts twice.
+
+    Parameters
+    ----------
+    compared : sequence of Compared
+    grid : Grid
     """
     known, noise = compared.known, compared.noise
     misfit = np.where(known, compared.misfit, 0.0)

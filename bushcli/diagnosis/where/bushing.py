@@ -98,7 +98,7 @@ def local_map(
     channels : sequence of Channel
         Of one bushing.
     problem_parameters : mapping
-        All of the law's, and "compliance" where it is not the case's.
+        All of the law's (MPa or dimensionless), and "compliance" (1/MPa) where it is not the case's.
     compared : sequence of Compared
         Recorded force beside that simulated with these parameters, of each channel.
     jacobians : sequence of arrays, shape (n, p) each
@@ -218,7 +218,14 @@ class Combined:
         return Gains(left(0.0), left(self.uniform), left(self.beside + self.field.change))
 
     def map(self, gains: Gains, scale: float) -> LocalMap:
-        """The map, in figures and words, of rubber whose stiffness was first multiplied by `scale`."""
+        """The map, in figures and words, of rubber whose stiffness was first multiplied by `scale`.
+
+        Parameters
+        ----------
+        gains : Gains
+        scale : float
+            Factor by which the stiffness was multiplied before, dimensionless.
+        """
         total = gains.before or 1.0
         helps = self.field.p < LEVEL and gains.uniform - gains.local > MATTERS * total
         texts = [self._gains(gains, scale, helps), self._place() if helps else "", self._part()]

@@ -106,7 +106,8 @@ def uniform(linear: Linearised, slope: Array, change: Array | float = 0.0) -> fl
 
     Parameters
     ----------
-    linear, slope
+    linear : Linearised
+    slope : (n, m) array
         As in `estimate`.
     change : shape (m,)
     """
@@ -199,7 +200,8 @@ def zoned(linear: Linearised, slope: Array, zones: Array) -> Zones:
 
     Parameters
     ----------
-    linear, slope
+    linear : Linearised
+    slope : (n, m) array
         As in `estimate`.
     zones : shape (m, k)
         1 where a cell belongs to the zone, else 0.

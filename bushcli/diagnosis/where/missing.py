@@ -37,13 +37,13 @@ def missing(
 
     Parameters
     ----------
-    channels
+    channels : sequence of Compared
         Recorded and simulated.
-    features
-    probability
-        Of the unknown effect.
-    share
-        Of the plain law's squared misfit above the noise, what is left.
+    features : sequence of Features
+    probability : float
+        Probability of the unknown effect.
+    share : float
+        Share of the plain law's squared misfit above the noise that is left.
     """
     force, profiles, said = {}, [], []
     for channel, one in zip(channels, features, strict=True):

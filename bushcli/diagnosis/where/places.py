@@ -14,7 +14,18 @@ Array = NDArray[np.float64]
 
 
 def onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
-    """Matrix (own cells, host's): the mean over each own cell, and its mirror images, of a field on the host's."""
+    """Matrix (own cells, host's): the mean over each own cell, and its mirror images, of a field on the host's.
+
+    Parameters
+    ----------
+    cells : Cells
+    mirrors : frozenset of {"x", "y", "z"}
+        Planes at which their mesh is cut.
+    host : Cells
+        On which the field is known.
+    cut : frozenset of {"x", "y", "z"}
+        Planes at which the mesh of the host is cut.
+    """
     flat = host.points.shape[1] == 2
     own, other = (_place_of(c, flat, mirrors | cut) for c in (cells, host))
     # Cells one behind the other, round the axis or in the images, are one.
@@ -50,7 +61,15 @@ def thickness(cells: Cells) -> float:
 
 
 def zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Array]:
-    """Names of parts of the rubber, and which cells (m, k) belong to each."""
+    """Names of parts of the rubber, and which cells (m, k) belong to each.
+
+    Parameters
+    ----------
+    cells : Cells
+    mirrors : frozenset of {"x", "y", "z"}
+        Planes at which their mesh is cut.
+    shape : Shape
+    """
     radius, height = _place_of(cells, True, frozenset()).T
     corners = _section(cells.points)
     across = (radius - corners[:, 0].min()) / thickness(cells)

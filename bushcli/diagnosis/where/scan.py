@@ -99,8 +99,9 @@ def false_alarm(z: float, count: Array, freedom: float) -> float:
     Parameters
     ----------
     z : float
+        Dimensionless.
     count : (rates, branches, 2, cycles, bands) array
-        Numbers of samples.
+        Number of samples.
     freedom : float
         Degrees of freedom of the noise's variance, inf where it is known: z is then a Student variable.
     """

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from bushcli.case import load_case
-from bushcli.diagnosis.fit import Measured, begin, fit, fit_plain
+from bushcli.diagnosis.fit import Measured, fit
 from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.plain import begin, fit_plain
 from bushcli.diagnosis.question import posed
 from bushcli.diagnosis.state import State
 from bushcli.effects.active import ActiveEffect

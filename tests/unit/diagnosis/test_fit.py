@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from bushcli.case import load_case
-from bushcli.diagnosis.fit import WORSE, fit_plain, pose
+from bushcli.diagnosis.fit import WORSE, pose
 from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.plain import fit_plain
 from bushcli.inverse import identify
 
 AXIAL = """

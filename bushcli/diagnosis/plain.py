@@ -1,0 +1,77 @@
+"""Fit the plain law: at first before the size of its misfit is known, in the end as `bushcli inverse` does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import Case
+from bushcli.diagnosis import model_cache
+from bushcli.diagnosis.fit import Measured, features_of, fitted, pose
+from bushcli.diagnosis.likelihood.features import Features
+from bushcli.diagnosis.likelihood.noise import NoiseModel
+from bushcli.diagnosis.model import Fitted, Model
+from bushcli.inverse.first import first_minimum
+
+Mask = NDArray[np.bool_]
+
+# Share of the force that a law is taken to be wrong by before its misfit is known: what engineers accept of one.
+UNKNOWN = 0.1
+
+
+def fit_plain(case: Case, model: Model) -> Fitted | None:
+    """Fit the plain law as `bushcli inverse` does; None where it cannot be solved from any start.
+
+    Parameters
+    ----------
+    case : Case
+    model : Model
+    """
+    task = model.task(case)
+    channels = model_cache.channels(task)
+    problem = task.pose(channels)
+    start, lower, upper = task.vectors()
+    if not problem.names:
+        return fitted(model, problem, np.zeros(0), True)
+    found = first_minimum(problem, start, lower, upper)
+    return None if found is None else fitted(model, problem, found.minimum.x, found.minimum.converged)
+
+
+def begin(case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
+    """Fit the plain law before the size of its misfit is known; None if it cannot be solved from any start.
+
+    Every channel counts by its force, as if the law were wrong by `UNKNOWN` of it.
+
+    Parameters
+    ----------
+    case : Case
+    model : Model
+    used : (n,) array of bool
+        Samples that count.
+    """
+    task, problem = pose(case, model, Measured(used, (0.0,) * len(used)), patience=None)
+    problem.variances = tuple(1.0 + UNKNOWN**2 * one.signal / max(one.count, 1) for one in problem.features)
+    start, lower, upper = task.vectors()
+    if not problem.names:
+        solved = np.isfinite(problem.residual(np.zeros(0))).all()
+        return fitted(model, problem, np.zeros(0), True) if solved else None
+    found = first_minimum(problem, start, lower, upper)
+    return None if found is None else fitted(model, problem, found.minimum.x, found.minimum.converged)
+
+
+def all_features(
+    case: Case, model: Model, used: Sequence[Mask], noises: Sequence[NoiseModel]
+) -> tuple[Features, ...]:
+    """Features of each channel.
+
+    Parameters
+    ----------
+    case : Case
+    model : Model
+    used : (n,) array of bool
+        Samples that count.
+    noises : sequence of NoiseModel
+    """
+    return features_of(model_cache.channels(model.task(case)), used, noises)

@@ -1,0 +1,167 @@
+"""Values of the most probable model with their intervals and priors, and the effects that have them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from bushcli.case import Material
+from bushcli.diagnosis.evidence import standard_errors
+from bushcli.diagnosis.model import Model
+from bushcli.diagnosis.posterior import Weighed
+from bushcli.diagnosis.prior import Known
+from bushcli.diagnosis.queue import Search
+from bushcli.diagnosis.result import Named, Quantity
+from bushcli.diagnosis.state import State
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import EffectParameter
+from forms.law import law
+
+# Probability by the prior of a value as far out, below which it is not what bushings have.
+IMPLAUSIBLE = 1e-3
+# Standard normal quantile of 97.5 %.
+QUANTILE = 1.959964
+
+
+def quantities(state: State, material: Material) -> dict[str, Quantity]:
+    """Every identified parameter of a model by its full name, with its 95 % interval and its prior.
+
+    Parameters
+    ----------
+    state : State
+    material : Material
+        The case's: an effect may add to what it has.
+    """
+    fitted = state.fitted
+    errors = standard_errors(fitted.names, state.evidence)
+    of_law = {p.name: p for p in law(fitted.model.law).parameters}
+    of_effects: dict[str, tuple[ActiveEffect, EffectParameter]] = {
+        one.full_name(p): (one, p) for one in fitted.model.effects for p in one.parameters
+    }
+    found = {}
+    for name, value in zip(fitted.names, map(float, fitted.x), strict=True):
+        std = errors[name]
+        low, high = value - QUANTILE * std, value + QUANTILE * std
+        if name in of_law:
+            found[name] = Quantity(value, std, of_law[name].unit, of_law[name].meaning, low, high)
+            continue
+        active, parameter = of_effects[name]
+        known = state.priors.get(name)
+        if known is not None and known.prior.is_logarithmic and value != 0.0:
+            # The posterior is Gaussian in the logarithm.
+            ends = [value * math.exp(sign * QUANTILE * min(std / abs(value), 5.0)) for sign in (-1.0, 1.0)]
+            low, high = min(ends), max(ends)
+        found[name] = Quantity(
+            value,
+            std,
+            parameter.unit,
+            parameter.meaning,
+            max(parameter.lower, low),
+            min(parameter.upper, high),
+            derived(parameter, value, material),
+            active.channels,
+            None if known is None else known.prior.range(known.scales),
+            1.0 if known is None else known.prior.tail(value, known.scales),
+            "" if known is None else known.prior.source,
+        )
+    return found
+
+
+def derived(parameter: EffectParameter, value: float, material: Material) -> dict[str, tuple[float, str]]:
+    """Return the value under its other names: its reciprocal, and the total with the case's own value.
+
+    Parameters
+    ----------
+    parameter : EffectParameter
+    value : float
+        In the unit of the parameter.
+    material : Material
+        The case's.
+    """
+    if parameter.reciprocal is None or not value:
+        return {}
+    name, unit = parameter.reciprocal
+    found = {name: (1.0 / value, unit)}
+    present = getattr(material, parameter.adds_to) if parameter.adds_to else math.inf
+    if math.isfinite(present):
+        found[f"total_{name}"] = (1.0 / (value + 1.0 / present), unit)
+    return found
+
+
+def held(active: ActiveEffect, parameter: EffectParameter, known: Known | None) -> Quantity:
+    """Return a parameter that a fit keeps fixed: a dimension of the mesh, or a choice.
+
+    Parameters
+    ----------
+    active : ActiveEffect
+    parameter : EffectParameter
+    known : Known or None
+        Its prior.
+    """
+    value = float(active.values[parameter.name])
+    choices: Sequence[str] = getattr(parameter, "choices", ())
+    word = choices[round(value)] if choices else ""
+    scales = None if known is None else known.prior.range(known.scales)
+    return Quantity(
+        value,
+        0.0,
+        parameter.unit,
+        parameter.meaning,
+        value,
+        value,
+        {},
+        active.channels,
+        scales,
+        1.0,
+        "",
+        word,
+    )
+
+
+def named(
+    best: Weighed, search: Search, probability: Mapping[str, float], material: Material
+) -> tuple[Named, ...]:
+    """The effects of the most probable model, the most probable first.
+
+    Parameters
+    ----------
+    best : Weighed
+        The most probable model.
+    search : Search
+    probability : mapping of str to float
+        Probability of each effect, 0 to 1.
+    material : Material
+        The case's.
+    """
+    state, made = best.state, []
+    values = quantities(state, material)
+    for one in state.model.effects:
+        own = {}
+        for p in one.parameters:
+            name = one.full_name(p)
+            own[p.name] = values[name] if name in values else held(one, p, state.priors.get(name))
+        less = Model(
+            state.model.law,
+            state.model.start,
+            state.model.fixed,
+            tuple(other for other in state.model.effects if other is not one),
+            state.model.terms,
+        )
+        without = search.states.get(less.structure)
+        bayes = float("nan") if without is None else 2.0 * (state.evidence.log - without.evidence.log)
+        far = [name for name, quantity in own.items() if quantity.prior_tail < IMPLAUSIBLE]
+        remark = f"few bushings have such a value of {' and '.join(far)}" if far else ""
+        made.append(
+            Named(
+                one.name,
+                one.effect.title or one.effect.name,
+                one.effect.summary,
+                own,
+                probability.get(one.effect.name, 0.0),
+                bayes,
+                not far,
+                remark,
+                one.channels,
+            )
+        )
+    return tuple(sorted(made, key=lambda item: -item.probability))
