@@ -81,8 +81,8 @@ class Equilibrium:
     def __init__(self, model: Model, tolerance: float, most: int = MAX_NEWTON) -> None:
         self.model, self.tolerance, self.most = model, tolerance, most
         self._interrupt: KeyboardInterrupt | None = None
-        self.x, self.b = model.create_vector(), model.create_vector()
-        self.matrix = model.create_matrix()
+        self.x, self.b = model.system.create_vector(), model.system.create_vector()
+        self.matrix = model.system.create_matrix()
         self.reactions = 0.0
         self.force = self.energy = 0.0
         self.six: Array | None = None if model.motion.six is None else np.zeros(6)
@@ -125,7 +125,7 @@ class Equilibrium:
         q
             Generalised displacement, mm or rad.
         guess
-            This rank's unknowns to start from, and the free motions of the sleeve after them.
+            Unknowns to start from, shape (n,): this rank's, and the free motions of the sleeve after them.
         """
         self.q, self.rate = q, self.model.rate(q)
         corrections = 0
@@ -166,7 +166,7 @@ class Equilibrium:
         q
             Displacement there, mm or rad.
         at
-            `unknowns` there.
+            `unknowns` there, shape (n,).
         """
         self._take(at)
         self.q, self.rate = q, self.model.rate(q, ahead=True)
@@ -186,12 +186,12 @@ class Equilibrium:
             moved, self.free_rate = self.border.rate(self.ksp, self.rate)
             return moved
         if not factorised and self._fatigue is not None and self._fatigue <= TIRED:
-            self.model.stiffen()
+            self.model.system.stiffen()
             rate = self._rates.iterated(Found(self.model, self.ksp, self.q, self.rate, self.tolerance))
             if rate is not None:
                 return rate
         self._renew()
-        self.model.lift(self.b, self.rate)
+        self.model.system.lift(self.b, self.rate)
         solution = self.b.duplicate()
         self.ksp.solve(self.b, solution)
         rate = ghosted(solution)
@@ -290,13 +290,13 @@ class Equilibrium:
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
         with self._heard():
             self._to_state(x)
-            self.model.assemble_residual(b)
+            self.model.system.residual(b)
             if self.border is not None:
                 self.rate = self.model.rate(self.q)
             self.force = reaction(self.model, b, self.rate)
             if self.six is not None:
                 self.six = reactions(self.model, b, self.q)
-            self.reactions = self.model.clear_constrained(b)
+            self.reactions = self.model.system.clear_constrained(b)
             if self.border is not None and self.six is not None:
                 self.border.write_forces(b, self.six)
 
@@ -310,7 +310,7 @@ class Equilibrium:
         self._fatigue = 0
 
     def _assemble(self, matrix: PETSc.Mat) -> None:
-        self.model.assemble_tangent(matrix)
+        self.model.system.tangent(matrix)
         if self.border is not None:
             self.border.at(self.q)
 
@@ -327,7 +327,7 @@ class Equilibrium:
         """Whether the residual in `b` is small: its forces over the reactions, its volumes over the body's own."""
         if norm > self.tolerance * self.reactions + self.floor:
             return False
-        squares = float(np.sum(self.b.array_r[self.model.owned_pressures] ** 2))
+        squares = float(np.sum(self.b.array_r[self.model.system.owned_pressures] ** 2))
         volume = float(np.sqrt(summed(self.model.comm, squares)))
         return volume <= self.tolerance * self.model.volume
 

@@ -71,7 +71,7 @@ def march(
     program
         Targets in mm or rad.
     tolerance
-        Out-of-balance force over the norm of the reactions.
+        Largest out-of-balance force of an equilibrium, as a share of the norm of the reactions.
     keep_states
         Keep this rank's unknowns at every target.
     sensitivity

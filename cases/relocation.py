@@ -31,5 +31,4 @@ def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
     model.motion.relocate(constrained)
     # What was computed of the shape before.
     model.__dict__.pop("volume", None)
-    model._taken = ()
-    model.take_parameters()
+    model.system.take_parameters(moved=True)

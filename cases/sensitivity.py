@@ -169,13 +169,13 @@ class Sensitivity:
     def _answers(self, solver: Equilibrium, forces: Array) -> Array:
         """What the tangent answers to the derivatives of the forces, less than nothing; all local unknowns, by rows."""
         model = self.model
-        b = model.create_vector()
+        b = model.system.create_vector()
         complete = np.zeros_like(forces)
         for i, force in enumerate(forces):
             with b.localForm() as local:
                 local.array_w[:] = force
             b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-            b.array_w[model.owned_constrained] = 0.0
-            complete[i, : model.owned] = b.array_r
+            b.array_w[model.system.owned_constrained] = 0.0
+            complete[i, : model.system.owned] = b.array_r
         b.destroy()
         return -solved(model, solver.factor, complete)

@@ -66,15 +66,31 @@ class Slopes:
 
         Parameters
         ----------
+        name
+            The parameter.
         rates
             Derivative of `Body.numbers` by the parameter.
+        along
+            The direction.
         """
         law, volumetric = along.work_slopes(self._body)
         total = float(rates.law @ law + rates.volumetric @ volumetric)
         return total + self.work_of(name, rates, [None, *self._metal_stresses(rates)], along)
 
     def work_of(self, name: str, rates: Numbers, stresses: Sequence[Array | None], along: Along) -> float:
-        """The same of any body, with what `stresses` found."""
+        """Work of the forces' derivative along a direction, on this rank; of any body.
+
+        Parameters
+        ----------
+        name
+            The parameter.
+        rates
+            Derivative of `Body.numbers` by the parameter.
+        stresses
+            What `stresses` found for it: for each part shape (points, variables), MPa per unit of the parameter.
+        along
+            The direction.
+        """
         total = 0.0
         for part, stress in zip(self._body.parts, stresses, strict=True):
             if stress is not None:
@@ -90,7 +106,19 @@ class Slopes:
         return total
 
     def add_forces(self, name: str, rates: Numbers, stresses: Sequence[Array | None], forces: Array) -> None:
-        """Add the forces' derivative to a vector over this rank's unknowns."""
+        """Add the derivative of the forces by a parameter to a vector.
+
+        Parameters
+        ----------
+        name
+            The parameter.
+        rates
+            Derivative of `Body.numbers` by the parameter.
+        stresses
+            What `stresses` found for it: for each part shape (points, variables), MPa per unit of the parameter.
+        forces : shape (n,)
+            Over this rank's unknowns; N per unit of the parameter.
+        """
         for part, stress in zip(self._body.parts, stresses, strict=True):
             if stress is not None:
                 part.points.add_forces(part.by_gradients(stress), forces)
@@ -112,8 +140,12 @@ class Slopes:
 
         Parameters
         ----------
+        names
+            The parameters.
+        rates, memory
+            For each parameter, derivatives of `Body.numbers` and of the memory at the beginning of the step.
         directions
-            For each parameter, derivative of the state.
+            For each parameter, derivative of the state, shape (n,).
         """
         material, n = self._body.material, self._body.material.variables
         strains = [self._strain_change(name, one) for name, one in zip(names, directions, strict=True)]
