@@ -98,7 +98,7 @@ class Border:
     # -- the bordered tangent ------------------------------------------------------------------------------------
 
     def at(self, q: float) -> None:
-        """Take note of the path's parameter at which a tangent has just been assembled."""
+        """Record the parameter of the path at which the tangent has just been assembled."""
         self._q, self._tangent = q, None
 
     def setUp(self, pc: PETSc.PC) -> None:

@@ -1,4 +1,4 @@
-"""Equilibrium at one displacement of the sleeve: the factorisation at hand first, Newton where it does not serve.
+"""Equilibrium at one displacement of the sleeve: an earlier factorisation is tried first, then Newton's method.
 
 Most of the time of a step would go into the tangent and its factorisation. Where the path is smooth the last
 factorisation still points the right way, and Broyden's method corrects the extrapolated state with it, at one
@@ -39,7 +39,7 @@ TIRED = 8
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one solution.
+    """Result of one solution.
 
     Attributes
     ----------
@@ -159,7 +159,7 @@ class Equilibrium:
         return np.concatenate([self.model.state.x.array, self.model.motion.free])
 
     def ahead(self, q: float, at: Array) -> Array:
-        """Derivative by q of `unknowns`, at a solution that may not be the last: of what lies ahead of it.
+        """Return the derivative of `unknowns` by q at any solution; at a corner of the path, of the segment after it.
 
         Parameters
         ----------
@@ -200,7 +200,7 @@ class Equilibrium:
         return rate
 
     def factorise(self) -> None:
-        """Factorise the tangent at the last solution, whatever is at hand."""
+        """Factorise the tangent at the last solution, even if an older factorisation would do."""
         self._renew()
         self.ksp.setUp()
 
@@ -288,7 +288,7 @@ class Equilibrium:
             self.model.impose(self.q)
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        with self._heard():
+        with self._interruptible():
             self._to_state(x)
             self.model.system.residual(b)
             if self.border is not None:
@@ -304,7 +304,7 @@ class Equilibrium:
         if self._factorised:
             self._factorised = False
             return
-        with self._heard():
+        with self._interruptible():
             self._assemble(matrix)
         self.tangents += 1
         self._fatigue = 0
@@ -315,8 +315,8 @@ class Equilibrium:
             self.border.at(self.q)
 
     @contextmanager
-    def _heard(self) -> Iterator[None]:
-        """Know of an interruption in a callback."""
+    def _interruptible(self) -> Iterator[None]:
+        """Remember an interruption that is raised inside a PETSc callback."""
         try:
             yield
         except KeyboardInterrupt as interrupt:

@@ -152,7 +152,7 @@ class Model:
 
     @property
     def quadrature_degree(self) -> int:
-        """Of the quadrature; what UFL estimates for a body that is not the mesh would be hundreds of points."""
+        """Degree of the quadrature; UFL's own estimate would take hundreds of points if the body is not the mesh."""
         return QUADRATURE_DEGREE_PER_ORDER * self.mesh.displacement_order
 
     def cells(self, region: str) -> NDArray[np.int32]:
@@ -189,7 +189,7 @@ class Model:
 
     @cached_property
     def strain(self) -> Kinematics:
-        """Kinematics of the state, as UFL for forms of one's own."""
+        """Kinematics of the state in UFL, for further forms."""
         x, moved = ufl.SpatialCoordinate(self.mesh.mesh), self._stress_free.together(self.features)
         return kinematics_of(self.setting.kinematics, ufl.split(self.state)[0], x, moved)
 

@@ -37,7 +37,7 @@ KEPT = 4
 
 @dataclass(frozen=True)
 class Found:
-    """A solution, and what is at hand there.
+    """A solution, with the solver objects that are available there.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Rates:
         return None
 
     def _improved(self, at: Found, rate: Array, b: PETSc.Vec, step: PETSc.Vec) -> bool:
-        """Bring the rate to its tolerance in place; whether that was possible."""
+        """Improve the rate in place down to its tolerance; return whether that was possible."""
         directions: list[tuple[Array, Array]] = []
         left = self._preconditioned(at, rate, b, step)
         left *= -1.0

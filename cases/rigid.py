@@ -1,4 +1,4 @@
-"""The tangent's answers to rigid motions of the inner sleeve: 6 x 6 stiffness, from one factorisation.
+"""6 x 6 stiffness against rigid motions of the inner sleeve, from one factorisation of the tangent.
 
 Let G_k be the constrained unknowns per unit of the twist k, K the tangent and R the residual. V_k = (-K_ff^-1 K_fc G_k,
 G_k) is the body's answer, and V_k . K V_l + R . dG_k/dl the derivative of the reaction k by the motion l: the second
@@ -80,7 +80,7 @@ class Tangent:
 
 
 def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = range(6)) -> Tangent:
-    """Solve for the body's answers to rigid motions, all together.
+    """Solve for the response of the body to all rigid motions together.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = rang
 
 
 def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
-    """Direction (n,) of all local unknowns on which the forces' derivative works what a reaction changes.
+    """Return the direction (n,) whose work on the derivative of the forces is the change of a reaction.
 
     Free motions give way meanwhile.
 
@@ -142,7 +142,7 @@ def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
 
 
 def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
-    """Answers of the free unknowns to forces on them.
+    """Solve for the free unknowns under forces on them.
 
     Parameters
     ----------

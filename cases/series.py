@@ -89,7 +89,7 @@ class Series:
 
 
 class Shared:
-    """Displacement that a bushing takes of what is prescribed to it and a spring: the secant method, step by step.
+    """Share of a prescribed displacement that the bushing takes beside a spring, by the secant method, step by step.
 
     Parameters
     ----------
@@ -109,12 +109,12 @@ class Shared:
         self._trials: list[tuple[float, float]] = []
 
     def first(self, prescribed: float) -> float:
-        """Where to look first."""
+        """Return the first displacement to try."""
         self._trials = []
         return self._q + self._share * (prescribed - self._prescribed)
 
     def better(self, q: float, force: float, time: float, prescribed: float) -> float | None:
-        """A better displacement than this one; None where it is good, NaN where the search is given up.
+        """Return a better displacement; None if this one is good enough, NaN to give up the search.
 
         Parameters
         ----------
