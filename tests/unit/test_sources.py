@@ -192,7 +192,7 @@ def test_a_case_from_files_is_accepted_by_check(tmp_path):
     done = run("init", "--from", *files, tmp_path / "new")
     assert done.exit_code == 0, done.output
     text = (tmp_path / "new" / "case.toml").read_text(encoding="utf-8")
-    assert "<-- mode: the file's name does not tell it; axial, radial would do" in text
+    assert "<-- mode: the file name does not state it; the columns suit axial, radial" in text
     assert "<-- gauge_length (mm), area (mm2): put in" in text
     checked = run("check", tmp_path / "new" / "case.toml", "--json", "-q")
     assert checked.exit_code == 0, checked.output
