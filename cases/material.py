@@ -333,7 +333,7 @@ class Rubber:
         Parameters
         ----------
         at : PointState
-            State that `held` returned.
+            State that `point_state` returned.
         i : int
             Index of the branch.
         """

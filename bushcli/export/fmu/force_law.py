@@ -102,7 +102,7 @@ class Channel:
 
 
 class ForceLaw:
-    """The channels of a bushing, which know nothing of each other.
+    """The channels of a bushing, which are independent of each other.
 
     Parameters
     ----------
