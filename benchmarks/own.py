@@ -33,6 +33,7 @@ from cases.march import march  # noqa: E402
 from cases.mode import modes, setting_for  # noqa: E402
 from cases.model import Model  # noqa: E402
 from cases.program import Program  # noqa: E402
+from cases.system import System  # noqa: E402
 from forms.law import law  # noqa: E402
 from geometry.mesh import build  # noqa: E402
 from geometry.shape import Refinement, shapes  # noqa: E402
@@ -84,9 +85,9 @@ def main():
     else:
         refinement = Refinement(factor=options.factor)
     clocks = {
-        "tangent": Clock(Model, "assemble_tangent"),
-        "residual": Clock(Model, "assemble_residual"),
-        "matrix": Clock(Model, "create_matrix"),
+        "tangent": Clock(System, "tangent"),
+        "residual": Clock(System, "residual"),
+        "matrix": Clock(System, "create_matrix"),
     }
     start = time.perf_counter()
     dimension = 2 if mode.section is not None else 3

@@ -1,1 +1,1 @@
-"""What is done to a bushing, solved with PETSc SNES: modes, programs, the march, the reaction."""
+"""Load cases and their solution with PETSc SNES: modes, programs, the march, the reaction force."""

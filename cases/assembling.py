@@ -1,4 +1,4 @@
-"""Before the test: swaging, shrinkage and other parameters of the assembly come to their values in steps, at rest."""
+"""Assembly before the test: swaging, shrinkage and the like are applied in steps, with the sleeve at rest."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RELAXED = 1e12
 
 
 def assemble(model: Model, solver: Equilibrium) -> list[Attempt]:
-    """Bring the parameters of the assembly to their values, the sleeve at rest; the rubber relaxes.
+    """Apply the parameters of the assembly in steps while the sleeve is at rest, then let the rubber relax.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class Part:
         self._forces: tuple[Array, Call] | None = None
 
     def place(self, swelling: float, anew: bool) -> None:
-        """Bring the stress-free body to its place; ``anew`` where parameters may have moved it.
+        """Update where the stress-free body is.
 
         Parameters
         ----------
@@ -76,17 +76,17 @@ class Part:
             self.points.rescale(swelling)
 
     def moving(self, name: str) -> Moving | None:
-        """Change of the points with a parameter; None where there is none."""
+        """Return how the points change with a parameter; None if they do not."""
         rate = None if self._moved is None else self._moved.rate(name)
         return None if rate is None else self.points.moving(rate)
 
     def look(self, x: Array) -> None:
-        """Go to a state, this rank's unknowns: gradients, and the material's strains."""
+        """Compute gradients and strains at a state, given by this rank's unknowns."""
         self.points.gradients(x, self.g)
         self._strains()
 
     def answer(self) -> Array:
-        """Energy's derivatives by the gradients at the state of `look`; `P`."""
+        """Return `P`, the derivatives of the energy by the gradients at the state of `look`."""
         row = self.material.answer(moduli=False)
         if self._forces is None or self._forces[0] is not row:
             inputs = {"gradients": self.g, "answer": row}
@@ -96,19 +96,19 @@ class Part:
         return self.P
 
     def by_gradients(self, stress: Array) -> Array:
-        """Derivatives by the gradients made of those by the strains, (points, variables), in a new array."""
+        """Convert derivatives by the strains, (points, variables), to derivatives by the gradients, in a new array."""
         answer = np.concatenate([np.zeros((len(stress), 1)), stress], axis=1)
         function = kernel(gradients.forces(self._name, self._setting))
         return function(self.points.number, {"gradients": self.g, "answer": answer})
 
     def strain_rates(self, change: Array) -> Array:
-        """Change of the strain variables along a change of the gradients."""
+        """Return the change of the strain variables that a change of the gradients causes."""
         function = kernel(gradients.strain_rates(self._name, self._setting))
         return function(self.points.number, {"gradients": self.g, "change": change})
 
     @cached_property
     def A(self) -> Array:
-        """Second derivatives by the gradients; see above."""
+        """Second derivatives of the energy by the gradients; see the class."""
         return np.zeros((self.points.number, self.points.rows * (self.points.rows + 1) // 2))
 
     @cached_property
@@ -122,7 +122,7 @@ class Part:
         self._moduli()
 
     def contracted(self, change: Array) -> Array:
-        """A applied to a change of the gradients."""
+        """Return the product of `A` and a change of the gradients."""
         P = np.empty_like(change)
         loops().lib.contract(len(change), change.shape[1], pointer(self.A), pointer(change), pointer(P))
         return P
@@ -151,7 +151,7 @@ class Body:
         self.numbers: Numbers | None = None
 
     def take(self, numbers: Numbers, anew: bool) -> None:
-        """Be made of this from now on; ``anew`` where parameters may have moved the stress-free body.
+        """Use these material numbers from now on.
 
         Parameters
         ----------
@@ -189,7 +189,7 @@ class Body:
             part.points.add_forces(part.answer(), forces)
 
     def stiffen(self, x: Array) -> None:
-        """Compute the second derivatives at the points, for the two functions below."""
+        """Compute the second derivatives at the points, for `add_stiffness` and `add_action`."""
         for part in self.parts:
             part.look(x)
             part.stiffen()
@@ -208,7 +208,7 @@ class Body:
             part.points.add_stiffness(part.A, place, values)
 
     def add_action(self, direction: Array, forces: Array) -> None:
-        """Add the stiffness at the state of `stiffen`, applied to a direction.
+        """Add the product of the stiffness at the state of `stiffen` and a direction.
 
         Parameters
         ----------
@@ -233,6 +233,6 @@ class Body:
 
     @property
     def volume(self) -> float:
-        """Of the stress-free body on this rank without swelling, mm^3, metal included."""
+        """Volume of the stress-free body on this rank without swelling, mm^3, metal included."""
         whole = sum(float(part.points.weight.sum()) for part in self._metals)
         return whole + float(self.rubber.points.weight.sum()) / self.swelling

@@ -41,7 +41,7 @@ class Border:
         assert six is not None
         self._model, self._free = model, list(six.free)
         count = len(self._free)
-        own = model.owned_constrained
+        own = model.system.owned_constrained
         homes = [rank for rank, many in enumerate(model.comm.allgather(len(own))) if many >= count]
         self._home = homes[0]
         self._slots = own[:count] if model.comm.rank == self._home else own[:0]
@@ -98,7 +98,7 @@ class Border:
     # -- the bordered tangent ------------------------------------------------------------------------------------
 
     def at(self, q: float) -> None:
-        """Take note of the path's parameter at which a tangent has just been assembled."""
+        """Record the parameter of the path at which the tangent has just been assembled."""
         self._q, self._tangent = q, None
 
     def setUp(self, pc: PETSc.PC) -> None:
@@ -128,13 +128,13 @@ class Border:
         assert found is not None
         reactions = self._shared(b.array_r[self._slots]) * self._length
         right = b.copy()
-        right.array_w[self._model.owned_constrained] = 0.0
+        right.array_w[self._model.system.owned_constrained] = 0.0
         self.factor.solve(right, x)
-        owned = self._model.owned
+        owned = self._model.system.owned
         reactions -= summed(self._model.comm, found.pull[self._free, :owned] @ x.array_r)
         motions = np.linalg.solve(self._schur, reactions)
         answers = (self._columns @ motions) @ found.answers[:, :owned]
-        answers[self._model.owned_constrained] = 0.0
+        answers[self._model.system.owned_constrained] = 0.0
         x.array_w[:] = x.array_r + answers
         self.write(x, motions)
         right.destroy()
@@ -160,13 +160,13 @@ class Border:
         constrained = model.motion.constrained.dofs
         twists = model.motion.twists(self._q)
         twist = _coordinates(model, twists, rate[constrained])
-        b, x = model.create_vector(), model.create_vector()
-        model.apply_tangent(b, rate)
-        at = constrained < model.owned
+        b, x = model.system.create_vector(), model.system.create_vector()
+        model.system.apply_tangent(b, rate)
+        at = constrained < model.system.owned
         work = twists[:, at] @ b.array_r[constrained[at]]
         change = np.asarray(summed(model.comm, work)) * model.multiplicity
         change[3:] += found.arms @ twist[3:]
-        b.array_w[model.owned_constrained] = 0.0
+        b.array_w[model.system.owned_constrained] = 0.0
         self.write_forces(b, change)
         b.scale(-1.0)
         ksp.solve(b, x)

@@ -1,4 +1,4 @@
-"""Broyden's method: corrections by a factorisation that is some steps old.
+"""Broyden's method: corrections computed with a factorisation from an earlier step.
 
 References
 ----------
@@ -19,7 +19,7 @@ LONGEST = 10.0
 
 
 def broyden_step(ksp: PETSc.KSP, b: PETSc.Vec, steps: Sequence[tuple[PETSc.Vec, float]]) -> PETSc.Vec | None:
-    """The next step from a residual: the factorisation's, corrected by all steps before it; None where it is too long.
+    """Return the next step: that of the old factorisation, corrected by all steps before it; None if it is too long.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ def _domain() -> Any:
 
 
 def bare(expression: Any) -> Any:
-    """An expression without the marks for differentiation, whose numbers would be part of its signature."""
+    """Return an expression without its ufl.variable labels, whose numbers would become part of the signature."""
     return map_expr_dag(_Bare(), expand_derivatives(expression))
 
 
@@ -70,5 +70,5 @@ class _Bare(MultiFunction):  # type: ignore[misc]  # UFL has no type information
     expr = MultiFunction.reuse_if_untouched
 
     def variable(self, o: object, operand: object, _: object) -> object:
-        """The expression that is marked."""
+        """Replace a labelled expression by the expression itself."""
         return operand

@@ -1,4 +1,4 @@
-"""Elements, where their unknowns stand in the vector of all, and the points at which they are integrated."""
+"""Elements, the positions of their unknowns in the global vector, and their quadrature points."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Index = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Where the unknowns of cells stand in the vector of all.
+    """Positions of the unknowns of cells in the global vector.
 
     Attributes
     ----------
@@ -31,14 +31,14 @@ class Unknowns:
 
     @property
     def of_cells(self) -> Index:
-        """All of each cell, shape (cells, n), in the order of element matrices."""
+        """All unknowns of each cell, shape (cells, n), in the order of element matrices."""
         cells, components, nodes = self.displaced.shape
         displaced = self.displaced.reshape(cells, components * nodes)
         return np.ascontiguousarray(np.concatenate([displaced, self.pressed], axis=1))
 
     @classmethod
     def of(cls, space: Any, components: int, cells: Index) -> Unknowns:
-        """Of cells of the mixed space (u, p, ...).
+        """Return the positions for cells of the mixed space (u, p, ...).
 
         Parameters
         ----------
@@ -69,7 +69,7 @@ class Rule:
 
     @classmethod
     def gauss(cls, mesh: NamedMesh, degree: int) -> Rule:
-        """The form compiler's own quadrature.
+        """Return the quadrature rule of the form compiler.
 
         Parameters
         ----------
@@ -82,12 +82,12 @@ class Rule:
 
     @classmethod
     def at(cls, points: Array) -> Rule:
-        """Points where nothing is integrated."""
+        """Return points without weights, for evaluation only."""
         return cls(points, np.ones(len(points)))
 
 
 def mixed_element(mesh: NamedMesh, components: int, followed: int) -> Any:
-    """Taylor-Hood element (u, p), with as many more displacements as there are motions of boundaries to be followed.
+    """Return the Taylor-Hood element (u, p), with one more displacement for each boundary motion that energies need.
 
     Parameters
     ----------

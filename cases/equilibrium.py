@@ -1,4 +1,4 @@
-"""Equilibrium at one displacement of the sleeve: the factorisation at hand first, Newton where it does not serve.
+"""Equilibrium at one displacement of the sleeve: an earlier factorisation is tried first, then Newton's method.
 
 Most of the time of a step would go into the tangent and its factorisation. Where the path is smooth the last
 factorisation still points the right way, and Broyden's method corrects the extrapolated state with it, at one
@@ -39,7 +39,7 @@ TIRED = 8
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one solution.
+    """Result of one solution.
 
     Attributes
     ----------
@@ -81,8 +81,8 @@ class Equilibrium:
     def __init__(self, model: Model, tolerance: float, most: int = MAX_NEWTON) -> None:
         self.model, self.tolerance, self.most = model, tolerance, most
         self._interrupt: KeyboardInterrupt | None = None
-        self.x, self.b = model.create_vector(), model.create_vector()
-        self.matrix = model.create_matrix()
+        self.x, self.b = model.system.create_vector(), model.system.create_vector()
+        self.matrix = model.system.create_matrix()
         self.reactions = 0.0
         self.force = self.energy = 0.0
         self.six: Array | None = None if model.motion.six is None else np.zeros(6)
@@ -125,7 +125,7 @@ class Equilibrium:
         q
             Generalised displacement, mm or rad.
         guess
-            This rank's unknowns to start from, and the free motions of the sleeve after them.
+            Unknowns to start from, shape (n,): this rank's, and the free motions of the sleeve after them.
         """
         self.q, self.rate = q, self.model.rate(q)
         corrections = 0
@@ -159,14 +159,14 @@ class Equilibrium:
         return np.concatenate([self.model.state.x.array, self.model.motion.free])
 
     def ahead(self, q: float, at: Array) -> Array:
-        """Derivative by q of `unknowns`, at a solution that may not be the last: of what lies ahead of it.
+        """Return the derivative of `unknowns` by q at any solution; at a corner of the path, of the segment after it.
 
         Parameters
         ----------
         q
             Displacement there, mm or rad.
         at
-            `unknowns` there.
+            `unknowns` there, shape (n,).
         """
         self._take(at)
         self.q, self.rate = q, self.model.rate(q, ahead=True)
@@ -186,12 +186,12 @@ class Equilibrium:
             moved, self.free_rate = self.border.rate(self.ksp, self.rate)
             return moved
         if not factorised and self._fatigue is not None and self._fatigue <= TIRED:
-            self.model.stiffen()
+            self.model.system.stiffen()
             rate = self._rates.iterated(Found(self.model, self.ksp, self.q, self.rate, self.tolerance))
             if rate is not None:
                 return rate
         self._renew()
-        self.model.lift(self.b, self.rate)
+        self.model.system.lift(self.b, self.rate)
         solution = self.b.duplicate()
         self.ksp.solve(self.b, solution)
         rate = ghosted(solution)
@@ -200,7 +200,7 @@ class Equilibrium:
         return rate
 
     def factorise(self) -> None:
-        """Factorise the tangent at the last solution, whatever is at hand."""
+        """Factorise the tangent at the last solution, even if an older factorisation would do."""
         self._renew()
         self.ksp.setUp()
 
@@ -288,15 +288,15 @@ class Equilibrium:
             self.model.impose(self.q)
 
     def _function(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        with self._heard():
+        with self._interruptible():
             self._to_state(x)
-            self.model.assemble_residual(b)
+            self.model.system.residual(b)
             if self.border is not None:
                 self.rate = self.model.rate(self.q)
             self.force = reaction(self.model, b, self.rate)
             if self.six is not None:
                 self.six = reactions(self.model, b, self.q)
-            self.reactions = self.model.clear_constrained(b)
+            self.reactions = self.model.system.clear_constrained(b)
             if self.border is not None and self.six is not None:
                 self.border.write_forces(b, self.six)
 
@@ -304,19 +304,19 @@ class Equilibrium:
         if self._factorised:
             self._factorised = False
             return
-        with self._heard():
+        with self._interruptible():
             self._assemble(matrix)
         self.tangents += 1
         self._fatigue = 0
 
     def _assemble(self, matrix: PETSc.Mat) -> None:
-        self.model.assemble_tangent(matrix)
+        self.model.system.tangent(matrix)
         if self.border is not None:
             self.border.at(self.q)
 
     @contextmanager
-    def _heard(self) -> Iterator[None]:
-        """Know of an interruption in a callback."""
+    def _interruptible(self) -> Iterator[None]:
+        """Remember an interruption that is raised inside a PETSc callback."""
         try:
             yield
         except KeyboardInterrupt as interrupt:
@@ -327,7 +327,7 @@ class Equilibrium:
         """Whether the residual in `b` is small: its forces over the reactions, its volumes over the body's own."""
         if norm > self.tolerance * self.reactions + self.floor:
             return False
-        squares = float(np.sum(self.b.array_r[self.model.owned_pressures] ** 2))
+        squares = float(np.sum(self.b.array_r[self.model.system.owned_pressures] ** 2))
         volume = float(np.sqrt(summed(self.model.comm, squares)))
         return volume <= self.tolerance * self.model.volume
 

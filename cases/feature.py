@@ -1,4 +1,4 @@
-"""What may be changed about a model: more memory in the rubber, another assembly. Zero when absent.
+"""Features: changes of a model, such as memory of the rubber or another assembly; without any effect when absent.
 
 A feature is data and small functions in UFL, with parameters of its own that can be changed, differentiated and set to
 their off values without building anything again. The effects of `bushcli` that act on the rubber or on the assembly
@@ -125,7 +125,7 @@ class Feature:
 
     @property
     def one_sided(self) -> bool:
-        """Whether there are modes whose curve it makes other than odd."""
+        """Whether it makes the curve of some modes unsymmetric about zero."""
         return bool(self.breaks)
 
 

@@ -1,4 +1,4 @@
-"""What a march went through: its attempts, the curve, and why it stopped."""
+"""History of a march: its attempts, the curve, and why it stopped."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Attempt:
-    """One try at a step: from and to (mm or rad), corrections of the state, SNES reason by name, seconds."""
+    """One attempt at a step: from and to (mm or rad), corrections of the state, SNES reason by name, seconds."""
 
     start: float
     stop: float
@@ -31,7 +31,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class History:
-    """What the march went through.
+    """History of a march.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class NotConverged(RuntimeError):
 
 
 def unsolved(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:
-    """The exception for a path of which not even the first step was found.
+    """Return the exception for a path whose first step already failed.
 
     Parameters
     ----------

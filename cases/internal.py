@@ -1,4 +1,4 @@
-"""What the rubber remembers: internal variables of all branches, at the quadrature points.
+"""Memory of the rubber: internal variables of all branches at the quadrature points.
 
 They are kept as they were at the beginning of the present step. A step that is cut back leaves them as they are; an
 accepted one writes those at its end.
@@ -27,7 +27,7 @@ class Internal:
         self._body = body
 
     def reset(self) -> None:
-        """Make the rubber virgin."""
+        """Forget all earlier deformation."""
         for branch in self._body.material.branches:
             branch.reset()
 

@@ -1,4 +1,4 @@
-"""How generated kernels are compiled and where they are kept."""
+"""Compiling generated kernels, and the folder in which they are saved."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _processor() -> str:
 
 
 def _stack() -> str:
-    """Python and form compiler: what one of them has compiled, another one does not load."""
+    """Fingerprint of Python and form compiler: a kernel that one version compiled cannot be loaded by another."""
     try:
         compiler = importlib.metadata.version("fenics-ffcx")
     except importlib.metadata.PackageNotFoundError:
@@ -68,7 +68,7 @@ def cache_directory() -> Path:
 
 
 def _enter(folder: Path) -> None:
-    """Use the folder from now on, to the end of this process, however that comes; what was left in it goes.
+    """Lock the folder until this process ends, and remove the remains of interrupted compilations.
 
     A compilation that was killed leaves a source for whose end others would wait in vain. While any process uses the
     folder it may be compiling, and only what is old is taken for abandoned.
@@ -173,14 +173,14 @@ def load(library: Path) -> Any:
     """Load a compiled cffi module."""
     spec = util.spec_from_file_location(library.name.partition(".")[0], library)
     if spec is None or spec.loader is None:
-        raise ImportError(f"{library} is no compiled module")
+        raise ImportError(f"{library} is not a compiled module")
     module = util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
 def _guard() -> None:
-    """Have the form compiler make anew what is damaged, instead of loading it.
+    """Make the form compiler build a damaged module again instead of loading it.
 
     It has no option for that: loading what a full disk or a power cut has left ends the process, with a bus error.
     """
@@ -219,7 +219,7 @@ def remove_damaged(folder: Path, module: str) -> None:
 
 
 def damaged(folder: Path | None = None) -> list[Path]:
-    """Compiled kernels that are not whole; in the present kernels' folder if none is given."""
+    """Return the compiled kernels that are truncated; by default in the present folder of kernels."""
     libraries = sorted((folder or cache_directory()).glob("*.so"))
     return [library for library in libraries if not is_whole(library)]
 

@@ -157,7 +157,7 @@ class Call:
             self._given = (function, len(out), batch, *blocks, single, size, *rows)
 
     def __call__(self) -> None:
-        """Evaluate it."""
+        """Evaluate the kernel."""
         self._evaluate(*self._given)
 
 

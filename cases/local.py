@@ -1,4 +1,4 @@
-"""d(force)/d(local stiffness): what a stiffer or softer spot of the rubber would do to the curve, cell by cell.
+"""d(force)/d(local stiffness): the effect of locally stiffer or softer rubber on the curve, cell by cell.
 
 Let a factor s(x), 1 everywhere, multiply the rubber's law and its branches, but not the volumetric part. At equilibrium
 dQ/ds = v . dR/ds, with v = dx/dq the tangent's answer to a motion of the sleeve (`cases.sensitivity`): the tangent is

@@ -1,4 +1,4 @@
-"""Along the program: the one place where a load is applied.
+"""The march along a program: the only place where a load is applied.
 
 The stepper goes from one equilibrium to the next (`cases.stepper`), the recorder keeps what is reached at the targets
 (`cases.recorder`); here is what happens at each target, and what an accepted or refused step leads to.
@@ -71,7 +71,7 @@ def march(
     program
         Targets in mm or rad.
     tolerance
-        Out-of-balance force over the norm of the reactions.
+        Largest out-of-balance force of an equilibrium, as a share of the norm of the reactions.
     keep_states
         Keep this rank's unknowns at every target.
     sensitivity
@@ -99,13 +99,13 @@ def march(
         kind = Sensitivity if model.motion.six is None else SixSensitivity
         derivatives = _Derivatives(kind(model, sensitivity), path_rates or {}, series)
         recorder = Recorder(program, keep_states, bool(derivatives.names))
-        run = _begun(model, solver, program, derivatives, recorder, series, observer, patience)
+        run = _started(model, solver, program, derivatives, recorder, series, observer, patience)
         return run.to_end(progress)
     finally:
         solver.destroy()
 
 
-def _begun(
+def _started(
     model: Model,
     solver: Equilibrium,
     program: Program,
@@ -115,7 +115,7 @@ def _begun(
     observer: Observer | None,
     patience: int | None,
 ) -> _Run:
-    """The march at the beginning of its program, the bushing assembled."""
+    """Assemble the bushing, and return the march at the beginning of its program."""
     model.state.x.array[:] = 0.0
     model.motion.free[:] = 0.0
     if model.internal is not None:
@@ -135,7 +135,7 @@ def _begun(
 
 @dataclass
 class _Run:
-    """A march under way."""
+    """State of a march in progress."""
 
     model: Model
     solver: Equilibrium
@@ -148,7 +148,7 @@ class _Run:
     patience: int | None
 
     def to_end(self, progress: Progress | None) -> History:
-        """Go from target to target, and return what was written down."""
+        """Go from target to target, and return the recorded history."""
         count = len(self.program.displacement)
         for number in range(count):
             newton = self.reach(number)
@@ -158,7 +158,7 @@ class _Run:
         return self.recorder.history()
 
     def reach(self, number: int) -> int:
-        """Go to a target by its number; return the corrections of the state that this took."""
+        """Go to the target with this number; return how many corrections of the state it took."""
         prescribed = float(self.program.displacement[number])
         until = 0.0 if self.program.time is None else float(self.program.time[number])
         target = prescribed if self.shared is None else self.shared.first(prescribed)
@@ -184,7 +184,7 @@ class _Run:
                 return newton
 
     def record(self, number: int, newton: int) -> None:
-        """Write down a target that was reached."""
+        """Record a target that was reached."""
         at = self.stepper
         self.recorder.point(at.q, at.force, at.energy, newton, at.state)
         if at.six is not None and at.pose is not None:
@@ -195,7 +195,7 @@ class _Run:
             self.recorder.slopes(self.derivatives.at, self.derivatives.rates, self.derivatives.reactions)
 
     def _accepted(self, step: Step, number: int, arrived: bool) -> None:
-        """Let everyone know who has to: what observes, derivatives, and the rubber's memory last."""
+        """Accept a step: call the observer, advance the derivatives and, last, the memory of the rubber."""
         self.stepper.accept(step)
         if self.observer is not None and arrived:
             self.observer(self.solver)
@@ -234,7 +234,7 @@ class _Derivatives:
         self.reactions: Array | None = None
 
     def follow(self, solver: Equilibrium, number: int, share: float, time: float) -> None:
-        """Take the step just found, which went this share of the way left to a target and ended at this time."""
+        """Advance the derivatives by the step just solved, which covered `share` of the remaining way to a target."""
         if not self.names:
             return
         for name, targets in self._targets.items():

@@ -1,4 +1,4 @@
-"""Material answers at the points of a body's part: stress and moduli added over law, volumetric part and branches.
+"""Stress and moduli at the points of a part of the body: the sum over law, volumetric part and branches.
 
 One row a point, as `forms.point` describes it. A branch that depends on the law's energy e, V(e, ...), adds
 
@@ -52,22 +52,22 @@ class Remembered:
         self.reset()
 
     def reset(self) -> None:
-        """Make the rubber virgin."""
+        """Forget all earlier deformation."""
         self.values[:] = self._functions.virgin
 
     def answer(self, moduli: bool) -> Kernel:
-        """Its answer, with or without moduli."""
+        """Return its stresses, with or without moduli."""
         return kernel(self._functions.moduli if moduli else self._functions.stress)
 
     @property
     def end(self) -> Kernel:
-        """[stored energy, memory at the end of the step]."""
+        """Return [stored energy, memory at the end of the step]."""
         return kernel(self._functions.end)
 
     def rates(
         self, what: str, inputs: Mapping[str, Array], changes: Sequence[Mapping[str, Array]]
     ) -> list[Array]:
-        """Derivatives of its slopes or of its memory at the end of the step, along changes of the inputs.
+        """Return derivatives of its stresses, or of its memory at the end of the step, along changes of the inputs.
 
         Parameters
         ----------
@@ -94,7 +94,7 @@ class Remembered:
         return found
 
     def inputs(self, strain: Array, law: Array) -> dict[str, Array]:
-        """Of its kernels, at strains and with the law's [W, ...].
+        """Return the inputs of its kernels, given strains and the law's [W, ...].
 
         Parameters
         ----------
@@ -107,8 +107,8 @@ class Remembered:
 
 
 @dataclass(frozen=True)
-class Held:
-    """A state at which derivatives are asked for: strains, the law's [W, W_a] and the whole answer's."""
+class PointState:
+    """A state at which derivatives are computed: strains, [W, W_a] of the law and of the whole material."""
 
     strain: Array
     law: Array
@@ -117,7 +117,7 @@ class Held:
 
 @dataclass(frozen=True)
 class _Answered:
-    """Calls that make an answer, with or without moduli, in arrays of their own.
+    """Kernel calls that compute stresses, with or without moduli, in arrays of their own.
 
     Attributes
     ----------
@@ -138,7 +138,7 @@ class _Answered:
 
 
 class Rubber:
-    """Law, volumetric part and branches at some points.
+    """Rubber at some points: law, volumetric part and branches.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ class Rubber:
             branch.parameters[:] = parameters
 
     def answer(self, moduli: bool) -> Array:
-        """Answer of all together at `strain`, shape (points, length); its energy is that of law and volumetric part.
+        """Return energy, stresses and moduli at `strain`, shape (points, length); the energy is without the branches'.
 
         The next call writes into the same array.
         """
@@ -186,7 +186,7 @@ class Rubber:
         return total
 
     def isochoric(self, moduli: bool) -> Array:
-        """Answer of law and branches; the next call writes into the same array."""
+        """Return energy, stresses and moduli of law and branches; the next call overwrites the array."""
         calls = self._answered(moduli)
         calls.begin()
         if calls.law is not calls.total:
@@ -257,7 +257,7 @@ class Rubber:
         return stored
 
     def commit(self) -> None:
-        """Accept `strain` as that at the end of the step."""
+        """Accept `strain` as the strain at the end of the step."""
         self._without_moduli.begin()
         for branch, end, after in self._ends:
             end()
@@ -265,7 +265,7 @@ class Rubber:
 
     @cached_property
     def _apart(self) -> tuple[Call, Array]:
-        """The volumetric part's answer in an array of its own."""
+        """Return the contribution of the volumetric part in an array of its own."""
         function = kernel(answers.volumetric_answer(self._setting, moduli=False))
         row = np.zeros((self._points, function.size))
         inputs = {"strain": self.strain, "parameters": self._parameters["volumetric"]}
@@ -283,15 +283,15 @@ class Rubber:
 
     # -- derivatives by parameters -------------------------------------------------------------------------------
 
-    def held(self) -> Held:
-        """The state at `strain`, for the functions below."""
+    def point_state(self) -> PointState:
+        """Return the state at `strain`, as the functions for derivatives need it."""
         total = self.answer(moduli=False).copy()
         function = answers.law_answer(self._setting, self._law, self._names, moduli=False)
         strain = self.strain.copy()
         law = kernel(function)(self._points, {"strain": strain, "parameters": self._parameters["law"]})
-        return Held(strain, law, total)
+        return PointState(strain, law, total)
 
-    def slopes(self, at: Held) -> Array:
+    def slopes(self, at: PointState) -> Array:
         """Derivatives of the law's [W, W_a] by each of its parameters, shape (parameters, points, 1 + variables)."""
         function = kernel(answers.law_slopes(self._setting, self._law, self._names))
         rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["law"]})
@@ -299,8 +299,8 @@ class Rubber:
             rows.reshape(self._points, len(self._names), 1 + self.variables).transpose(1, 0, 2)
         )
 
-    def volumetric_slopes(self, at: Held) -> Array:
-        """Of the volumetric part's by compliance and swelling."""
+    def volumetric_slopes(self, at: PointState) -> Array:
+        """Return derivatives of the volumetric part's [W, W_a] by compliance and swelling."""
         function = kernel(answers.volumetric_slopes(self._setting))
         rows = function(self._points, {"strain": at.strain, "parameters": self._parameters["volumetric"]})
         return np.ascontiguousarray(rows.reshape(self._points, 2, 1 + self.variables).transpose(1, 0, 2))
@@ -327,13 +327,13 @@ class Rubber:
             other(self._points, inputs | {"parameters": self._parameters["volumetric"]}),
         )
 
-    def by_energy(self, at: Held, i: int) -> Array:
+    def by_energy(self, at: PointState, i: int) -> Array:
         """V_e of a branch that depends on the law's energy, shape (points,).
 
         Parameters
         ----------
-        at : Held
-            State that `held` returned.
+        at : PointState
+            State that `point_state` returned.
         i : int
             Index of the branch.
         """

@@ -1,4 +1,4 @@
-"""The tangent's matrix, without what couples to constrained unknowns.
+"""The matrix of the tangent, without entries for constrained unknowns.
 
 Prescribed values leave rows and columns of zeros, which a factorisation would take for entries and fill in. A third of
 a bushing's unknowns lie on the sleeves: without their couplings the factorisation takes half the time.
@@ -58,7 +58,7 @@ class Pattern:
         self._take(*self._base)
 
     def _take(self, start: Index, column: Index) -> None:
-        """Have these couplings: first entry of each row, and columns."""
+        """Take over couplings: first entry of each row, and columns."""
         self._start, self._column = start, column
         self.values = np.zeros(len(self._column) + 1)
         owned = self._constrained[self._constrained < self._rows.size_local]
@@ -68,7 +68,7 @@ class Pattern:
         self._keys: NDArray[np.int64] | None = None
 
     def widened(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Pattern:
-        """The cells' pattern with further couplings; where one is negative or constrained there is none.
+        """Return the pattern of the cells with further couplings, except those of negative or constrained numbers.
 
         Parameters
         ----------
@@ -89,7 +89,7 @@ class Pattern:
         return wide
 
     def holds(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> bool:
-        """Whether couplings are in the pattern, or need not be.
+        """Return whether all couplings that are needed are in the pattern.
 
         Parameters
         ----------
@@ -100,7 +100,7 @@ class Pattern:
         return bool(np.all(self._numbers[self._found(keys)] == keys))
 
     def add(self, rows: NDArray[np.int64], columns: NDArray[np.int64], entries: Array) -> None:
-        """Add entries to `values`, but for constrained unknowns and negative numbers.
+        """Add entries to `values`, except those of constrained unknowns and of negative numbers.
 
         Parameters
         ----------
@@ -132,7 +132,7 @@ class Pattern:
         return np.minimum(np.searchsorted(self._numbers, keys), len(self._column) - 1)
 
     def matrix(self) -> PETSc.Mat:
-        """A new matrix; entries outside of the pattern that are added to it are ignored."""
+        """Return a new matrix, which ignores entries outside of the pattern."""
         rows = self._rows
         matrix = PETSc.Mat().create(self._comm)
         matrix.setSizes([(rows.size_local, None)] * 2)

@@ -32,15 +32,15 @@ class Metal:
         )
 
     def take(self, moduli: Array) -> None:
-        """Have these shear and bulk moduli (MPa) from now on."""
+        """Use these shear and bulk moduli (MPa) from now on."""
         self._moduli[:] = moduli
 
     def answer(self, moduli: bool) -> Array:
-        """Answer at `strain`, with moduli in any case; the next call writes into the same array."""
+        """Return energy, stresses and moduli at `strain`; the next call overwrites the array."""
         self._call()
         return self._row
 
     def changed(self, moduli: Array) -> Array:
-        """Change of the stresses at `strain` with a change of the moduli: the answer is linear in them."""
+        """Return the change of the stresses at `strain` with a change of the moduli, in which they are linear."""
         row = self._answer(self._points, {"strain": self.strain, "parameters": moduli})
         return row[:, 1 : 1 + self.variables]

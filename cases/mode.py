@@ -1,4 +1,4 @@
-"""What a mode is: which boundaries move, how the generalised displacement q moves them, what stays symmetric.
+"""The type of a mode: which boundaries move, how the generalised displacement q moves them, what stays symmetric.
 
 A mode is data and two small functions, one file each in `cases/modes`. The motion of the driven sleeve is rigid and
 exact for finite rotations; its derivative with respect to q makes the generalised force by virtual work
@@ -101,7 +101,7 @@ class Mode:
         return float(np.linalg.norm(self.solid.rate(np.zeros((3, 1)), 0.0)[:2]))
 
     def looks_the_same(self, planes: frozenset[Literal["x", "y", "z"]]) -> bool:
-        """Whether the motion is its own mirror image about z = 0, by itself or with another of these planes.
+        """Whether the motion is symmetric about z = 0, alone or combined with a reflection in another of these planes.
 
         Where it is, something at the upper end of a body with these planes of symmetry gives the same curve as at the
         lower end.

@@ -27,7 +27,6 @@ from cases.elements import Rule, mixed_element
 from cases.feature import Installed
 from cases.internal import Internal
 from cases.material import Rubber
-from cases.matrix import Pattern
 from cases.metal import Metal
 from cases.mode import Mode, setting_for
 from cases.motion import Motion
@@ -36,11 +35,11 @@ from cases.parameters import Parameters
 from cases.points import Points
 from cases.ranks import summed
 from cases.surfaces import SurfaceForms, surface_energies
+from cases.system import System
 from forms.kinematics import Kinematics, kinematics_of
 from forms.law import Law
 from forms.setting import SETTINGS
 from forms.setting import Setting as GradientSetting
-from geometry.dolfinx_api import collapsed
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
@@ -70,6 +69,8 @@ class Model:
     parameters : Parameters
     constants
         Every parameter by name: the law's, "compliance", and "feature.parameter".
+    system : System
+        Residual and tangent at the present state.
     internal : Internal or None
         What the rubber remembers; None where the force depends on the displacement alone.
     duration, stage : Constant
@@ -114,10 +115,11 @@ class Model:
             self._stress_free.together,
         )
         self._prescribed = fem.Function(self.space)
-        self._bc = fem.dirichletbc(self._prescribed, self.motion.constrained.dofs)
+        constrained = self.motion.constrained.dofs
+        bc = fem.dirichletbc(self._prescribed, constrained)
+        self.system = System(self.state, self.parameters, self.body, self.surfaces, constrained, bc)
         # The modelled part is one of this many equal parts; equal faces of a coupon share the work.
         self.multiplicity = 2 ** len(mesh.mirrors) / mode.shares
-        self._taken: tuple[float, ...] = ()
         self.take_parameters()
 
     # -- set-up --------------------------------------------------------------------------------------------------
@@ -150,7 +152,7 @@ class Model:
 
     @property
     def quadrature_degree(self) -> int:
-        """Of the quadrature; what UFL estimates for a body that is not the mesh would be hundreds of points."""
+        """Degree of the quadrature; UFL's own estimate would take hundreds of points if the body is not the mesh."""
         return QUADRATURE_DEGREE_PER_ORDER * self.mesh.displacement_order
 
     def cells(self, region: str) -> NDArray[np.int32]:
@@ -158,7 +160,15 @@ class Model:
         return np.asarray(self.mesh.cells.find(self.mesh.region[region]), dtype=np.int32)
 
     def moved_points(self, region: str, rule: Rule) -> MovedPoints | None:
-        """The stress-free body at points of a region's cells; None where it is the mesh."""
+        """Where the stress-free body is, at points of a region's cells; None where it is the mesh.
+
+        Parameters
+        ----------
+        region
+            Name of the region: "rubber" or that of a sleeve.
+        rule
+            Quadrature rule whose points are taken in every cell.
+        """
         return self._stress_free.at(self.cells(region), rule.points)
 
     def _surfaces(self, followed: Sequence[str], contact: Contact | None) -> SurfaceForms:
@@ -179,7 +189,7 @@ class Model:
 
     @cached_property
     def strain(self) -> Kinematics:
-        """Kinematics of the state, as UFL for forms of one's own."""
+        """Kinematics of the state in UFL, for further forms."""
         x, moved = ufl.SpatialCoordinate(self.mesh.mesh), self._stress_free.together(self.features)
         return kinematics_of(self.setting.kinematics, ufl.split(self.state)[0], x, moved)
 
@@ -187,16 +197,17 @@ class Model:
 
     def take_parameters(self) -> None:
         """Bring what depends on parameters, stage and duration up to their present values."""
-        state = self.parameters.state
-        if state != self._taken:
-            numbers = self.parameters.numbers()
-            # All but the duration, by which nothing moves.
-            self.body.take(numbers, anew=state[:-1] != self._taken[:-1])
-            self.surfaces.take(numbers.shear_modulus)
-            self._taken = state
+        self.system.take_parameters()
 
     def set_parameters(self, parameters: Mapping[str, float], bulk_modulus: float | None = None) -> None:
-        """Change parameters by name ("compliance" and those of features too) without building anything again.
+        """Change parameters without building anything again.
+
+        Parameters
+        ----------
+        parameters
+            Values by name, in the units of the parameters: the law's (MPa), "compliance" (1/MPa), "feature.parameter".
+        bulk_modulus
+            MPa; None leaves it as it is.
 
         Raises
         ------
@@ -245,103 +256,29 @@ class Model:
         self.state.x.array[self.motion.constrained.dofs] = self.motion.values(q)
 
     def rate(self, q: float, ahead: bool = False) -> Array:
-        """Derivative of the constrained unknowns with respect to q, over all local unknowns (`Motion.rate`)."""
+        """Derivative of the constrained unknowns with respect to q, over all local unknowns (`Motion.rate`).
+
+        Parameters
+        ----------
+        q
+            Generalised displacement, mm or rad.
+        ahead
+            At a turning point of the path: take the derivative of what follows q, not of what led to it.
+
+        Returns
+        -------
+        shape (n,)
+            mm/mm or mm/rad; zero in the free unknowns.
+        """
         return self.motion.rate(q, ahead)
 
-    # -- assembly ------------------------------------------------------------------------------------------------
-
-    def create_vector(self) -> PETSc.Vec:
-        """A vector over the unknowns."""
-        return self.state.x.petsc_vec.duplicate()
-
-    @cached_property
-    def _pattern(self) -> Pattern:
-        unknowns = [part.points.unknowns.of_cells for part in self.body.parts]
-        return Pattern(self.space.dofmap.index_map, self.comm, unknowns, self.motion.constrained.dofs)
-
-    def create_matrix(self) -> PETSc.Mat:
-        """A matrix for `assemble_tangent`, marked symmetric."""
-        return self._pattern.matrix()
-
-    def assemble_residual(self, b: PETSc.Vec) -> None:
-        """Out-of-balance force at the present state in every unknown, constrained ones included."""
-        self.take_parameters()
-        with b.localForm() as local:
-            forces = local.array_w
-            forces[:] = 0.0
-            self.body.add_forces(self.state.x.array, forces)
-            self.surfaces.add_forces(forces)
-        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-
-    def clear_constrained(self, b: PETSc.Vec) -> float:
-        """Zero the constrained entries of an owned vector; return the norm of what stood there (the reactions)."""
-        owned = self.owned_constrained
-        squares = float(np.sum(b.array_r[owned] ** 2))
-        b.array_w[owned] = 0.0
-        return float(np.sqrt(summed(self.comm, squares)))
-
-    @cached_property
-    def owned_pressures(self) -> NDArray[np.int32]:
-        """Pressure unknowns that this rank owns."""
-        _, dofs = collapsed(self.space.sub(1))
-        return dofs[dofs < self.owned]
-
-    @property
-    def owned(self) -> int:
-        """Number of unknowns that this rank owns."""
-        return int(self.space.dofmap.index_map.size_local * self.space.dofmap.index_map_bs)
+    # -- measures ------------------------------------------------------------------------------------------------
 
     @cached_property
     def volume(self) -> float:
         """Volume of the modelled part (mm^3), metal included."""
         self.take_parameters()
         return float(summed(self.comm, self.body.volume))
-
-    @cached_property
-    def owned_constrained(self) -> NDArray[np.int32]:
-        """Constrained unknowns that this rank owns."""
-        dofs = self.motion.constrained.dofs
-        return dofs[dofs < self.owned]
-
-    def assemble_tangent(self, matrix: PETSc.Mat) -> None:
-        """Tangent at the present state; constrained rows and columns are those of the identity."""
-        self.stiffen()
-        contact = self.surfaces.contact
-        if contact is not None:
-            self._pattern = contact.fitted(self._pattern, matrix)
-        pattern = self._pattern
-        pattern.values[:] = 0.0
-        self.body.add_stiffness(pattern.places, pattern.values)
-        if contact is not None and contact.touching:
-            pattern.add(*contact.entries())
-        matrix.zeroEntries()
-        pattern.add_to(matrix)
-        self.surfaces.add_stiffness(matrix, self._bc)
-        matrix.assemble()
-
-    def stiffen(self) -> None:
-        """Compute the moduli at the present state, for `apply_tangent` and `lift`."""
-        self.take_parameters()
-        self.surfaces.look()
-        self.body.stiffen(self.state.x.array)
-
-    def apply_tangent(self, b: PETSc.Vec, direction: Array) -> None:
-        """Set b to the tangent at the state of `stiffen`, applied to a direction over all local unknowns."""
-        with b.localForm() as local:
-            forces = local.array_w
-            forces[:] = 0.0
-            self.body.add_action(direction, forces)
-            self.surfaces.add_action(direction, forces)
-        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-
-    def lift(self, b: PETSc.Vec, rate: Array) -> None:
-        """Set b = -K_fc rate_c, the force that a motion of the sleeve exerts on the free unknowns, and rate there.
-
-        The tangent is that at the state of the last `assemble_tangent` or `stiffen`.
-        """
-        self.apply_tangent(b, rate)
-        b.scale(-1.0)
-        b.array_w[self.owned_constrained] = rate[self.owned_constrained]
 
     def energy(self) -> float:
         """Stored energy of the whole bushing (N mm), or of one face's share of a coupon."""

@@ -1,4 +1,4 @@
-"""Where the stress-free body is, at points of the mesh, and how that changes with the parameters.
+"""Position of the stress-free body at points of the mesh, and its derivatives by the parameters.
 
 Each feature that moves the body does so by a `forms.kinematics.Moved` of its own, evaluated here at the points;
 displacements of several are added, and the gradient of the sum is inverted in numbers.
@@ -54,7 +54,7 @@ class Place:
 
 
 class StressFree:
-    """Where the features of a model put the stress-free body.
+    """Position of the stress-free body as the features of a model define it.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class StressFree:
         self._mesh, self._features, self._parameters = mesh, features, parameters
 
     def each(self, features: Sequence[Installed]) -> dict[str, Moved]:
-        """By name of those features that move it, as UFL."""
+        """Return, by the name of each feature that moves the body, the position in UFL."""
         x = ufl.SpatialCoordinate(self._mesh.mesh)
         return {
             item.name: item.feature.stress_free(self._parameters.ufl_values(item), x, self._mesh.shape)
@@ -75,14 +75,14 @@ class StressFree:
         }
 
     def together(self, features: Sequence[Installed]) -> Moved | None:
-        """Of these features together, as UFL; None where it is the mesh."""
+        """Return the position due to these features together, in UFL; None if it is the mesh."""
         moved = list(self.each(features).values())
         if len(moved) < 2:
             return moved[0] if moved else None
         return Moved.by(sum((one.displacement for one in moved[1:]), moved[0].displacement))
 
     def at(self, cells: NDArray[np.int32], points: Array) -> MovedPoints | None:
-        """At reference points of cells; None where it is the mesh.
+        """Return the position at reference points of cells; None if it is the mesh.
 
         Parameters
         ----------
@@ -123,7 +123,7 @@ class MovedPoints:
         ]
 
     def now(self) -> Place:
-        """Where it is with the present parameters; rates by parameter are kept for `rate`."""
+        """Return the position with the present parameters; `rate` then returns the derivatives there."""
         parts = [one.evaluated(self._mesh, self._cells, self._shape) for one in self._moved]
         displacement = sum((u for u, _, _ in parts), np.zeros(1))
         d = displacement.shape[-1]
@@ -145,12 +145,12 @@ class MovedPoints:
         return Place(displacement, inverse, ratio)
 
     def rate(self, name: str) -> Place | None:
-        """Rate with a parameter at the place that `now` returned last; None where the parameter does not move it."""
+        """Return the derivative by a parameter at the last position of `now`; None if it does not move the body."""
         return self._rates.get(name)
 
 
 class _One:
-    """What one feature moves: displacement and inverse gradient, and their derivatives by its parameters."""
+    """Motion by one feature: displacement and inverse gradient, and their derivatives by its parameters."""
 
     def __init__(self, moved: Moved, parameters: Mapping[str, Any], points: Array) -> None:
         self._names = tuple(parameters)

@@ -1,4 +1,4 @@
-"""Parameters of a model by name, and the numbers that kernels are given, which are made of them.
+"""Parameters of a model by name, and the numbers computed from them that kernels take as input.
 
 A kernel knows its own parameters only. What it takes from others (the law's initial shear modulus, the compliance to
 which features add, the swelling) is computed here, and so are the derivatives of all that with respect to a parameter:
@@ -36,7 +36,7 @@ STEP = 1e-30
 
 @dataclass(frozen=True)
 class Numbers:
-    """What the kernels are given, or the derivative of it.
+    """Input of the kernels, or its derivative.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class Parameters:
         return self._attached(self._present())
 
     def numbers(self) -> Numbers:
-        """What the kernels are given now."""
+        """Return the present input of the kernels."""
         state = self.state
         if self._kept is None or self._kept[0] != state:
             self._kept = (state, _parts(self._made(self._present()), np.real, 1.0))

@@ -1,4 +1,4 @@
-"""Points of a group of cells: what gradients and pressure are there, and what forces stresses make of them.
+"""Quadrature points of a group of cells: gradients and pressure there, and the forces that stresses there cause.
 
 Shape functions are tabulated once, with the mesh's geometry in them. Where the stress-free body is not the mesh, their
 derivatives are those by its coordinates: nothing else knows of it.
@@ -97,7 +97,7 @@ class Points:
 
     @property
     def number(self) -> int:
-        """Of points, all cells together."""
+        """Number of points, all cells together."""
         return self.shape[0] * self.shape[1]
 
     def gradients(self, x: Array, out: Array | None = None) -> Array:
@@ -116,7 +116,7 @@ class Points:
 
     @property
     def coordinates(self) -> Array:
-        """Of the points on the mesh, mm, shape (cells, points, d)."""
+        """Return the coordinates of the points on the mesh, mm, shape (cells, points, d)."""
         return self._x
 
     def displacements(self, x: Array) -> Array:
@@ -150,13 +150,13 @@ class Points:
         loops().lib.stiffness(self._group.struct, pointer(A), pointer(place, "int32_t"), pointer(values))
 
     def integral(self, density: Array) -> float:
-        """Of a density by volume of the stress-free body, shape (number,)."""
+        """Integrate a density per volume of the stress-free body, shape (number,)."""
         return float(self.weight.reshape(-1) @ density)
 
     # -- a stress-free body that moves with a parameter ----------------------------------------------------------
 
     def moving(self, rate: Place) -> Moving:
-        """What changes of these points when the stress-free body moves at this rate (displacement and inverse)."""
+        """Return how the points change when the stress-free body moves at this rate (displacement and inverse)."""
         radial, R = rate.displacement[..., 0], self._radius
         stretch = rate.ratio / self._place.ratio + (radial / R if self._half_plane else 0.0)
         change = self._inverse @ rate.inverse

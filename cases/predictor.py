@@ -1,4 +1,4 @@
-"""Where the next equilibrium is to be expected: the polynomial through the last ones."""
+"""Prediction of the next equilibrium: the polynomial through the last ones."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Known:
     x: list[Array] = field(default_factory=list)
 
     def add(self, q: float, x: Array) -> None:
-        """Take one more point.
+        """Add a point.
 
         Parameters
         ----------
@@ -38,7 +38,7 @@ class Known:
         self.x = [*[self.x[i] for i in keep][-(PREDICTOR_STATES - 1) :], x]
 
     def forget(self) -> None:
-        """Keep the newest point alone."""
+        """Discard all points but the newest."""
         self.q, self.x = self.q[-1:], self.x[-1:]
 
     def extrapolate(self, q: float) -> Array:

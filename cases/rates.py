@@ -37,12 +37,12 @@ KEPT = 4
 
 @dataclass(frozen=True)
 class Found:
-    """A solution, and what is at hand there.
+    """A solution, with the solver objects that are available there.
 
     Attributes
     ----------
     model
-        Its moduli are those of the solution (`Model.stiffen`).
+        Its moduli are those of the solution (`System.stiffen`).
     ksp
         With a factorisation of some earlier tangent.
     q, rate
@@ -102,7 +102,7 @@ class Rates:
         rate = self.guess(at.q, prescribed)
         dofs = model.motion.constrained.dofs
         rate[dofs] = prescribed[dofs]
-        b, step = model.create_vector(), model.create_vector()
+        b, step = model.system.create_vector(), model.system.create_vector()
         try:
             found = self._improved(at, rate, b, step)
         finally:
@@ -114,7 +114,7 @@ class Rates:
         return None
 
     def _improved(self, at: Found, rate: Array, b: PETSc.Vec, step: PETSc.Vec) -> bool:
-        """Bring the rate to its tolerance in place; whether that was possible."""
+        """Improve the rate in place down to its tolerance; return whether that was possible."""
         directions: list[tuple[Array, Array]] = []
         left = self._preconditioned(at, rate, b, step)
         left *= -1.0
@@ -142,14 +142,14 @@ class Rates:
     @staticmethod
     def _preconditioned(at: Found, vector: Array, b: PETSc.Vec, step: PETSc.Vec) -> Array:
         """The tangent applied to a vector over all local unknowns, and the factorisation at hand applied to that."""
-        at.model.apply_tangent(b, vector)
-        b.array_w[at.model.owned_constrained] = 0.0
+        at.model.system.apply_tangent(b, vector)
+        b.array_w[at.model.system.owned_constrained] = 0.0
         at.ksp.solve(b, step)
         return ghosted(step)
 
     @staticmethod
     def _dot(at: Found, left: Array, right: Array) -> float:
-        owned = at.model.owned
+        owned = at.model.system.owned
         return float(summed(at.model.comm, left[:owned] @ right[:owned]))
 
     @classmethod

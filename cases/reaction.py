@@ -20,10 +20,10 @@ def reaction(model: Model, residual: PETSc.Vec, rate: Array) -> float:
     model : Model
         The model, ready to be marched.
     residual : PETSc.Vec
-        Assembled by `Model.assemble_residual` at the present state, nothing cleared.
+        Assembled by `System.residual` at the present state, nothing cleared.
     rate : Array
         Derivative of this rank's unknowns by q, shape (m,), per mm or rad.
     """
-    owned = model.owned_constrained
+    owned = model.system.owned_constrained
     work = float(np.dot(residual.array_r[owned], rate[owned]))
     return float(summed(model.comm, work)) * model.multiplicity

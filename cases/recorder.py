@@ -1,4 +1,4 @@
-"""What a march writes down at each target, and the history made of it."""
+"""Recorder of a march: what is saved at each target, and the history made of it."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Recorder:
         return sum(not one.accepted for one in self.attempts)
 
     def point(self, q: float, force: float, energy: float, newton: int, state: Array) -> None:
-        """Write an equilibrium down.
+        """Record an equilibrium.
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class Recorder:
             self._states.append(state)
 
     def last_reached(self, q: float, force: float, energy: float, newton: int, state: Array) -> None:
-        """Write down what was reached beyond the last target: it belongs to the curve; derivatives are of targets only.
+        """Record the last point reached beyond the last target; it belongs to the curve but has no derivatives.
 
         Parameters
         ----------
@@ -75,7 +75,7 @@ class Recorder:
             self.point(q, force, energy, newton, state)
 
     def six(self, pose: Array, reactions: Array) -> None:
-        """Write down what six motions there are at the point written last.
+        """Record the six motions and reactions at the last point.
 
         Parameters
         ----------
@@ -86,7 +86,7 @@ class Recorder:
         self._reactions.append(reactions)
 
     def slopes(self, force: Array, path: Array, reactions: Array | None) -> None:
-        """Write down the derivatives at the point written last.
+        """Record the derivatives at the last point.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class Recorder:
         self._path_slopes.append(path)
 
     def history(self) -> History:
-        """What there is so far."""
+        """Return the history so far."""
         columns = np.array(self._rows, dtype=float).reshape(-1, 4)
         timed = self._program.time is not None
         return History(

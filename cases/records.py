@@ -1,4 +1,4 @@
-"""Notes beside the compiled kernels: which library belongs to a function of a point.
+"""Index files beside the compiled kernels: which library belongs to a function of a point.
 
 The form compiler names a library by the signature of its UFL, which takes some 20 ms a kernel to build, ten times as
 long as to load the library. A note is found by what the function is called, and counts for this text of `forms`, this
@@ -29,7 +29,7 @@ _SOURCES = ("forms", "cases/compiling.py", "cases/records.py")
 
 @dataclass(frozen=True)
 class Record:
-    """What has to be known of a compiled function to call it.
+    """What a caller has to know of a compiled function.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Record:
 
 
 def find(function: PointFunction) -> tuple[Record, Any] | None:
-    """Return the note on a function and its library, loaded; None if there is no whole one."""
+    """Return the record of a function and its library, loaded; None if there is no complete one."""
     file = _file(function)
     if file is None:
         return None
@@ -63,7 +63,7 @@ def find(function: PointFunction) -> tuple[Record, Any] | None:
 
 
 def note(function: PointFunction, library: Path, size: int, names: tuple[str, ...]) -> None:
-    """Note which library a function was compiled to; without the right to write, nothing is noted.
+    """Save which library a function was compiled to; nothing is saved in a folder that cannot be written.
 
     Parameters
     ----------

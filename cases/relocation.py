@@ -1,4 +1,4 @@
-"""A model that goes on with other coordinates of its mesh: nothing else of it is built again."""
+"""Give a model other coordinates of the same mesh without building it again."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from geometry.mesh import NamedMesh
 
 
 def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
-    """Bring a model to other coordinates of the same mesh, which its nodes have already.
+    """Update a model after the nodes of its mesh have been moved.
 
     Parameters
     ----------
@@ -31,5 +31,4 @@ def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
     model.motion.relocate(constrained)
     # What was computed of the shape before.
     model.__dict__.pop("volume", None)
-    model._taken = ()
-    model.take_parameters()
+    model.system.take_parameters(moved=True)

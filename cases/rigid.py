@@ -1,4 +1,4 @@
-"""The tangent's answers to rigid motions of the inner sleeve: 6 x 6 stiffness, from one factorisation.
+"""6 x 6 stiffness against rigid motions of the inner sleeve, from one factorisation of the tangent.
 
 Let G_k be the constrained unknowns per unit of the twist k, K the tangent and R the residual. V_k = (-K_ff^-1 K_fc G_k,
 G_k) is the body's answer, and V_k . K V_l + R . dG_k/dl the derivative of the reaction k by the motion l: the second
@@ -32,12 +32,12 @@ def reactions(model: Model, residual: PETSc.Vec, q: float) -> Array:
     model
         Of a path of six motions, at an equilibrium or an iterate on the way to one.
     residual
-        Assembled by `Model.assemble_residual` there, nothing cleared.
+        Assembled by `System.residual` there, nothing cleared.
     q
         Path's parameter, s.
     """
     constrained = model.motion.constrained.dofs
-    owned = constrained < model.owned
+    owned = constrained < model.system.owned
     work = model.motion.twists(q)[:, owned] @ residual.array_r[constrained[owned]]
     return _unmirrored(model, np.asarray(summed(model.comm, work)) * model.multiplicity)
 
@@ -80,12 +80,12 @@ class Tangent:
 
 
 def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = range(6)) -> Tangent:
-    """Solve for the body's answers to rigid motions, all together.
+    """Solve for the response of the body to all rigid motions together.
 
     Parameters
     ----------
     model
-        At an equilibrium or near one, its moduli up to date (`Model.stiffen`, `Model.assemble_tangent`).
+        At an equilibrium or near one, its moduli up to date (`System.stiffen`, `System.tangent`).
     ksp
         With the factorised tangent of the state.
     q
@@ -97,17 +97,17 @@ def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = rang
     allowed = [k for k in wanted if k in possible(model.mesh.mirrors)]
     pull = np.zeros_like(twist)
     forces = np.zeros_like(twist)
-    b = model.create_vector()
+    b = model.system.create_vector()
     for k in allowed:
-        model.apply_tangent(b, twist[k])
+        model.system.apply_tangent(b, twist[k])
         forces[k] = ghosted(b)
         pull[k] = forces[k]
         pull[k, model.motion.constrained.dofs] = 0.0
     answers = np.zeros_like(twist)
     answers[allowed] = twist[allowed] - solved(model, ksp, pull[allowed])
-    owned = slice(0, model.owned)
+    owned = slice(0, model.system.owned)
     work = twist[:, owned] @ forces[:, owned].T + pull[:, owned] @ answers[:, owned].T
-    model.assemble_residual(b)
+    model.system.residual(b)
     stiffness = np.asarray(summed(model.comm, work)) * model.multiplicity
     arms = _turned(model, b, q)
     stiffness[3:, 3:] += arms
@@ -119,7 +119,7 @@ def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = rang
 
 
 def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
-    """Direction (n,) of all local unknowns on which the forces' derivative works what a reaction changes.
+    """Return the direction (n,) whose work on the derivative of the forces is the change of a reaction.
 
     Free motions give way meanwhile.
 
@@ -142,7 +142,7 @@ def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
 
 
 def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
-    """Answers of the free unknowns to forces on them.
+    """Solve for the free unknowns under forces on them.
 
     Parameters
     ----------
@@ -155,12 +155,12 @@ def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
     -------
     ndarray, shape (k, n)
     """
-    b, count = model.create_vector(), len(forces)
+    b, count = model.system.create_vector(), len(forces)
     shape = ((b.getLocalSize(), b.getSize()), (None, count))
     right, left = (PETSc.Mat().createDense(shape, comm=model.comm) for _ in range(2))
     for matrix in (right, left):
         matrix.setUp()
-    right.getDenseArray()[:] = forces[:, : model.owned].T
+    right.getDenseArray()[:] = forces[:, : model.system.owned].T
     for matrix in (right, left):
         matrix.assemble()
     # Together they cost a third of one after the other.
@@ -177,7 +177,7 @@ def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
 def _turned(model: Model, residual: PETSc.Vec, q: float) -> Array:
     """Work of the forces at hand on arms r that turn, R . (e_k x (e_l x r)) = D_lk - tr D at k = l, (3, 3)."""
     c = model.motion.constrained
-    owned = np.flatnonzero((c.dofs < model.owned) & c.driven)
+    owned = np.flatnonzero((c.dofs < model.system.owned) & c.driven)
     force, arms = residual.array_r[c.dofs[owned]], model.motion.arms(q)[:, owned]
     components = np.eye(3)[:, c.component[owned]]
     # D_ab: the sum of the force's component a times the arm's b.

@@ -1,4 +1,4 @@
-"""Where a solution ends: PETSc's reasons by name, and how far a residual can be brought down at all."""
+"""Convergence: PETSc's reasons by name, and the smallest residual that rounding allows."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ REASONS = {
 
 
 def rounding(model: Model) -> float:
-    """What rounding leaves of the residual (N), several times: of mu, springs and sleeves' E, over the face.
+    """Return several times the residual (N) that rounding of mu, springs and the sleeves' E leaves over a face.
 
     In the half-plane a node stands for a whole circle, and ten times that is left of the sleeve's (measured up to
     E = 1e9 MPa).

@@ -115,7 +115,7 @@ class Sensitivity:
         return works + stiffness * rates, rates
 
     def _change(self, name: str) -> Numbers:
-        """Derivative of what the body is made of; the duration of a step is no part of it."""
+        """Return the derivative of the material numbers of the body; the duration of a step is not among them."""
         parameters = self.model.parameters
         state = parameters.state[:-1]
         if state != self._rates_at:
@@ -167,15 +167,15 @@ class Sensitivity:
     # -- with memory ---------------------------------------------------------------------------------------------
 
     def _answers(self, solver: Equilibrium, forces: Array) -> Array:
-        """What the tangent answers to the derivatives of the forces, less than nothing; all local unknowns, by rows."""
+        """Solve the tangent for minus the derivatives of the forces; all local unknowns, by rows."""
         model = self.model
-        b = model.create_vector()
+        b = model.system.create_vector()
         complete = np.zeros_like(forces)
         for i, force in enumerate(forces):
             with b.localForm() as local:
                 local.array_w[:] = force
             b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-            b.array_w[model.owned_constrained] = 0.0
-            complete[i, : model.owned] = b.array_r
+            b.array_w[model.system.owned_constrained] = 0.0
+            complete[i, : model.system.owned] = b.array_r
         b.destroy()
         return -solved(model, solver.factor, complete)

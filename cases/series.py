@@ -49,7 +49,17 @@ class Series:
     carried: Callable[[float, float, float], Carried]
 
     def excess(self, q: float, force: float, time: float, prescribed: float) -> float:
-        """How far bushing and spring together go beyond what is prescribed."""
+        """How far bushing and spring together go beyond what is prescribed, mm or rad.
+
+        Parameters
+        ----------
+        q, force
+            Of the bushing: mm or rad, N or N mm.
+        time
+            s, as in the program.
+        prescribed
+            Displacement of both together, mm or rad.
+        """
         return q + self.compliance * self.carried(q, force, time).force - prescribed
 
     def rate(
@@ -59,14 +69,18 @@ class Series:
 
         Parameters
         ----------
+        name
+            The parameter c.
+        q, force
+            Of the bushing: mm or rad, N or N mm.
         time
             s, as in the program.
-        prescribed
-            Derivative of the prescribed displacement.
-        work
-            Derivative of the bushing's force at fixed q.
         stiffness
-            dQ/dq at fixed memory.
+            dQ/dq at fixed memory, N/mm or N mm/rad.
+        prescribed
+            Derivative of the prescribed displacement by c, mm or rad per unit of c.
+        work
+            Derivative of the bushing's force by c at fixed q, N or N mm per unit of c.
         """
         at, c = self.carried(q, force, time), self.compliance
         own = self.compliance_rates.get(name, 0.0) * at.force
@@ -75,7 +89,7 @@ class Series:
 
 
 class Shared:
-    """Displacement that a bushing takes of what is prescribed to it and a spring: the secant method, step by step.
+    """Share of a prescribed displacement that the bushing takes beside a spring, by the secant method, step by step.
 
     Parameters
     ----------
@@ -95,12 +109,12 @@ class Shared:
         self._trials: list[tuple[float, float]] = []
 
     def first(self, prescribed: float) -> float:
-        """Where to look first."""
+        """Return the first displacement to try."""
         self._trials = []
         return self._q + self._share * (prescribed - self._prescribed)
 
     def better(self, q: float, force: float, time: float, prescribed: float) -> float | None:
-        """A better displacement than this one; None where it is good, NaN where the search is given up.
+        """Return a better displacement; None if this one is good enough, NaN to give up the search.
 
         Parameters
         ----------

@@ -78,7 +78,7 @@ Prepare = Callable[..., Model]
 
 
 def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
-    """Planes of symmetry of a shape that its features leave.
+    """Return the planes of symmetry of a shape that its features do not break.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
 
 
 def is_odd(shape: Shape, mode: Mode, features: Sequence[Installed] = ()) -> bool:
-    """Whether the force reverses with the displacement, so that one side of the curve tells the other.
+    """Whether the force reverses with the displacement, so that one side of the curve determines the other.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def is_odd(shape: Shape, mode: Mode, features: Sequence[Installed] = ()) -> bool
 
 
 def even_targets(lower: float, upper: float, steps: int) -> Array:
-    """Displacements from `lower` to `upper` through zero: `steps` on the longer side of it, the share of the other.
+    """Return displacements from `lower` to `upper` through zero: `steps` on the longer side, fewer on the other.
 
     A side that ends within `NEGLIGIBLE` of the range from rest is left out; the other sides get at least four steps.
 
@@ -189,7 +189,7 @@ def sweep(
 
 
 def _sides(targets: Array) -> list[Array]:
-    """Targets below and above rest, each from rest outward."""
+    """Return the targets below and above rest, each from rest outward."""
     targets = np.unique(np.append(targets, 0.0))
     return [side for side in (targets[targets <= 0][::-1], targets[targets >= 0]) if len(side) > 1]
 

@@ -128,7 +128,7 @@ class SixPath:
 
     @property
     def identity(self) -> tuple[bytes, bytes, tuple[int, ...], bool]:
-        """What makes two paths the same."""
+        """Values that are equal for equal paths."""
         return self.time.tobytes(), self.motion.tobytes(), self.free, self.whole
 
     def _segment(self, q: float, ahead: bool) -> int:
@@ -160,7 +160,7 @@ class SixPath:
 
     @property
     def mirrors(self) -> frozenset[str]:
-        """Planes of symmetry that the path leaves."""
+        """Planes of symmetry that the path does not break."""
         if self.whole:
             return frozenset()
         return frozenset(
@@ -169,6 +169,6 @@ class SixPath:
 
 
 def possible(mirrors: frozenset[str]) -> Sequence[int]:
-    """Motions that planes of symmetry leave."""
+    """Motions that planes of symmetry allow."""
     ruled_out = {k for plane in mirrors for k in RULED_OUT[plane]}
     return [k for k in range(6) if k not in ruled_out]

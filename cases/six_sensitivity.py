@@ -81,7 +81,7 @@ class SixSensitivity(Sensitivity):
         return self._power(solver), np.zeros(len(self.names))
 
     def _given_way(self, stiffness: Array, held: Array) -> Array:
-        """How the pose changes so that the reactions of free motions stay zero, (6, names)."""
+        """Return the change of the pose, (6, names), that keeps the reactions of free motions at zero."""
         six = self.model.motion.six
         assert six is not None
         free = list(six.free)

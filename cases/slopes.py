@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cases.body import Body, Part
-from cases.material import Held
+from cases.material import PointState
 from cases.metal import Metal
 from cases.parameters import Numbers
 from cases.points import Moving
@@ -42,8 +42,8 @@ class Slopes:
             part.look(state)
 
     @cached_property
-    def _held(self) -> Held:
-        return self._body.material.held()
+    def _at(self) -> PointState:
+        return self._body.material.point_state()
 
     def stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> list[list[Array | None]]:
         """Changes of the stresses with each parameter, part by part: (points, variables), or None for none.
@@ -66,15 +66,31 @@ class Slopes:
 
         Parameters
         ----------
+        name
+            The parameter.
         rates
             Derivative of `Body.numbers` by the parameter.
+        along
+            The direction.
         """
         law, volumetric = along.work_slopes(self._body)
         total = float(rates.law @ law + rates.volumetric @ volumetric)
         return total + self.work_of(name, rates, [None, *self._metal_stresses(rates)], along)
 
     def work_of(self, name: str, rates: Numbers, stresses: Sequence[Array | None], along: Along) -> float:
-        """The same of any body, with what `stresses` found."""
+        """Work of the forces' derivative along a direction, on this rank; of any body.
+
+        Parameters
+        ----------
+        name
+            The parameter.
+        rates
+            Derivative of `Body.numbers` by the parameter.
+        stresses
+            What `stresses` found for it: for each part shape (points, variables), MPa per unit of the parameter.
+        along
+            The direction.
+        """
         total = 0.0
         for part, stress in zip(self._body.parts, stresses, strict=True):
             if stress is not None:
@@ -90,7 +106,19 @@ class Slopes:
         return total
 
     def add_forces(self, name: str, rates: Numbers, stresses: Sequence[Array | None], forces: Array) -> None:
-        """Add the forces' derivative to a vector over this rank's unknowns."""
+        """Add the derivative of the forces by a parameter to a vector.
+
+        Parameters
+        ----------
+        name
+            The parameter.
+        rates
+            Derivative of `Body.numbers` by the parameter.
+        stresses
+            What `stresses` found for it: for each part shape (points, variables), MPa per unit of the parameter.
+        forces : shape (n,)
+            Over this rank's unknowns; N per unit of the parameter.
+        """
         for part, stress in zip(self._body.parts, stresses, strict=True):
             if stress is not None:
                 part.points.add_forces(part.by_gradients(stress), forces)
@@ -112,12 +140,16 @@ class Slopes:
 
         Parameters
         ----------
+        names
+            The parameters.
+        rates, memory
+            For each parameter, derivatives of `Body.numbers` and of the memory at the beginning of the step.
         directions
-            For each parameter, derivative of the state.
+            For each parameter, derivative of the state, shape (n,).
         """
         material, n = self._body.material, self._body.material.variables
         strains = [self._strain_change(name, one) for name, one in zip(names, directions, strict=True)]
-        slopes = self._held.law[:, 1 : 1 + n]
+        slopes = self._at.law[:, 1 : 1 + n]
         energies = [
             np.einsum("pa,pa->p", slopes, strain) + self._law_change(change)[:, 0]
             for strain, change in zip(strains, rates, strict=True)
@@ -128,7 +160,7 @@ class Slopes:
                 _changes(change.branches[i], own[i], energy) | {"strain": strain}
                 for change, own, energy, strain in zip(rates, memory, energies, strains, strict=True)
             ]
-            found = branch.rates("end", branch.inputs(self._held.strain, self._held.law), changes)
+            found = branch.rates("end", branch.inputs(self._at.strain, self._at.law), changes)
             for own, row in zip(after, found, strict=True):
                 own.append(row)
         return after
@@ -167,29 +199,29 @@ class Slopes:
                 _changes(rates[k].branches[i], memory[k][i], None if law is None else law[:, 0])
                 for k, law in ((k, through[k]) for k in busy)
             ]
-            rows = branch.rates("stress", branch.inputs(self._held.strain, self._held.law), changes)
+            rows = branch.rates("stress", branch.inputs(self._at.strain, self._at.law), changes)
             for which, row in zip(busy, rows, strict=True):
                 add(which, row[:, :n])
                 law = through[which]
                 if branch.needs_energy:
-                    add(which, row[:, n, None] * self._held.law[:, 1 : 1 + n])
+                    add(which, row[:, n, None] * self._at.law[:, 1 : 1 + n])
                 if law is not None:
-                    add(which, self._body.material.by_energy(self._held, i)[:, None] * law[:, 1:])
+                    add(which, self._body.material.by_energy(self._at, i)[:, None] * law[:, 1:])
         return found
 
     def _law_change(self, rates: Numbers) -> Array:
         """Derivative of the law's [W, W_a]."""
         if not rates.law.any():
-            return np.zeros((len(self._held.strain), 1 + self._body.material.variables))
+            return np.zeros((len(self._at.strain), 1 + self._body.material.variables))
         return np.asarray(np.einsum("i,ipa->pa", rates.law, self._law_slopes))
 
     @cached_property
     def _law_slopes(self) -> Array:
-        return self._body.material.slopes(self._held)
+        return self._body.material.slopes(self._at)
 
     @cached_property
     def _volumetric_slopes(self) -> Array:
-        return self._body.material.volumetric_slopes(self._held)
+        return self._body.material.volumetric_slopes(self._at)
 
     def _moves(self, part: Part, name: str, rates: Numbers) -> tuple[float, Moving | None]:
         """Relative change of all volumes of a part by swelling, and how its stress-free body moves."""

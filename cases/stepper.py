@@ -1,4 +1,4 @@
-"""One step of the march: how far, from what guess, and what follows from its success or failure.
+"""One step of the march: its length, its initial guess, and what follows from its success or failure.
 
 Each step starts from an extrapolation of the last states, the first one from the tangent; `cases.equilibrium` does the
 rest. A step that does not converge is cut back and grows again.
@@ -29,7 +29,7 @@ EASY_NEWTON = 4
 
 @dataclass(frozen=True)
 class Step:
-    """A step that was tried.
+    """A step that was attempted.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class Stepper:
         return self._known.x[-1][: len(self._model.state.x.array)]
 
     def begin(self, corner: bool = False) -> None:
-        """Begin the way to the next target.
+        """Start towards the next target.
 
         Parameters
         ----------
@@ -106,7 +106,7 @@ class Stepper:
             self._rate = None
 
     def attempt(self, target: float, until: float) -> Step:
-        """Try a step towards a target, and leave the model's state where it led.
+        """Attempt a step towards a target; the state of the model is then the end of the step.
 
         Parameters
         ----------
@@ -128,7 +128,7 @@ class Stepper:
         return Step(goal, share, duration, outcome.newton, tried)
 
     def accept(self, step: Step) -> None:
-        """Go on from where a step led: the model's state is an equilibrium there."""
+        """Accept a step: the state of the model is an equilibrium at its end."""
         if abs(step.goal - self.q) > 0 and step.newton <= EASY_NEWTON:
             self._length = 2.0 * self._length
         self.q, self.time = step.goal, self.time + step.duration
@@ -141,7 +141,7 @@ class Stepper:
         self._length = 0.5 * abs(step.goal - self.q)
 
     def can_go_on(self) -> bool:
-        """Whether there is another step to try: a shorter one, or a leap."""
+        """Whether another step can be tried: a shorter one, or a longer one across a fold."""
         if self._length >= SMALLEST_CUT * self._widest:
             return True
         if self._leaps == LEAPS:

@@ -86,7 +86,7 @@ def _points(model: Model, region: str, points: Array) -> Points:
 
 @dataclass(frozen=True)
 class Surface:
-    """What a picture of the bushing shows: four-cornered faces before and after, coloured by the largest stretch.
+    """Faces for a picture of the bushing: four corners before and after, coloured by the largest stretch.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ def surface(model: Model, displacement: float = 0.0) -> Surface | None:
 
 
 def mesh_surface(mesh: NamedMesh) -> Surface | None:
-    """The same faces of a mesh that nothing is done to; collective, None except on rank 0."""
+    """Return the faces of an undeformed mesh; collective, None except on rank 0."""
     dimension = mesh.dimension
     faces = _faces(mesh)
     reference, rubber = [], []

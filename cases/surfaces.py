@@ -1,4 +1,4 @@
-"""Energies of surfaces in a model: forms of their own, added to what the body's points give."""
+"""Energies of surfaces in a model: separate forms, added to the energy of the body."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class SurfaceForms:
         return self.contact is not None and self.contact.penetration > DEEPEST
 
     def energy(self) -> float:
-        """On this rank, N mm."""
+        """Return the energy on this rank, N mm."""
         total = float(fem.assemble_scalar(self._energy)) if self._formed else 0.0
         if self.contact is not None:
             self.look()
@@ -109,7 +109,7 @@ class SurfaceForms:
             petsc.assemble_matrix(matrix, self._tangent, bcs=[bc])
 
     def add_action(self, direction: Array, forces: Array) -> None:
-        """Add the second derivative applied to a direction.
+        """Add the product of the second derivative and a direction.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Answers (`forms.point`) of a law, of the volumetric part and of metal, and their derivatives by parameters."""
+"""Point functions (`forms.point`) of laws, volumetric part and metal, and their derivatives by parameters."""
 
 from __future__ import annotations
 

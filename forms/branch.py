@@ -1,4 +1,4 @@
-"""What a branch is: a contribution to the energy that remembers, and which branches there are.
+"""The type of a branch: a contribution to the energy that depends on earlier deformation; and the list of branches.
 
 A branch is written as the *incremental* energy of one step: a function of the deformation at its end and of internal
 variables at its beginning, whose derivative with respect to the deformation is the stress at the end. Residual,
@@ -30,7 +30,7 @@ Internal = Mapping[str, Scalar | Symmetric]
 
 @dataclass(frozen=True)
 class Step:
-    """What a branch knows of a step, all UFL.
+    """Input of a branch in one step, all UFL.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Answers (`forms.point`) of a path-dependent branch, its memory at the end of a step, and the rates of both."""
+"""Point functions (`forms.point`) of a path-dependent branch, its memory after a step, and derivatives of both."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GIVEN = ("shear modulus", "duration")
 
 @dataclass(frozen=True)
 class BranchFunctions:
-    """What is compiled of a branch.
+    """Functions of a branch that are compiled.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Variations of an energy through its few scalar measures, not through every component of the displacement.
+"""Variations of an energy by the chain rule through its few scalar measures.
 
 ``ufl.derivative`` of an energy carries the test function, with one factor per component of grad u, through
 every operation of the law; twice for the tangent. Here the chain rule stops twice on the way, first at the

@@ -1,4 +1,4 @@
-"""From gradients to strains, and from a material's answer (`forms.point`) back to forces and stiffness by gradients."""
+"""From gradients to strains, and from stresses and moduli (`forms.point`) back to forces and stiffness by gradients."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def strains(name: str, setting: Setting) -> PointFunction:
 
 
 def strain_rates(name: str, setting: Setting) -> PointFunction:
-    """Their derivative along a change of the gradients.
+    """Derivative of `strains` along a change of the gradients.
 
     Parameters
     ----------

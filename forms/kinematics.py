@@ -23,7 +23,7 @@ from forms.symmetric import Symmetric
 
 @dataclass(frozen=True)
 class Moved:
-    """Where the stress-free body is, seen from the mesh: X + displacement(X).
+    """Position of the stress-free body relative to the mesh: X + displacement(X).
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Moved:
 
     @classmethod
     def by(cls, displacement: Scalar) -> Moved:
-        """Derive the gradient, which makes larger kernels than one that is given in closed form."""
+        """Return the motion with its gradient derived, which makes larger kernels than a gradient in closed form."""
         n = len(displacement)
         M = ufl.Identity(n) + ufl.grad(displacement)
         inverse = ufl.inv(M)

@@ -1,4 +1,4 @@
-"""What a hyperelastic law is, and which laws there are.
+"""The type of a hyperelastic law, and the list of laws.
 
 A law is its isochoric strain energy, written once in UFL in ``forms/laws/<name>.py`` and offered there as
 ``LAW``. Stress, tangent and parameter derivatives are derived from it by UFL. This module does not import

@@ -1,4 +1,4 @@
-"""Functions of a few numbers at a point, in UFL: what kernels are compiled from, and how a material answers.
+"""Functions of a few numbers at a point, in UFL, from which kernels are compiled; stresses and moduli of a material.
 
 An energy W is a function of the strain variables y of its `forms.setting.Setting` and of the pressure, which stands
 last. Law, volumetric part, metal and branches each have functions of their own (`forms.answers`,
@@ -51,7 +51,7 @@ class PointFunction:
 
 
 def length(n: int, moduli: bool) -> int:
-    """Numbers in an answer with n variables.
+    """Return the count of energy, stresses and moduli with n variables.
 
     Parameters
     ----------

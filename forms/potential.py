@@ -1,4 +1,4 @@
-"""Energies besides the rubber's own: metal sleeves, and surfaces with all derivatives that a solution asks for.
+"""Energies of metal sleeves and of surfaces, with all derivatives that a solution needs.
 
 The rubber's and the metal's energies are differentiated at a point (`forms.answers`). What acts on a surface depends on
 the displacement there, on coordinates and on the motion of a sleeve in ways of its own, and stays a form of its own,
@@ -69,7 +69,7 @@ class Surfaces:
         return ufl.derivative(self.residual, self.state, ufl.TrialFunction(self.state.function_space))
 
     def action(self, direction: Scalar) -> Scalar:
-        """The tangent applied to a function of the state's space: UFL form, rank 1."""
+        """Return the product of the tangent and a function of the state's space: UFL form, rank 1."""
         return ufl.derivative(self.residual, self.state, direction)
 
     def parameter_force(self, parameter: Scalar) -> Scalar:

@@ -1,4 +1,4 @@
-"""Symmetric 3 x 3 tensors by their components, where most of what a branch remembers is one.
+"""Symmetric 3 x 3 tensors by their components, as most branches store them.
 
 UFL's own matrices carry structural zeros into the generated code; here a component that is the number 0 costs nothing.
 """
@@ -90,5 +90,5 @@ def _zero(component: Scalar) -> bool:
 
 
 def cube_root(x: Scalar) -> Scalar:
-    """x^(1/3) of a positive scalar."""
+    """Return x^(1/3) of a positive scalar."""
     return ufl.exp(ufl.ln(x) / 3)

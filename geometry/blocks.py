@@ -1,4 +1,4 @@
-"""A structured domain of parameters: intervals along its axes, and the chart that maps it to space."""
+"""A structured parameter domain: intervals along its axes, and the chart that maps it to space."""
 
 from __future__ import annotations
 

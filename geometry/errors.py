@@ -1,4 +1,4 @@
-"""What is wrong with a geometry, in a sentence and, where there is something to see, with a picture."""
+"""Errors of a geometry, in a sentence and, where it helps, with a picture."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 class GeometryError(Exception):
-    """An outline or a CAD file that is no bushing.
+    """An outline or a CAD file that does not describe a bushing.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sizes of elements: even inside, small at the edges where a bond ends, where stresses are singular."""
+"""Sizes of elements: uniform inside, small at the edges of bonds, where stresses are singular."""
 
 from __future__ import annotations
 

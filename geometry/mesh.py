@@ -94,7 +94,7 @@ def build(
         An outline or a CAD file cannot be meshed.
     """
     if dimension == 2 and not shape.axisymmetric:
-        raise ValueError(f"a {shape.name} shape is not one of revolution: it has no half-plane model")
+        raise ValueError(f"a {shape.name} shape is not a body of revolution: it has no half-plane model")
     if not mirrors <= shape.mirror_planes:
         planes = ", ".join(sorted(mirrors - shape.mirror_planes))
         raise ValueError(f"a {shape.name} shape is not symmetric about the planes normal to {planes}")

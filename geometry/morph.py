@@ -1,4 +1,4 @@
-"""The mesh of one structured shape, moved to another one of the same kind: new dimensions, the same elements.
+"""Morphing: the mesh of a structured shape moved to new dimensions, with the same elements.
 
 A node of a structured mesh is a place in a box of elements, which the shape's chart maps to space. So the nodes of
 a mesh that differs in dimensions only are computed in microseconds, where Gmsh and the set-up of everything that
@@ -50,7 +50,7 @@ def elements_of(
 
 
 def _words(value: Any) -> Hashable:
-    """Return all of a shape that is no number: what is there at all, and how it is held."""
+    """Return all fields of a shape that are not numbers, such as which sleeves exist and how they are held."""
     if isinstance(value, BaseModel):
         return tuple((name, _words(getattr(value, name))) for name in type(value).model_fields)
     if isinstance(value, bool) or not isinstance(value, int | float):

@@ -192,7 +192,7 @@ def _layered(kind: int, base: int) -> tuple[Ints, Ints]:
 
 
 def to_gmsh(mesh: RawMesh) -> dict[int, dict[str, int]]:
-    """Make it the open session's model; physical groups by dimension and name."""
+    """Write the mesh into the open session's model; physical groups by dimension and name."""
     gmsh_model = model()
     gmsh_model.add("arrays")
     dimension = mesh.dimension

@@ -1,4 +1,4 @@
-"""What all bushings of the catalogue share: a meridian section swept about the axis, with sleeves and voids."""
+"""Common base of the catalogue's bushings: a meridian section swept about the axis, with sleeves and voids."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ class Ring(Meets):
     outer_radius: float = Field(gt=0, description="outer radius of the rubber, mm")
     inner_sleeve: Sleeve | None = Field(default=None, description="elastic inner sleeve; absent = rigid")
     outer_sleeve: Sleeve | None = Field(default=None, description="elastic outer sleeve; absent = rigid")
-    snubber: Snubber | None = Field(default=None, description="plates before the free ends; absent = none")
+    snubber: Snubber | None = Field(
+        default=None, description="plates in front of the free ends; absent = none"
+    )
 
     axisymmetric: ClassVar[bool] = True
 

@@ -1,4 +1,4 @@
-"""Gmsh sessions: the only place where one opens and closes."""
+"""Gmsh sessions: the only place that opens and closes one."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def session() -> Iterator[None]:
 
 @contextmanager
 def refusing(where: str, what: str, view: View | None = None) -> Iterator[None]:
-    """Turn what Gmsh raises, which is always a bare exception, into a refusal.
+    """Convert the bare exceptions of Gmsh into `GeometryError`.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def refusing(where: str, what: str, view: View | None = None) -> Iterator[None]:
 
 @contextmanager
 def silent() -> Iterator[None]:
-    """Keep what libraries print to the process's own standard output out of ours: OpenCASCADE's readers do."""
+    """Discard what libraries such as OpenCASCADE's readers print on the standard output of the process."""
     sys.stdout.flush()
     saved, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)

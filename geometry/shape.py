@@ -1,4 +1,4 @@
-"""What a shape is: dimensions, a chart from a box of parameters to the bushing, and named faces.
+"""The type of a shape: dimensions, a chart from a box of parameters to the bushing, and named faces.
 
 A shape describes the bushing as a box of parameters that a *chart* maps to space, so that meshing is the same for all
 of them: Gmsh meshes the box in structured blocks and `geometry.mesh` moves every node, mid-side nodes
@@ -59,14 +59,14 @@ class Plate(BaseModel):
 
     @property
     def metal(self) -> Plate:
-        """What is computed with: a rigid plate is fifty times as stiff as steel."""
+        """Metal used in the computation: a rigid plate is fifty times as stiff as steel."""
         return self.model_copy(update={"youngs_modulus": RIGID}) if self.rigid else self
 
 
 def metals(
     plates: Mapping[str, Plate], regions: Iterable[str], known: Iterable[str], where: str
 ) -> dict[str, Metal]:
-    """Metal of each region that is none of rubber.
+    """Return the metal of each region other than the rubber.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def metals(
 
 
 class Metal(Protocol):
-    """What the mechanics ask of a metal body."""
+    """Elastic constants of a metal body."""
 
     @property
     def youngs_modulus(self) -> float:
@@ -101,11 +101,11 @@ class Metal(Protocol):
 
     @property
     def poissons_ratio(self) -> float:
-        """Of the metal."""
+        """Poisson's ratio of the metal."""
 
 
 class Snubber(BaseModel):
-    """Rigid plates before the free ends, which the rubber meets at large travel; contact is without friction."""
+    """Rigid plates in front of the free ends, which the rubber touches at large travel; contact is frictionless."""
 
     model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
 
@@ -120,7 +120,7 @@ class Snubber(BaseModel):
 
 @dataclass(frozen=True)
 class Annulus:
-    """The bonded ring of rubber that a bushing is, as closed forms take it.
+    """The bonded ring of rubber by which closed forms approximate a bushing.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ class Refinement:
     doubled: bool = False
 
     def elements(self, given: int | None, default: int) -> int:
-        """Number of elements in a direction from what was given for it, or else its default.
+        """Return the number of elements in a direction: the given one, or else the default.
 
         Parameters
         ----------
@@ -240,17 +240,17 @@ class Shape(BaseModel):
 
     @property
     def gap(self) -> float | None:
-        """How far the inner sleeve could move radially before it meets the outer one, mm; None where none is known."""
+        """Radial travel of the inner sleeve until it touches the outer one, mm; None if unknown."""
         return None
 
     @property
     def annulus(self) -> Annulus | None:
-        """The bonded ring that the rubber is, for closed forms; None where it is none."""
+        """The bonded ring by which closed forms approximate the rubber; None if there is none."""
         return None
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was found in a file and taken for what, in sentences; nothing where the dimensions say all.
+        """Interpretation of a geometry file in sentences; empty where the dimensions say everything.
 
         Raises
         ------
@@ -260,7 +260,7 @@ class Shape(BaseModel):
 
     @property
     def view(self) -> View | None:
-        """What a picture shows of it, with names; None where a picture of the mesh says all."""
+        """Contents of a picture, with names; None where a picture of the mesh is enough."""
         return None
 
     @property
@@ -270,7 +270,7 @@ class Shape(BaseModel):
 
     @property
     def meeting(self) -> Meeting:
-        """Which surfaces push each other back where they meet: none, those of the mesh, or rigid sleeves too."""
+        """Surfaces with contact: none, those of the mesh, or also the rigid sleeves."""
         return False
 
 
@@ -278,12 +278,12 @@ Meeting = bool | Literal["sleeves"]
 
 
 class Meets(Shape):
-    """A shape with surfaces that can meet."""
+    """A shape with surfaces that can come into contact."""
 
     contact: Meeting = Field(
         default=False,
-        description="surfaces that meet push each other back, without friction; "
-        '"sleeves" = the rigid sleeves beyond the bonds do so too; false = they pass through each other',
+        description="frictionless contact of the surfaces; "
+        '"sleeves" = also with the rigid sleeves beyond the bonds; false = surfaces pass through each other',
     )
 
     @property

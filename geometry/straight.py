@@ -1,4 +1,4 @@
-"""Second-order tetrahedra that a curved face has folded are made straight; Gmsh's own optimiser may end the process."""
+"""Straighten second-order tetrahedra that a curved face has folded; Gmsh's own optimiser may end the process."""
 
 from __future__ import annotations
 

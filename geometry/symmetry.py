@@ -1,4 +1,4 @@
-"""Planes of symmetry of what stands in the open session: verified by moments and by points.
+"""Planes of symmetry of the part in the open session, verified by moments and by points.
 
 Measure, centre and moments of inertia of every region and boundary must be those of the mirror image, which a single
 small feature on one side disturbs; and points strewn over the part must be inside or outside on both sides.

@@ -1,4 +1,4 @@
-"""What a picture of a geometry shows: flat triangles and lines, each with the name of what it was taken for."""
+"""Contents of a picture of a geometry: flat triangles and lines, each with the name of its interpretation."""
 
 from __future__ import annotations
 
@@ -35,5 +35,5 @@ class View:
 
     @property
     def flat(self) -> bool:
-        """Whether it is a section."""
+        """Whether the view shows a section."""
         return len(self.lines) > 0

@@ -51,8 +51,8 @@ make_venv "$@"
 # compile all of them.
 (($# > 0)) || "$venv/enter" "$venv/bin/python" -m compileall -q "$checkout"/{bushcli,cases,forms,geometry} >>"$log" || true
 # So that the first answer does not wait for a compiler. What fails here is compiled when it is asked for.
-say "compiling the usual kernels"
-if kernels=$("$venv/enter" "$venv/bin/python" -m cases.usual 2>>"$log"); then
+say "compiling the common kernels"
+if kernels=$("$venv/enter" "$venv/bin/python" -m cases.precompile 2>>"$log"); then
     say "$kernels"
 else
     say "the kernels could not be compiled now; $log says why. They will be when they are needed."

@@ -1,4 +1,4 @@
-"""What all tests share: one thread, slow tests on demand, and the rubber of the reference curves."""
+"""Common fixtures of all tests: one thread, and the rubber of the reference curves."""
 
 from __future__ import annotations
 
@@ -11,30 +11,6 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest
-
-
-def pytest_addoption(parser):
-    parser.addoption("--slow", action="store_true", help="run the slow tests too")
-
-
-def pytest_collection_modifyitems(config, items):
-    """Leave the slow tests out unless they are asked for; the summary then says how many."""
-    if config.getoption("--slow") or config.getoption("markexpr"):
-        return
-    slow = [item for item in items if item.get_closest_marker("slow")]
-    if slow:
-        items[:] = [item for item in items if item not in slow]
-        config.hook.pytest_deselected(items=slow)
-        config.stash[_LEFT_OUT] = len(slow)
-
-
-def pytest_terminal_summary(terminalreporter, config):
-    left_out = config.stash.get(_LEFT_OUT, 0)
-    if left_out:
-        terminalreporter.write_line(f"{left_out} slow tests left out: run them with --slow")
-
-
-_LEFT_OUT = pytest.StashKey[int]()
 
 # Laws of the reference curves (tests/verification/data/README.md), and Gent with the same shear modulus and a limit
 # that its neighbours' stretches do not reach.

@@ -18,7 +18,7 @@ file = "{file}"
 {chosen}# What was found in it (see geometry.png); keys of [geometry] change it, bushcli list shapes names them:
 {notes}
 
-[material]                  # not your rubber: put in its law and parameters, or [[coupons]]
+[material]                  # placeholder: put in law and parameters of your rubber, or [[coupons]]
 law = "neo_hookean"
 [material.parameters]
 C10 = 0.5

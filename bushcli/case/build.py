@@ -302,4 +302,4 @@ def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
         infinite = keys == ("material", "bulk_modulus") and value == math.inf
         if not infinite and not abs(value) <= _LARGEST:
-            yield Finding(keys, f"{dotted(keys)} = {shown(value)} is not a number to compute with")
+            yield Finding(keys, f"{dotted(keys)} = {shown(value)} is not a usable number")

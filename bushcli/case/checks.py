@@ -184,7 +184,7 @@ def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
             keys, what, expected=f"at least {SMALLEST_TRAVEL:g} {unit}; the initial stiffness needs no less"
         )
     if kind.specimen == "coupon" and min(load_case.path, default=0.0) <= -1.0:
-        what = f"{dotted(keys)} = {min(load_case.path):g} presses the specimen to nothing"
+        what = f"{dotted(keys)} = {min(load_case.path):g} compresses the specimen to zero length"
         yield Finding(keys, what, expected="stretch - 1, above -1")
     elif shape.gap is not None and kind.sideways * load_case.amplitude >= shape.gap:
         what = f"{dotted(keys)} = {load_case.amplitude:g} closes the gap between the sleeves"

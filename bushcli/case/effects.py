@@ -58,7 +58,7 @@ def build(
         if twins and not _is_of_another_rig(effect, names, twins):
             what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
             wanted = (
-                "once in each channel: channels = [...] of both, without a channel in common"
+                "one entry per channel: channels = [...] in both, with no channel in common"
                 if effect.of_channel
                 else "each effect once; channels = [...] says which channels have it"
             )

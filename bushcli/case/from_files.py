@@ -31,12 +31,13 @@ _KINDS = (("axial", "radial"), ("torsional", "conical"), ("uniaxial", "equibiaxi
 _QUANTITIES: tuple[Quantity, ...] = ("time", "displacement", "force")
 #: Units that are proposed where a file of Zwick does not say them.
 _USUAL = {"length": "mm", "angle": "deg", "force": "N", "moment": "Nmm", "strain": "percent", "stress": "MPa"}
-#: A specimen whose dimensions nobody has said: those of a small dumb-bell.
+#: Test length (mm) and cross-section (4 mm x 2 mm, in mm2) of the dumb-bell type 2 of ISO 37, as placeholders: the case
+#: that is written marks them, and the user puts in those of the specimen.
 _GAUGE_LENGTH, _AREA = 20.0, 8.0
 MOST_FILES = 100
 
 _HEAD = """\
-# Written by bushcli from the files of a test rig. Lines with <-- are to be looked at: they were not in the files.
+# Written by bushcli from the files of a test rig. Check the lines marked <--: the files do not state them.
 title = {title}
 # tolerance = 15.0          # percent; 10 is the default
 
@@ -128,7 +129,7 @@ def _entry(file: Path) -> _Entry:
                 first = first or error
                 continue
             if guessed is None:
-                what = f"<-- mode: the file's name does not tell it; {', '.join(kind)} would do"
+                what = f"<-- mode: the file name does not state it; the columns suit {', '.join(kind)}"
                 remarks = (what, *remarks)
             return _Entry(source, recording, remarks)
     assert first is not None
@@ -152,7 +153,9 @@ def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ..
     remarks: tuple[str, ...] = ()
     if machine:
         source = replace(source, specimen=Specimen(_GAUGE_LENGTH, _AREA))
-        remarks = ("<-- gauge_length, area: of your specimen, mm and mm2",)
+        remarks = (
+            "<-- gauge_length (mm), area (mm2): put in those of your specimen; these are of ISO 37, type 2",
+        )
     yield source, remarks
     chosen, choices = _with_choices(source)
     if choices:
@@ -162,7 +165,7 @@ def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ..
         units: dict[Quantity, str] = {"time": "s"}
         for quantity in _QUANTITIES[1:]:
             units[quantity] = _USUAL[source.measured(quantity, mode.specimen, mode.rotational)]
-        what = "<-- units: the file does not say them; look at what the test program shows"
+        what = "<-- units: the file does not state them; compare with what the test program shows"
         yield replace(chosen, units=units), (*remarks, *choices, what)
 
 

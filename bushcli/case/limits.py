@@ -88,7 +88,7 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
                 f"the mesh for mode {name} would have {total:.3g} elements ({' x '.join(map(str, counts))})"
             )
             expected = (
-                f"at most {LARGEST_MESH[dimension]}: smaller elements_... in [mesh], or see that the dimensions of "
+                f"at most {LARGEST_MESH[dimension]}: smaller elements_... in [mesh], or check that the dimensions of "
                 "[geometry] are in mm; the default has elements twice as long as thick"
             )
             yield Finding(("mesh",), what, expected=expected)

@@ -86,7 +86,7 @@ class PathTable(Table):
     rx: Times | None = Field(default=None, description="degrees")
     ry: Times | None = Field(default=None, description="degrees")
     rz: Times | None = Field(default=None, description="degrees, about the axis")
-    free: list[Motion] | None = Field(default=None, description="motions that no force holds")
+    free: list[Motion] | None = Field(default=None, description="motions that are free of force")
 
 
 def _table_or_list(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
@@ -134,17 +134,17 @@ class RecordingTable(Table):
         default=None, description="a mode, see bushcli list modes; absent = what the name of the file tells"
     )
     file: Name = Field(description="file of a test rig, or a pattern of files, relative to the case file")
-    name: Name | None = Field(default=None, description="of the channel; the mode when absent")
+    name: Name | None = Field(default=None, description="name of the channel; absent = the mode")
     columns: ColumnsTable = Field(default_factory=ColumnsTable)
     units: UnitsTable = Field(default_factory=UnitsTable)
     delimiter: Literal[",", ";", "\t", " ", "comma", "semicolon", "tab", "space"] | None = None
     decimal: Literal[".", ","] | None = None
     reverse: list[Literal["displacement", "force"]] | None = Field(
-        default=None, min_length=1, description="columns whose sign is turned round"
+        default=None, min_length=1, description="columns whose sign is reversed"
     )
     cycles: list[Annotated[int, Field(ge=1)]] | None = Field(default=None, min_length=1)
     accept: list[float] | None = Field(
-        default=None, description="values that look like codes for missing ones and were measured"
+        default=None, description="measured values that look like codes for missing values"
     )
     group: ColumnKey | None = Field(
         default=None,
@@ -165,9 +165,11 @@ class RecordingTable(Table):
         description="standard that the test claims to follow; bushcli check says where it does not",
     )
     gauge_length: float | None = Field(
-        default=None, gt=0, description="mm; the file of the coupon holds a travel"
+        default=None, gt=0, description="mm; for a coupon file with travel in place of strain"
     )
-    area: float | None = Field(default=None, gt=0, description="mm2; the file of the coupon holds a force")
+    area: float | None = Field(
+        default=None, gt=0, description="mm2; for a coupon file with force in place of stress"
+    )
     width: float | None = Field(default=None, gt=0, description="mm; with thickness, instead of area")
     thickness: float | None = Field(default=None, gt=0, description="mm; with width, instead of area")
     diameter: float | None = Field(default=None, gt=0, description="mm; instead of area")
@@ -182,7 +184,9 @@ class RecordingTable(Table):
     forces: dict[str, ColumnKey] | None = Field(
         default=None, min_length=1, description="of mode path: column by reaction, fx to mz"
     )
-    free: list[Motion] | None = Field(default=None, description="of mode path: motions that no force held")
+    free: list[Motion] | None = Field(
+        default=None, description="of mode path: motions that were free of force"
+    )
 
 
 class CouponTable(RecordingTable):

@@ -49,7 +49,7 @@ def load_case(
     """
     at, raw = (*keys, "path"), cast(object, table.path)
     if not isinstance(raw, dict) or modes()[table.mode].follow is None:
-        what = f"{dotted(at)} and mode {shown(table.mode)} do not go together"
+        what = f"{dotted(at)} and mode {shown(table.mode)} cannot be combined"
         expected = f'mode = "{PATH}" with a table [load_cases.path], or points with another mode'
         return None, [Finding(at if raw is not None else keys, what, expected=expected)]
     wrong = []
@@ -86,7 +86,9 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
         at = (*keys, name)
         if k in free:
             what = f"{dotted(at)} is given, and {name} is in {dotted((*keys, 'free'))}"
-            findings.append(Finding(at, what, expected="one of both: a free motion follows from equilibrium"))
+            findings.append(
+                Finding(at, what, expected="one of the two: a free motion follows from equilibrium")
+            )
         elif len(values) != len(time):
             what = f"{dotted(at)} has {len(values)} values, {dotted((*keys, 'time'))} has {len(time)}"
             findings.append(Finding(at, what, expected="a value for each time"))

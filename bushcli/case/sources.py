@@ -75,7 +75,7 @@ class SourceBuilder:
                     f"{dotted((*keys, 'name'))}: one name for the {len(files)} files of {shown(table.file)}"
                 )
                 self.findings.append(
-                    Finding((*keys, "name"), what, expected="leave it out: they name themselves")
+                    Finding((*keys, "name"), what, expected="leave it out: each file then names its channel")
                 )
             for file in files:
                 taken = [source.name for source in sources]
@@ -183,7 +183,7 @@ class SourceBuilder:
             found = find_file(self.folder, keys, name, self.findings)
             return [found or Path(name)], False
         if "**" in name or Path(name).is_absolute():
-            what = f"{dotted(keys)} = {shown(name)} is no pattern that is followed"
+            what = f"{dotted(keys)} = {shown(name)} is not a supported pattern"
             self.findings.append(
                 Finding(keys, what, expected='one in a folder below the case file: "runs/*.csv"')
             )
@@ -195,8 +195,8 @@ class SourceBuilder:
         except (OSError, ValueError, NotImplementedError):
             hits = []
         if not hits or len(hits) > MOST_ENTRIES:
-            many = f"stands for more than {MOST_ENTRIES} files"
-            what = f"{dotted(keys)} = {shown(name)} {many if hits else 'stands for no file'}"
+            many = f"matches more than {MOST_ENTRIES} files"
+            what = f"{dotted(keys)} = {shown(name)} {many if hits else 'matches no file'}"
             self.findings.append(Finding(keys, what, "", f"looked in {self.folder}"))
             return [], True
         return hits, True
@@ -237,7 +237,7 @@ def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> P
         if file.exists() and not file.is_dir():
             beside, reason = [], "is a device or a pipe, not a file"
     except (OSError, ValueError):
-        beside, reason = [], "is no name of a file"
+        beside, reason = [], "is not a file name"
     near = nearest(file.name, beside)
     place = f"looked in {file.parent}" if reason == "does not exist" else ""
     findings.append(Finding(keys, f"{dotted(keys)} = {shown(name)} {reason}", near, place))

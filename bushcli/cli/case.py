@@ -85,7 +85,9 @@ def mesh(run: Run) -> int:
     if speaks():
         report.write_meshes(output, built, result, case.geometry)
         if case.path.suffix != ".toml" and report.write_beginning(output, beginning(case, output)):
-            run.say(f"wrote {output / report.BEGINNING}: a case to go on with; put in your rubber and loads")
+            run.say(
+                f"wrote {output / report.BEGINNING}: a case file to continue from; put in your rubber and loads"
+            )
         run.say(f"wrote {output}")
     return DONE
 
@@ -106,9 +108,9 @@ def mesh(run: Run) -> int:
     "--stiffness-at",
     type=float,
     metavar="TRAVEL",
-    help="And at this travel: mm or degrees; s of a path of six motions.",
+    help="Add it at this travel too: mm or degrees; s on a path of six motions.",
 )
-@click.option("--no-fields", is_flag=True, help="With -o: no field files (they are the largest).")
+@click.option("--no-fields", is_flag=True, help="With -o: write no field files, which are the largest.")
 @click.option(
     "--strict",
     is_flag=True,

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     "toleranced",
     multiple=True,
     metavar="KEY=DEVIATION",
-    help='What a key may deviate, besides those of the case file: geometry.length=0.3, or "hardness=60 +- 5".',
+    help='Tolerance of a key, in addition to those in the case file: geometry.length=0.3, or "hardness=60 +- 5".',
 )
 @click.option(
     "--starts", type=click.IntRange(1, 1000), default=1, show_default=True, help="Number of start points."
@@ -62,9 +62,9 @@ def design(
     workers: int | None,
     scheduler: str | None,
 ) -> int:
-    """Find the geometry of CASE that has the target rates, and what tolerances do to them.
+    """Find the geometry of CASE that has the target rates, and the effect of tolerances on them.
 
-    Any keys with numbers may be searched within bounds. The load cases and recordings of CASE play no part.
+    Any keys with numbers may be searched within bounds. The load cases and recordings of CASE are not used.
     """
     from bushcli import report
     from bushcli.study.design import bounds_of
@@ -166,6 +166,6 @@ def _tolerances(case: Case, given: tuple[str, ...]) -> dict[str, Toleranced]:
             one = None
         if one is None or not one.deviation > 0.0:
             wanted = 'geometry.length=0.3, or "hardness=60 +- 5"'
-            raise InputError(Problem(f"--tolerance {text}", "is no KEY=DEVIATION", "", wanted))
+            raise InputError(Problem(f"--tolerance {text}", "is not KEY=DEVIATION", "", wanted))
         found[key] = one
     return found

@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     help="Processes that share the work; the answer does not depend on their number.",
 )
 @scheduled
-@click.option("--resume", is_flag=True, help="Go on with the fits of the last run into the same -o DIR.")
+@click.option("--resume", is_flag=True, help="Continue from the fits that the last run saved in -o DIR.")
 @click.option("--no-maps", is_flag=True, help="Do not map the misfit in the bushing.")
 @click.option("--strict", is_flag=True, help='Exit 1 unless the verdict is "explained".')
 @on_a_case
@@ -91,12 +91,14 @@ def diagnose(
     case = run.load()
     several = ranks_there_are() > 1
     if several and workers > 1:
-        raise InputError(Problem("--workers", "is for one machine", "", "mpirun -n N gives N - 1 of them"))
+        raise InputError(
+            Problem("--workers", "cannot be combined with mpirun", "", "mpirun -n N starts N - 1 workers")
+        )
     if scheduler and (several or workers > 1):
         other = "mpirun" if several else "--workers"
-        raise InputError(Problem("--scheduler", f"has no meaning beside {other}", "", "one or the other"))
+        raise InputError(Problem("--scheduler", f"cannot be combined with {other}", "", "one or the other"))
     if resume and run.output is None:
-        raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
+        raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     with elsewhere(several, scheduler) as executor:
         if several and executor is None:
             # This rank has answered until the first one left the context.

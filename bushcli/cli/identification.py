@@ -32,7 +32,7 @@ weighted = click.option(
     type=click.Choice(["relative", "absolute"]),
     default="relative",
     show_default=True,
-    help="Coupon misfit over the stress itself, or over the coupon's largest stress.",
+    help="Divide coupon misfits by the stress itself, or by the coupon's largest stress.",
 )
 
 
@@ -103,7 +103,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     type=click.Choice(["trf", "dogbox", "dogleg"]),
     default="trf",
     show_default=True,
-    help="Trust region; dogleg is the literature's unbounded loop with finite differences, to compare with.",
+    help="Algorithm; dogleg is the unbounded method of the literature with finite differences, for comparison.",
 )
 @click.option(
     "--loss",
@@ -116,7 +116,10 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     "--starts", type=click.IntRange(1, 1000), default=1, show_default=True, help="Number of start points."
 )
 @click.option(
-    "--global", "globally", is_flag=True, help="Differential evolution on a coarse mesh for a further start."
+    "--global",
+    "globally",
+    is_flag=True,
+    help="Find a further start by differential evolution on a coarse mesh.",
 )
 @click.option(
     "--workers",
@@ -128,7 +131,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
 @scheduled
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the start points.")
 @click.option(
-    "--resume", is_flag=True, help="Go on with the evaluations of the last run into the same -o DIR."
+    "--resume", is_flag=True, help="Continue from the evaluations that the last run saved in -o DIR."
 )
 @click.option("--strict", is_flag=True, help="Exit 1 when the identification has problems.")
 @on_a_case
@@ -158,9 +161,11 @@ def inverse(
 
     case = run.load()
     if resume and run.output is None:
-        raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
+        raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     if scheduler and workers > 1:
-        raise InputError(Problem("--workers", "has no meaning beside --scheduler, which has its own workers"))
+        raise InputError(
+            Problem("--workers", "cannot be combined with --scheduler, which has its own workers")
+        )
     fits = []
     with pool(None, scheduler) if scheduler else nullcontext() as shared:
         for law in _laws(case, models):

@@ -41,7 +41,7 @@ def scheduled(command: F) -> F:
 
 @contextmanager
 def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
-    """Yield who does the work; None on the ranks of `mpirun` that answer the first one.
+    """Yield the pool of workers; None on the ranks of `mpirun` that work for the first one.
 
     Parameters
     ----------
@@ -61,9 +61,9 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
     several = ranks_there_are()
     if workers is not None and (several > 1 or scheduler):
         where = "mpirun" if several > 1 else "--scheduler"
-        raise InputError(Problem("--workers", f"has no meaning beside {where}, which has its own workers"))
+        raise InputError(Problem("--workers", f"cannot be combined with {where}, which has its own workers"))
     if several > 1 and scheduler:
-        raise InputError(Problem("--scheduler", "has no meaning under mpirun", "", "one or the other"))
+        raise InputError(Problem("--scheduler", "cannot be used under mpirun", "", "one or the other"))
     if several > 1:
         with ranks() as executor:
             yield None if executor is None else Pool(executor, several - 1)
@@ -77,7 +77,7 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
 
 @contextmanager
 def elsewhere(several: bool, scheduler: str | None) -> Iterator[Executor | None]:
-    """Yield an executor that is not of this machine's processes; None where there is none, and on ranks that answer.
+    """Yield an executor on other ranks or on Dask; None without one, and on the ranks that work for the first one.
 
     Parameters
     ----------

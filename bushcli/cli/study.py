@@ -41,7 +41,7 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
     "listed",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Designs from a CSV: keys in its first line, one design in every other.",
+    help="Designs from a CSV: keys in its first line, one design in each further line.",
 )
 @click.option(
     "--sampling",
@@ -61,11 +61,11 @@ SAMPLINGS = ["grid", "lhs", "sobol", "random", "saltelli", "corners"]
     "limited",
     multiple=True,
     metavar="ANSWER=LIMITS",
-    help='Report the share within them: 300:400, "350 +- 15 %", or 350 with the usual 10 %.',
+    help='Report the share of designs within limits: 300:400, "350 +- 15 %", or 350 for 350 +- 10 %.',
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sample.")
 @click.option("--no-curves", is_flag=True, help="Keep no curves, only the answers.")
-@click.option("--resume", is_flag=True, help="Go on with the designs of the last run into the same -o DIR.")
+@click.option("--resume", is_flag=True, help="Continue from the designs that the last run saved in -o DIR.")
 @click.option("--strict", is_flag=True, help="Exit 1 when a design fails.")
 @shares_work
 @on_a_case
@@ -84,10 +84,10 @@ def study(
     workers: int | None,
     scheduler: str | None,
 ) -> int:
-    """Simulate many designs of CASE, and say what spreads, what matters, and what share is within limits.
+    """Simulate many designs of CASE: spread, influence of each key, and the share within limits.
 
     Any keys of the case may be varied. Numbers with a tolerance in the case file, such as
-    outer_radius = "22.0 +- 0.1", are varied by themselves. With -o DIR the designs are saved in DIR/history-study as
+    outer_radius = "22.0 +- 0.1", are varied automatically. With -o DIR the designs are saved in DIR/history-study as
     they come, and in DIR/designs.parquet at the end. Under `mpirun -n N` the first process leads and the others share
     the work; --scheduler shares it among the workers of Dask.
     """
@@ -98,7 +98,7 @@ def study(
     parquet()
     case = run.load()
     if resume and run.output is None:
-        raise InputError(Problem("--resume", "needs the folder of the run to go on with", "", "-o DIR"))
+        raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     plan = _plan(case, varied, listed, sampling, designs, seed)
     limits = dict(limits_of(text, case.tolerance.percent) for text in limited)
     with pool(workers, scheduler) as shared:
@@ -134,7 +134,7 @@ def _plan(
     if listed is not None:
         if sampling or designs:
             name = "--sampling" if sampling else "--designs"
-            raise InputError(Problem(name, "has no meaning beside --list, which has the designs"))
+            raise InputError(Problem(name, "cannot be combined with --list, which gives the designs"))
         return from_list(listed, given)
     fixed = sampling == "grid" or (sampling is None and given and all(one.values for one in given))
     if not fixed:
@@ -157,7 +157,7 @@ def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool
     hardness = next((one for one in plan.variables if one.key == HARDNESS), None)
     if hardness is not None and not hardness.numeric:
         raise InputError(
-            Problem(f"--vary hardness={hardness.spec}", "is no Shore A hardness", "", '"60 +- 5"')
+            Problem(f"--vary hardness={hardness.spec}", "is not a Shore A hardness", "", '"60 +- 5"')
         )
     return Task(
         case=run.path.absolute(),

@@ -23,7 +23,7 @@ from bushcli.cli.run import DONE, NEGATIVE, finish, speaks
 def init(places: tuple[Path, ...], files: tuple[Path, ...]) -> None:
     """Write a commented example case with its recordings into DIRECTORY.
 
-    With --from FILE..., write a case.toml for these files instead, to be looked at and changed: bushcli init --from
+    With --from FILE..., write a case.toml for these files instead, for you to check and complete: bushcli init --from
     axial.mf4 radial.mf4
     """
     # A new folder has no suffix, a file that does not exist is reported as such.

@@ -31,7 +31,7 @@ REPORT = "report.html"
     type=click.IntRange(0, 65535),
     default=8000,
     show_default=True,
-    help="Of --serve; 0 takes a free one.",
+    help="Port for --serve; 0 takes a free one.",
 )
 def view(output: Path, serve: bool, port: int) -> None:
     """Open the page of a result in the browser; OUTPUT is the folder that was given with -o, or the page itself."""
@@ -79,26 +79,26 @@ def _served(page: Path, port: int) -> int:
 
 
 class _Server(ThreadingHTTPServer):
-    """Says nothing of a browser that goes away before it has the whole page."""
+    """A server that does not report browsers which disconnect before they have the whole page."""
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Report what is not the browser's doing."""
+        """Report errors that the browser did not cause."""
         if not isinstance(sys.exc_info()[1], ConnectionError):
             super().handle_error(request, client_address)
 
 
 class _Quiet(SimpleHTTPRequestHandler):
-    """Serves files and says nothing; without listings of folders."""
+    """Serves files without log messages and without listings of folders."""
 
     def send_head(self) -> Any:
-        """Refuse what was asked of another name: a page of somebody else's site could read the result through it."""
+        """Refuse requests under another host name, by which a page of another site could read the result."""
         if self.headers.get("Host", "").rsplit(":", 1)[0] not in (LOCAL, "localhost"):
             self.send_error(403)
             return None
         return super().send_head()
 
     def log_message(self, format: str, *arguments: Any) -> None:
-        """Say nothing."""
+        """Print nothing."""
 
     def list_directory(self, path: Any) -> None:
         """Refuse: only what the page refers to is of use."""

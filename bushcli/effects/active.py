@@ -130,7 +130,10 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
     """
     problems = [
         Problem(
-            where, f"effects.{name} is not given", "", "all parameters of an effect, for anything but a fit"
+            where,
+            f"effects.{name} is not given",
+            "",
+            "a value for every parameter of the effect; only a fit can do without",
         )
         for one in active
         for name in one.lacking

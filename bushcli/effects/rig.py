@@ -306,7 +306,9 @@ def _shared(target: Array, compliance: float, carried: Response) -> Array:
             return np.where(np.isfinite(newton), newton, q)
         low, high = np.where(over < 0.0, q, low), np.where(over > 0.0, q, high)
         q = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
-    raise NoEquilibrium(f"bushing and spring in series share no force at {_MOST_STEPS} steps")
+    raise NoEquilibrium(
+        f"bushing and series spring do not come to carry the same force at {_MOST_STEPS} steps"
+    )
 
 
 def _late(time: Array, force: Signal, lag: Signal, at: Array, corners: Sequence[int]) -> Signal:

@@ -94,7 +94,7 @@ def _monotone(q: Array, force: Array) -> list[tuple[Array, Array]]:
 
 @dataclass(frozen=True)
 class Bushing:
-    """What a vehicle model is made of.
+    """Data of a vehicle model.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class Bushing:
             end = math.radians(10.0) if direction.startswith("T") else 5.0
             q = np.array([-end, 0.0, end])
             return q, float(self.stiffness_matrix[i, i]) * q
-        what = f"{direction} needs a curve in mode {mode}, which there is none of"
+        what = f"{direction} needs a curve in mode {mode}, but there is none"
         matrix = "`bushcli direct CASE --stiffness-matrix -o OUT`, then export OUT"
         remedy = f'[[load_cases]] with mode = "{mode}"; or {matrix}'
         raise InputError(Problem(f"--to {of}", what, "", remedy))

@@ -29,7 +29,7 @@ def check_file(path: Path) -> None:
     if not path.parent.is_dir():
         raise InputError(Problem(str(path), "lies in a folder that does not exist", "", "another -o FILE"))
     if path.exists() and not _is_own(path):
-        what = "is there already, and not from an earlier export"
+        what = "exists already and was not written by an earlier export"
         raise InputError(Problem(str(path), what, "", "another -o FILE, or delete it"))
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bushcli.case import Case, load_case
-from bushcli.case.again import case_again
+from bushcli.case.rebuild import rebuilt_case
 from bushcli.effects.active import require_values
 from bushcli.effects.effect import effect_name, rig_of
 from bushcli.errors import InputError, Problem, nearest
@@ -28,7 +28,7 @@ _COMMANDS = ("direct", "fit", "inverse", "diagnose", "check")
 
 @dataclass(frozen=True)
 class Source:
-    """What an export is made of.
+    """Source of an export.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Source:
         for name in names:
             if name not in there:
                 known = ", ".join(there) or "it has none"
-                what = f'"{name}" is no effect of this case'
+                what = f'"{name}" is not an effect of this case'
                 raise InputError(Problem("--without", what, nearest(name, there), known))
         kept = tuple(one for one in self.case.effects if one.effect.name not in names)
         # Curves that were simulated with the effect do not hold without it.
@@ -102,7 +102,7 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
             source = _from_result(result, str(path), file.parent)
         except (KeyError, TypeError, AttributeError):
             raise InputError(
-                Problem(str(file), "is no whole result of bushcli", "", "run the command again")
+                Problem(str(file), "is not a complete result of bushcli", "", "run the command again")
             ) from None
     require_values(source.case.effects, source.where)
     return source
@@ -115,11 +115,11 @@ def _read(file: Path, given: Path) -> dict[str, Any]:
         what = "is a folder without result.json"
         raise InputError(Problem(str(given), what, "", "a case file, or a folder written with -o")) from None
     except (OSError, ValueError, RecursionError, TooLarge) as error:
-        reason = getattr(error, "strerror", None) or "it is no JSON of bushcli"
+        reason = getattr(error, "strerror", None) or "it is not JSON written by bushcli"
         raise InputError(Problem(str(file), f"cannot be read: {reason}")) from None
     if not isinstance(result, dict) or result.get("command") not in _COMMANDS or "case" not in result:
         known = ", ".join(f"`bushcli {name}`" for name in _COMMANDS)
-        raise InputError(Problem(str(file), "is no result that can be exported", "", f"one of {known}"))
+        raise InputError(Problem(str(file), "is not a result that can be exported", "", f"one of {known}"))
     return result
 
 
@@ -140,7 +140,7 @@ def _from_result(result: dict[str, Any], where: str, folder: Path) -> Source:
         ]
     elif command in ("fit", "inverse"):
         _put_identified(shown, result)
-    case = case_again(shown, folder)
+    case = rebuilt_case(shown, folder)
     return Source(case, where, curves_of(result), matrix_of(result))
 
 

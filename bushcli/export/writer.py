@@ -1,4 +1,4 @@
-"""What a writer of another program's file is, and which there are.
+"""The type of a writer of another program's file, and the list of writers.
 
 One writer per file in ``bushcli/export/writers``, offered there as ``WRITER``; nothing is registered.
 """
@@ -26,7 +26,7 @@ Kind = Literal["card", "bushing", "matrix", "force_law"]
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be written.
+    """Contents of a file to be written.
 
     Attributes
     ----------
@@ -144,7 +144,7 @@ class Writer:
             )
         if rubber.bulk_modulus == float("inf") and not self.incompressible:
             refuse(
-                f"{self.title} has no exactly incompressible rubber",
+                f"{self.title} cannot express an exactly incompressible rubber",
                 "a finite bulk modulus: --set material.bulk_modulus=2000",
             )
         if found:
@@ -188,7 +188,9 @@ def _preamble(one: Writer, order: Order) -> list[str]:
                 "the same at small strain; at finite strain a branch of bushcli is neo-Hookean (docs/exports.md)",
             ]
         if rubber.beside:
-            lines.append(f"not in this card, no part of the rubber: {', '.join(rubber.beside)}")
+            lines.append(
+                f"not in this card, because it is no property of the rubber: {', '.join(rubber.beside)}"
+            )
     return lines + list(one.remarks)
 
 
@@ -216,4 +218,4 @@ def writer_for(name: str) -> Writer:
     except KeyError:
         known = ", ".join(all_writers())
         near = nearest(name, all_writers())
-        raise InputError(Problem("--to", f'"{name}" is no program that is known', near, known)) from None
+        raise InputError(Problem("--to", f'"{name}" is not a known program', near, known)) from None

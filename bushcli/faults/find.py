@@ -75,13 +75,13 @@ def _samples(recording: Recording) -> Iterator[DataFault]:
             "time",
             f"{len(recording.repeated)} rows repeat the row before them, including its time stamp (line {lines}"
             + (f" and {rest} more)" if rest > 0 else ")"),
-            "none needed: these rows are left out; find out why the logger writes rows twice",
+            "nothing: these rows are left out; find out why the logger writes rows twice",
             False,
             np.zeros(len(recording.force), dtype=bool),
         )
     for repair in recording.repairs:
         if repair.kind != "columns":
-            remedy = "none needed: it is repaired; find out why the logger writes it so"
+            remedy = "nothing: it is repaired; find out why the logger writes it so"
             none = np.zeros(len(recording.force), dtype=bool)
             yield DataFault(recording.name, repair.kind, repair.text, remedy, False, none)
     x = abscissa(recording)

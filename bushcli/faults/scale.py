@@ -296,7 +296,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
         "unit",
         f"{_moduli(one)} at {travel}; rubber has 0.1 to 10 MPa, and with another unit it would be "
         f"{middle * best.force / best.displacement:.2g} MPa",
-        f"{best.words}; also see that [geometry] is in mm",
+        f"{best.words}; also check that [geometry] is in mm",
         True,
         np.zeros(len(one.recording.force), dtype=bool),
     )

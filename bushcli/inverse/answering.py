@@ -1,4 +1,4 @@
-"""What answers for a channel whose path is followed: a simulation with effects, or a reaction of six motions."""
+"""Models of channels that follow a path: a simulation with effects, or a reaction of six motions."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def with_others(
     comm: MPI.Comm,
     prepared: Prepare,
 ) -> Reaction:
-    """Return what answers for a channel of a path of six motions, whose channels share one march.
+    """Return the models for the channels of a path of six motions, which share one march.
 
     Parameters
     ----------

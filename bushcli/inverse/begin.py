@@ -1,4 +1,4 @@
-"""The first point of a search: solvable, stable, and at the scale that the curves ask for."""
+"""The first point of a search: solvable, stable, and at the scale of the curves."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SOLVED = 8
 
 
 def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> tuple[Array, Array | None]:
-    """A solvable point at the right scale, as near to the start as there is one; and where it came from.
+    """Return the solvable point at the right scale that is nearest to the start, and its origin.
 
     The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
     step. What is unstable in the coupon modes is passed over without being solved: such a march takes long to fail.
@@ -58,7 +58,7 @@ def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> t
 
 
 def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> Iterator[Array]:
-    """Points from the start to the law's own start, which has the parameters that shape the curve at their safest.
+    """Return points from the start to the law's own start, whose parameters for the shape of the curve are the safest.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> It
 
 
 def own_start(problem: Problem, start: Array) -> Array:
-    """The law's own start values; those given for what is no parameter of the law.
+    """Return the law's own start values, and the given values of all other parameters.
 
     Parameters
     ----------
@@ -100,13 +100,13 @@ def own_start(problem: Problem, start: Array) -> Array:
 
 
 def own_parameters(problem: Problem) -> NDArray[np.bool_]:
-    """Which of the parameters are the law's own."""
+    """Return which of the parameters belong to the law."""
     known = {parameter.name for parameter in problem.law.parameters}
     return np.array([name in known for name in problem.names])
 
 
 def scalable(problem: Problem) -> NDArray[np.bool_]:
-    """Which parameters the energy is linear in."""
+    """Return in which parameters the energy is linear."""
     return np.array([name in problem.law.linear for name in problem.names])
 
 
@@ -124,7 +124,7 @@ def shear(problem: Problem, x: Array) -> float:
 
 
 def is_stable(problem: Problem, x: Array) -> bool:
-    """Whether the law is stable in all states watched: a matter of milliseconds, where a march takes longer.
+    """Whether the law is stable in all monitored states; this takes milliseconds, a march much longer.
 
     Parameters
     ----------

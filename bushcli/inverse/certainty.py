@@ -1,4 +1,4 @@
-"""How well the curves determine the parameters: covariance from the misfit left, directions in words, leverage."""
+"""How well the curves determine the parameters: covariance from the remaining misfit, directions in words, leverage."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ POOR = 0.2
 
 
 def covariance(problem: Problem, x: Array) -> Array:
-    """Covariance of the parameters, shape (p, p), from the noise actually seen.
+    """Return the covariance of the parameters, shape (p, p), from the misfit that remains.
 
     The estimator weighs channels evenly, so its covariance is a sandwich: each channel brings its own variance of the
     misfit, enlarged by the misfit's autocorrelation along the recording, since neighbouring samples that err
@@ -83,7 +83,7 @@ def leverage(problem: Problem, x: Array) -> dict[str, dict[str, float]]:
 
 
 def autocorrelation_time(error: Array) -> float:
-    """How many neighbouring samples count as one: 1 for white noise.
+    """Return how many neighbouring samples carry the information of one; 1 for white noise.
 
     Sum of the autocorrelation up to the first window that is five times the sum so far (Sokal's rule).
     """
@@ -103,7 +103,7 @@ def autocorrelation_time(error: Array) -> float:
 
 
 def directions(problem: Problem, x: Array) -> tuple[Array, tuple[Combination, ...]]:
-    """Singular values per relative change of each parameter, over the largest, and the combinations left open.
+    """Return the relative singular values, per relative change of each parameter, and the undetermined combinations.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A channel: one measured curve, the model that answers to it, and how a difference between them is weighed.
+"""A channel: one measured curve, its model, and the weight of their difference.
 
 Coupons and bushings are the same here: a model under a mode. A law without history is solved once over the range
 of the curve; every recorded sample, whatever its cycle, is interpolation. With effects the channel is a
@@ -70,7 +70,7 @@ class Answer:
 
 
 class Channel:
-    """One measured curve and the model that answers to it.
+    """One measured curve and its model.
 
     Attributes
     ----------
@@ -191,7 +191,7 @@ class Channel:
 
     @property
     def _patience(self) -> int | None:
-        """Failed steps after which a march is given up: all that it takes at first, then as many as others took.
+        """Failed steps after which a march is given up: no limit at first, then as many as others took.
 
         Once a march has reached its end, one that takes far more failed steps is a trial too far, and to cut back its
         steps to the smallest takes a hundred times as long as to solve one that is not.
@@ -205,7 +205,7 @@ class Channel:
         self.hardest = failed if self.hardest is None else max(self.hardest, failed)
 
     def reached(self, parameters: Mapping[str, float]) -> Array:
-        """Principal stretches of the rubber at the ends of the range, volume divided out, shape (n, 3); a sample.
+        """Return a sample of isochoric principal stretches of the rubber at the ends of the range, shape (n, 3).
 
         Collective; every rank gets its own sample of the whole body.
 
@@ -334,6 +334,6 @@ def _targets(q: Array, odd: bool) -> Array:
 
 
 def _noise(recording: Recording) -> float:
-    """Noise of the force, and of the displacement by way of the mean stiffness: the model is asked at noisy places."""
+    """Return the noise of the force, with that of the displacement converted by the mean stiffness."""
     stiffness = abs(recording.secant_stiffness())
     return float(np.hypot(force_noise(recording), stiffness * displacement_noise(recording)))

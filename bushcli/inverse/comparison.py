@@ -1,4 +1,4 @@
-"""Recordings beside their curves, before and after an identification."""
+"""Recordings compared with their curves, before and after an identification."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The literature's own loop, as a baseline to compare with: unbounded dogleg trust region with finite differences.
+"""Unbounded dogleg trust region with finite differences, as in the literature: a baseline for comparison.
 
 Kept as its flowchart has it: gradient and Hessian (of Gauss and Newton) by forward differences with one equal step
 for all parameters; if the Hessian is positive definite and the Newton step fits the trust region it is taken, else the

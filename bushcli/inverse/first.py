@@ -1,4 +1,4 @@
-"""The first search of an identification, which is also the plain law's fit of a diagnosis."""
+"""The first search of an identification, which is also the fit of the plain law in a diagnosis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Identify a law's parameters from measured curves: start, search, certainty, verdict."""
+"""Identify a law's parameters from measured curves: start, search, uncertainty, verdict."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def identify(
 
 @dataclass
 class _Run:
-    """An identification under way.
+    """An identification in progress.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ class _Run:
         problem.states = states[_best(self.minima)]
 
     def result(self, interrupted: bool, begin: float) -> Fit:
-        """Return the best minimum as a fit, with what is certain about it.
+        """Return the best minimum as a fit, with its uncertainty.
 
         Parameters
         ----------
@@ -246,7 +246,7 @@ def _unsolvable(task: Task, initial: Array) -> Finding:
 
 
 def _best(minima: Sequence[Minimum]) -> int:
-    """Place of the least cost; of equal ones the first."""
+    """Return the index of the least cost; the first of equal ones."""
     costs = [m.cost if np.isfinite(m.cost) else np.inf for m in minima]
     return int(np.argmin(costs))
 
@@ -277,7 +277,7 @@ def _refine(
     progress: Progress | None,
     pool: Pool | None,
 ) -> None:
-    """Refine further starts, and take over what they found as if the problem had searched itself."""
+    """Refine further starts, and take over their evaluations and minima."""
 
     def forward(evaluation: Evaluation) -> None:
         if progress is not None:
@@ -300,7 +300,7 @@ def _refine(
 def _profiled(
     task: Task, problem: Problem, best: Minimum, lower: Array, upper: Array, interrupted: bool
 ) -> tuple[Minimum, list[Profile], bool]:
-    """The best point, which a profile may have improved; profiles where standard errors would mislead; if cut short."""
+    """Return the best point, which a profile may improve, the profiles, and whether they were interrupted."""
     found: dict[int, Profile] = {}
     cut = False
     if interrupted or task.source != "recordings" or task.method == "dogleg":

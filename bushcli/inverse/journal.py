@@ -1,4 +1,4 @@
-"""Saved evaluations of an identification, so that a run that was ended goes on where it was.
+"""Saved evaluations of an identification, from which an interrupted run continues.
 
 Each evaluation is one file of the store (`bushcli.runtime.store`), on disk before the search goes on: whenever the
 process dies, all evaluations but the last are there. The optimisers are deterministic: with the saved answers they take
@@ -78,7 +78,7 @@ class Journal:
     Raises
     ------
     InputError
-        The folder is of another case, law or option, or cannot be written.
+        The folder belongs to another case, law or option, or cannot be written.
     """
 
     def __init__(self, folder: Path, identity: Mapping[str, Any], resume: bool) -> None:
@@ -97,11 +97,13 @@ class Journal:
             identity = json.loads(read_bounded(self._index, _LARGEST))["identity"]
         except (ValueError, LookupError, TypeError, RecursionError, OSError) as error:
             what = f"is damaged ({str(error)[:200]})"
-            expected = "the file as the run left it; or go without --resume, which begins anew"
+            expected = "restore the file, or run without --resume, which starts again"
             raise InputError(Problem(str(self._index), what, "", expected)) from None
         if identity != self.identity:
-            what = "is of another case, law or option"
-            raise InputError(Problem(str(self._index), what, "", "the run to go on with, unchanged"))
+            what = "belongs to another case, law or option"
+            raise InputError(
+                Problem(str(self._index), what, "", "the same case, law and options as in that run")
+            )
 
     def _write_index(self) -> None:
         text = json.dumps(
@@ -113,7 +115,7 @@ class Journal:
                 raise InputError(Problem(str(self._index), what, "", "another -o"))
             # Damaged or not: so begins what was written here.
             if self._index.exists() and not read_bounded(self._index, _LARGEST).startswith(b'{"identity": '):
-                what = "is there already, and not by an earlier run"
+                what = "exists already and was not written by an earlier run"
                 raise InputError(Problem(str(self._index), what, "", "another -o"))
             self._index.write_text(text + "\n", encoding="utf-8")
         except OSError as error:

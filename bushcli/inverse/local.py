@@ -64,15 +64,15 @@ class Minimum:
 
 
 class Stopped(Exception):
-    """Raised out of an optimiser by its misfit function, to end it before its time."""
+    """Raised by the misfit function to stop an optimiser early."""
 
 
 class Level(Stopped):
-    """The floor of a valley: the search has an end, although the optimiser would go on along it."""
+    """Raised in a flat valley, where the misfit no longer falls although the optimiser would continue."""
 
 
 class Watched:
-    """The misfit as the optimiser asks for it: trials are followed, failures counted, and the best is kept.
+    """The misfit function for an optimiser, which follows trials, counts failures and keeps the best point.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class Watched:
         return found
 
     def _is_hopeless(self, x: Array) -> bool:
-        """Whether instability alone costs more than the best point does: the trial would be rejected.
+        """Whether the penalty of instability alone exceeds the cost of the best point: the trial would be rejected.
 
         It is not solved then, which would take long or fail. The trust region makes no difference between a trial that
         is rejected and one that is not a number: the radius becomes a quarter of the step.
@@ -217,7 +217,7 @@ def _is_minimum_already(problem: Problem, start: Array, x: Array, lower: Array, 
 
 
 def promise(problem: Problem, x: Array, lower: Array, upper: Array) -> float:
-    """Share of the cost that a full Gauss-Newton step within the bounds promises to take away: none at a minimum.
+    """Return the share of the cost that a full Gauss-Newton step within the bounds would remove; zero at a minimum.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def promise(problem: Problem, x: Array, lower: Array, upper: Array) -> float:
 
 
 def inside(x: Array, lower: Array, upper: Array) -> Array:
-    """The point, moved off the bounds by a hair: the interior methods cannot start on them.
+    """Return the point moved slightly off the bounds, where interior methods cannot start.
 
     Parameters
     ----------

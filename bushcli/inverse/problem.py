@@ -98,7 +98,7 @@ class Problem:
         self._known: dict[bytes, list[Answer] | None] = {}
 
     def watch(self, x: Array) -> None:
-        """Ask for stability in the states that the bushing's rubber reaches with these parameters too."""
+        """Also require stability in the states that the rubber of the bushing reaches with these parameters."""
         self.states = np.concatenate([self.states, self.reached(x)])
         self.best = (self.cost(x), x.copy())
 
@@ -119,7 +119,7 @@ class Problem:
         return np.concatenate(found)
 
     def instability(self, x: Array, states: Array | None = None) -> Array:
-        """What instability adds to the misfit, a row per state (those watched, or others, shape (n, 3)); no solve.
+        """Return the penalty of instability without a solution, a row per state (monitored, or given, shape (n, 3)).
 
         Parameters
         ----------
@@ -190,7 +190,7 @@ class Problem:
         return np.concatenate([*values, value]), np.concatenate([*slopes, slope])
 
     def knows(self, x: Array) -> bool:
-        """Whether the parameters have been evaluated, so that nothing has to be solved for them."""
+        """Whether the parameters have been evaluated already."""
         return np.ascontiguousarray(x, dtype=float).tobytes() in self._known
 
     def learn(self, x: Array, answers: list[Answer]) -> None:
@@ -246,7 +246,7 @@ class Problem:
             self.progress(found)
 
     def _stability(self, x: Array) -> tuple[Array, Array]:
-        """Rows that vanish where the law is stable with a margin, and grow linearly beyond; by differences in x."""
+        """Return rows that are zero where the law is stable with a margin and grow linearly beyond; derivatives too."""
         value = self._instability(x, self.states)
         slope = np.zeros((len(value), len(x)))
         if value.any():

@@ -84,7 +84,7 @@ def noise_unit(problem: Problem, x: Array, covariance: Array, index: int) -> flo
 
 
 def worth_a_profile(problem: Problem, best: Minimum, covariance: Array) -> list[int]:
-    """Parameters of which a standard error would mislead.
+    """Return the parameters whose standard error would mislead.
 
     All of the law's where one of them is poorly determined, or the search ended at the edge of stability or of what can
     be solved: they are bent together. Of others (effects) those that are poorly determined themselves; the compliance
@@ -117,7 +117,7 @@ def worth_a_profile(problem: Problem, best: Minimum, covariance: Array) -> list[
 def profiles_of(
     problem: Problem, best: Minimum, covariance: Array, lower: Array, upper: Array, found: dict[int, Profile]
 ) -> Array | None:
-    """Fill in the profiles worth having, by index; or return a better point than the best as soon as one is found.
+    """Compute the profiles that are needed, by index; return a better point than the best as soon as one is found.
 
     States in which the law was found unstable on the way lead the later profiles around what cannot be solved. Those
     that ended there before are done again.
@@ -194,7 +194,7 @@ def profile(
 
 
 class _Along:
-    """The way along one parameter."""
+    """The path along one parameter."""
 
     def __init__(
         self,
@@ -211,7 +211,7 @@ class _Along:
         self.best = problem.cost(x)
 
     def side(self, spread: float) -> tuple[list[_Point], Limit]:
-        """Points outward from the best one, which is left out, and what ends them; `spread` has the side's sign."""
+        """Return the points outward from the best one, and what ends them; the sign of `spread` selects the side."""
         points = [_Point(float(self.x[self.index]), 0.0, self.x, 0.0)]
         end = float((self.lower if spread < 0 else self.upper)[self.index])
         wall, reason, halvings = None, None, 0.0
@@ -236,7 +236,7 @@ class _Along:
         return points[1:], "open" if reason is None else reason
 
     def _next(self, points: list[_Point], spread: float, wall: float | None) -> float:
-        """The value to try: where the roots so far lead to the next one aimed at, and no nearer to a wall than half."""
+        """Return the next value, extrapolated from the points so far, at most half way to a value that failed."""
         last = points[-1]
         if len(points) == 1:
             value = last.value + AIMS[0] * spread
@@ -252,7 +252,7 @@ class _Along:
         return float(min(value, half) if spread > 0 else max(value, half))
 
     def _closed(self, points: list[_Point]) -> tuple[list[_Point], Limit]:
-        """A point between the last two where the rise is too steep to interpolate; and what made it rise."""
+        """Return a point between the last two where the rise is too steep to interpolate, and the cause of the rise."""
         for _ in range(2):
             inner, outer = points[-2], points[-1]
             if outer.root - inner.root < APART:
@@ -265,7 +265,7 @@ class _Along:
         return points[1:], "stability" if last.instability > 0.5 * last.root**2 else "misfit"
 
     def _refitted(self, points: list[_Point], value: float) -> _Point | Limit:
-        """Refit all others from where the last point leads; or why that failed."""
+        """Refit all other parameters, starting from the last point; return the reason if that fails."""
         last = points[-1]
         start = inside(last.x, self.lower, self.upper)
         start[self.index] = value

@@ -1,4 +1,4 @@
-"""What SciPy's trust region does between two evaluations: iteration, length of the trial step, radius.
+"""State of SciPy's trust region between two evaluations: iteration, length of the trial step, radius.
 
 `scipy.optimize.least_squares` tells none of it while it runs. But its trials are all it asks for, and the rules by
 which the radius follows from them are short and without randomness: they are followed here, beside the optimiser. A

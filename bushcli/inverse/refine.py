@@ -41,7 +41,7 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True)
 class Assignment:
-    """A start to be refined: its number (from 1), where it begins, and what it is measured by."""
+    """A start to be refined: its number (from 1), its point, and the costs to compare it with."""
 
     number: int
     point: Array
@@ -53,7 +53,7 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Refined:
-    """What came of a start, with all that the caller needs to go on as if it had searched itself."""
+    """Result of a start, with all evaluations, which the caller takes over."""
 
     minimum: Minimum
     states: Array
@@ -64,7 +64,7 @@ class Refined:
 
 
 class _GivenUp(Exception):
-    """Ends a search from its progress."""
+    """Raised to end a search that makes too little progress."""
 
 
 def refine(
@@ -136,7 +136,7 @@ def _journal(task: Task, given: Assignment) -> Journal | None:
 
 
 def is_hopeless(costs: Sequence[float], reference: float) -> bool:
-    """Whether a search with these costs so far, NaN where there was no solution, is not worth going on with.
+    """Whether a search with these costs so far (NaN without solution) should be given up.
 
     Parameters
     ----------
@@ -286,7 +286,7 @@ def _hand_over(found: Refined, done: Callable[[Refined], None], progress: Progre
 
 @contextmanager
 def _pool(task: Task, coarse: bool, most: int = 256) -> Iterator[tuple[ProcessPoolExecutor, Any]]:
-    """Processes that build their own models once; started afresh, because MPI and PETSc do not survive a fork."""
+    """Start processes that build their own models once; not forked, because MPI and PETSc do not survive a fork."""
     context = get_context("spawn")
     stop = context.Event()
     with ProcessPoolExecutor(

@@ -1,4 +1,4 @@
-"""The best other parameters for a given value of one of them, in as few solutions as that takes."""
+"""The best other parameters for a given value of one of them, with as few solutions as possible."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Refit:
         return float(rows @ rows) / len(self.problem.channels) / self.unit
 
     def minimum(self, known: Array, start: Array) -> Array | Limit:
-        """The best others for the value of the parameter in `start`, by steps from a point that is solved.
+        """Return the best other parameters for the value of the parameter in `start`, by steps from a solved point.
 
         Curves are linear enough over such a step, and stability costs nothing: so a step minimises the linearised
         misfit with the law's stability as it is. One or two of them are enough; what a further one would gain is
@@ -76,7 +76,7 @@ class Refit:
         return self._searched(x)
 
     def _step(self, known: Array, start: Array) -> Array:
-        """From `start`, all others where the misfit, linear about `known`, and the instability are least together."""
+        """Return the others that minimise the misfit, linearised about `known`, plus the penalty of instability."""
         rest, samples = self.rest, self.problem.samples
         if not rest.any():
             return start

@@ -1,4 +1,4 @@
-"""What an identification returns: parameters with their certainty, curves before and after, how it got there."""
+"""Result of an identification: parameters with their uncertainty, curves before and after, the search."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A search that does not end for the wrong reason: at a wall of parameters that cannot be solved, or in instability.
+"""A search that continues where parameters cannot be solved or the law is unstable, until it is at a minimum.
 
 Where a softening law is asked for more strain than it can bear, the rubber at the corners of the bond gives way first:
 at one Gauss point the tangent moduli lose their positive definiteness and the strain there doubles; soon after, the

@@ -1,4 +1,4 @@
-"""More than one start: a Latin hypercube, screened on a coarse mesh, or differential evolution there; then refined.
+"""Several starts: a Latin hypercube or differential evolution on a coarse mesh, then refined.
 
 Starts are spread around the scale that the recordings themselves give, not over bounds of nine decades. The work is
 shared among processes; the result does not depend on their number.
@@ -27,7 +27,7 @@ POPULATION, GENERATIONS = 6, 12
 
 
 def box(start: Array, lower: Array, upper: Array, shear: float) -> tuple[Array, Array]:
-    """Where starts are sought: a factor `SPREAD` about the start, and both signs where the bounds allow them.
+    """Return the box of starts: a factor `SPREAD` about the start, and both signs where the bounds allow them.
 
     `shear` (MPa) is the scale of a parameter whose start says little because it is near zero.
 
@@ -108,7 +108,7 @@ def screened(costs: Costs, count: int, low: Array, high: Array, seed: int) -> li
 
 
 def evolved(costs: Costs, low: Array, high: Array, seed: int) -> Array:
-    """Best point of differential evolution on the coarse mesh; a set that cannot be solved is never the better one.
+    """Return the best point of differential evolution on the coarse mesh; points that cannot be solved always lose.
 
     A generation is evaluated as a whole: so many processes may share it, and none of them changes it.
 

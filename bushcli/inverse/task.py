@@ -1,4 +1,4 @@
-"""An identification spelled out: what is fitted to what, and the problem made of it. Every worker makes its own."""
+"""Definition of an identification, and the least-squares problem made of it; every worker makes its own."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ STRETCHES = (0.6, 1.7)
 
 @dataclass(frozen=True)
 class Task:
-    """What is identified from what, and how.
+    """Definition of an identification: law, recordings and options.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class Task:
         return turning(self.effects, [(source.label, source.mode) for source in self.case.recordings])
 
     def is_fixed(self, name: str) -> bool:
-        """Whether a parameter keeps its start value: by its name or its effect's, or because it shapes the mesh."""
+        """Whether a parameter keeps its start value: by its or its effect's name, or because it changes the mesh."""
         meshed = {one.full_name(p) for one in self.effects for p in one.parameters if p.of_mesh}
         active = name.partition(".")[0]
         return bool({name, active, effect_name(active)} & set(self.fixed)) or name in meshed
@@ -239,7 +239,7 @@ class Task:
         return Problem(fitted, self.law, self.names, fixed, _stretches(fitted), journal, progress)
 
     def identity(self) -> dict[str, Any]:
-        """What a resumed run must have in common with the one that it goes on with."""
+        """Return the values that must be equal for a run to resume another one."""
         options = {
             key: getattr(self, key)
             for key in ("model", "source", "fixed", "bulk_modulus", "hold_out", "weighting", "method", "loss")
@@ -258,7 +258,7 @@ class Task:
 
 
 def _stretches(channels: list[Channel]) -> tuple[float, float]:
-    """Stretches between which the law has to be stable: those of the coupons, or those usual in a bushing."""
+    """Return the stretches between which the law has to be stable: of the coupons, or typical of a bushing."""
     low, high = STRETCHES
     for channel in channels:
         if channel.recording.mode in ("uniaxial", "equibiaxial", "planar"):

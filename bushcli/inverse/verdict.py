@@ -1,4 +1,4 @@
-"""What is doubtful about an identification: named conditions, each with what can be done about it."""
+"""Doubts about an identification: named conditions, each with its remedy."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PREDICTED = 10.0
 
 
 def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[Condition, ...]:
-    """All conditions of a fit, the gravest first.
+    """Return all conditions of a fit, the most serious first.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
         found.append(
             Condition(
                 "interrupted",
-                f"stopped after {fit.sweeps} evaluations; this is the best so far",
+                f"stopped after {fit.sweeps} evaluations; this is the best point so far",
                 "run it again with --resume",
             )
         )
@@ -59,7 +59,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
             Condition(
                 "beside_failure",
                 "the search ended beside parameters that cannot be solved: the misfit would fall further there; the "
-                "intervals are from profiles and end where solutions do",
+                "intervals are from profiles and end where the model can no longer be solved",
                 "a law with fewer parameters, --starts 8, or leave out the largest displacements",
             )
         )
@@ -107,7 +107,7 @@ def history_not_kept(reason: str) -> Condition:
     return Condition(
         "history_not_kept",
         f"the history for --resume could not be written: {reason}; the result is complete",
-        "free some space, or another -o, if the run is to be gone on with",
+        "free some space, or another -o, to be able to resume the run",
     )
 
 
@@ -116,7 +116,7 @@ def start_replaced(instead: Mapping[str, float]) -> Condition:
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())
     return Condition(
         "start_replaced",
-        "with the start values the law is unstable or could not be solved; the search began from the shape of "
+        "with the start values the law is unstable or could not be solved; the search began with the ratios of "
         f"{listed}",
         "nothing, if the fit is good; else other start values in [material.parameters], or --starts 8",
     )
@@ -152,7 +152,7 @@ def _poor(fit: Fit) -> list[Condition]:
     return [
         Condition(
             "poor_fit",
-            f"a minimum, but the curves are not met: rms {listed}",
+            f"the search found a minimum, but the curves are not reproduced: rms {listed}",
             "another law (--model all), other starts (--starts 8); if none helps, physics is missing from the model",
         )
     ]
@@ -172,8 +172,8 @@ def _above_noise(fit: Fit, task: Task) -> list[Condition]:
     return [
         Condition(
             "misfit_above_noise",
-            f"the curves are met closely, but not to their noise: rms {listed}. Something small is not in the model, "
-            "and the standard errors and intervals do not cover what it does to the parameters",
+            f"the curves are reproduced closely, but not to within their noise: rms {listed}. Something small is not "
+            "in the model, and the standard errors and intervals do not cover its influence on the parameters",
             "refine the mesh (bushcli direct --mesh-check), check dimensions and load cells (`leverage` says what an "
             "error of 1 % does), or try another law (--model all)",
         )
@@ -198,7 +198,7 @@ def _bounds(fit: Fit) -> list[Condition]:
         Condition(
             "at_bound",
             f"{name} = {estimate.value:g} lies on its bound ({estimate.lower:g} to {estimate.upper:g})",
-            "the law asks for a value that makes no sense: choose another law, or check units and dimensions",
+            "the fit drives it to a value without physical meaning: choose another law, or check the dimensions",
         )
         for name, estimate in fit.parameters.items()
         # No compliance at all is an answer: the curves see the rubber as incompressible.
@@ -260,7 +260,7 @@ def _undetermined(fit: Fit, task: Task) -> list[Condition]:
 
 
 def _delicate(fit: Fit, task: Task) -> list[Condition]:
-    """Parameters that a 1 % error of one channel's force would throw off."""
+    """Report parameters that an error of 1 % in the force of one channel would change by more than their error."""
     if task.source == "coupons":
         return []
     worst: dict[str, tuple[float, str]] = {}
@@ -279,8 +279,8 @@ def _delicate(fit: Fit, task: Task) -> list[Condition]:
     return [
         Condition(
             "delicate",
-            f"if the force of a channel were 1 % larger, it would change {listed}: more than the standard errors say, "
-            "which know of noise alone",
+            f"if the force of a channel were 1 % larger, it would change {listed}: more than the standard errors, "
+            "which account for noise alone",
             "trust the curves more than these parameters; calibrate the load cell, refine the mesh (bushcli direct "
             "--mesh-check), or record larger displacements",
         )
@@ -319,7 +319,7 @@ def _predictions(fit: Fit, task: Task) -> list[Condition]:
         Condition(
             "held_out_not_predicted",
             f"{name}, which was held out, cannot be simulated with the identified parameters",
-            "see whether the law is stable with them; another law, or fit this channel too",
+            "check whether the law is stable with them; use another law, or fit this channel too",
         )
         for name in task.hold_out
         if name not in solved
@@ -327,9 +327,9 @@ def _predictions(fit: Fit, task: Task) -> list[Condition]:
     return unsolved + [
         Condition(
             "held_out_not_predicted",
-            f"{curve.name}, which was held out, is predicted to {curve.rms_percent:.2g} % rms only "
+            f"{curve.name}, which was held out, is predicted only to {curve.rms_percent:.2g} % rms "
             f"(noise {curve.noise_percent:.2g} %)",
-            "fit it too, and see which channel then is no longer met: something differs between them",
+            "fit it too, and see which channel the law then no longer describes: something differs between them",
         )
         for curve in fit.curves
         if curve.held_out and curve.rms_percent > PREDICTED

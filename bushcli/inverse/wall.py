@@ -1,4 +1,4 @@
-"""Along a wall of parameters that cannot be solved, to the lowest misfit beside it.
+"""Search along the boundary of the parameters that can be solved, for the lowest misfit beside it.
 
 A wall has no derivative: all that is known of it are points on either side. Near the point where a search ended it is
 taken for a plane: the one that parts what was solved from what was not with the widest margin. A step lowers the
@@ -42,7 +42,7 @@ def along_the_wall(
     method: Literal["trf", "dogbox"],
     loss: Loss,
 ) -> Minimum:
-    """Go on from where a search ended beside failures; what remains is not called a minimum while the wall holds it.
+    """Continue a search that ended beside failures; its end counts as a minimum only away from the boundary.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def along_the_wall(
 
 
 def _steps(problem: Problem, x: Array, lower: Array, upper: Array) -> Array:
-    """The best point reached within the plane of the wall, turned by every failure."""
+    """Return the best point within the plane of the boundary, which every failure turns."""
     reach = np.inf
     for _ in range(TRIALS):
         value, slope = problem.residual(x), problem.jacobian(x)

@@ -86,12 +86,12 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
         repeated = int(np.count_nonzero(np.diff(stamps.values) == 0))
         what = (
             f"{label}: {repeated} of {len(even)} time stamps repeat the one before them, because they are written with "
-            f"too few digits; samples every {step:.6g} s explain them all, and are taken"
+            f"too few digits; equal intervals of {step:.6g} s agree with all of them and are used instead"
         )
         return Clock(even, np.ones_like(kept), (what,))
     mended, count = _single(time)
     if mended is not None:
-        what = f"{label}: {count} single time stamps out of line between samples at equal intervals are interpolated"
+        what = f"{label}: {count} single time stamps that break the equal intervals of the samples are interpolated"
         return Clock(mended, kept, (what,))
     raise _refused(table, stamps.index, stamps.values, ~kept)
 
@@ -191,19 +191,22 @@ def missing_time(source: Source, table: Table, displacement: Array) -> tuple[Arr
         When the speed does not determine the time: the displacement holds, or its noise counts as way.
     """
     if source.sample_rate is not None:
-        what = f"there is no time; it is that of {source.sample_rate:g} samples per second"
+        what = f"no column has the time; it is computed from {source.sample_rate:g} samples per second"
         return np.arange(len(displacement)) / source.sample_rate, what
     if source.rate is None:
         return None, ""
     steps = np.abs(np.diff(displacement))
     if (steps <= SMALLEST_STEP * float(np.ptp(displacement))).any():
         row = int(np.argmin(steps)) + 1
-        what = "rate: the displacement stands still, so that the speed does not tell the time"
+        what = "rate: the displacement does not move, so the time cannot be computed from the speed"
         raise RecordingError(Problem(table.place(row), what, "", "give sample_rate, samples per second"))
     ends = [0, *(branch.stop - 1 for branch in segment(displacement))]
     way = float(np.abs(np.diff(displacement[ends])).sum())
     if steps.sum() > (1.0 + _MOST_NOISE) * way:
-        what = f"rate: noise makes the way of the displacement {steps.sum() / way:.3g} times as long as its program"
+        what = f"rate: noise makes the travelled path {steps.sum() / way:.3g} times as long as its program"
         raise RecordingError(Problem(table.where, what, "", "give sample_rate, samples per second"))
     time = np.concatenate([[0.0], np.cumsum(steps)]) / source.rate
-    return time, "there is no time; it is that of the way at the rate that the case gives"
+    return (
+        time,
+        "no column has the time; it is computed from the travelled path and the rate that the case gives",
+    )

@@ -116,7 +116,7 @@ def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
         return best[0], (taken,) if unnamed else ()
     if best and identical(table, best, wanted):
         labels = " and ".join(table.label(i) for i in best)
-        return best[0], (f"{labels} are identical and taken as one",)
+        return best[0], (f"{labels} are identical; one of them is used",)
     if quantity == "time" and not best:
         if alike:
             _unit(table, wanted, alike[0])
@@ -124,7 +124,7 @@ def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
     key = f"columns = {{{quantity} = ...}} in the case file"
     if best:
         several = " and ".join(table.label(i) for i in best[:8])
-        what = f"{several} could both be the {quantity}"
+        what = f"{several} could each be the {quantity}"
         raise RecordingError(Problem(table.where, what, "", f"name one, or give its number: {key}"))
     other = _other_modes(table, wanted)
     if alike and not other:
@@ -245,7 +245,9 @@ def _doubtful(table: Table, quantity: Quantity, index: int, measured: str, word:
     if unit is not None and unit.measured == measured:
         return unit
     if minutes or len(word) <= _LONGEST_UNIT:
-        raise _refused(table, quantity, index, f'{table.label(index)}: "{word}" may be a unit or not')
+        raise _refused(
+            table, quantity, index, f'{table.label(index)}: it is not clear whether "{word}" is a unit'
+        )
     return None
 
 

@@ -46,7 +46,7 @@ def decoded(path: Path) -> str:
         raise RecordingError(Problem(str(path), "is a directory", expected="a CSV file")) from None
     except TooLarge as error:
         raise RecordingError(
-            Problem(str(path), str(error), "", "every tenth row will do for a fit")
+            Problem(str(path), str(error), "", "every tenth row is enough for a fit")
         ) from None
     except (OSError, ValueError) as error:
         raise RecordingError(Problem(str(path), f"cannot be read: {error}")) from None

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from bushcli.recording.units import NO_UNIT, plain_unit, usual_unit
+from bushcli.recording.units import NO_UNIT, plain_unit, tabulated_unit
 
 
 def _set(words: str) -> frozenset[str]:
@@ -127,7 +127,7 @@ def _is_remark(inside: str, rest: str, timed: bool) -> bool:
     if words == ["min"]:
         # (Min) beside (Max) is the smallest value; over a time it may be minutes, which `heading` leaves in doubt.
         return not timed or inside.strip() != "min"
-    if usual_unit(inside) is not None:
+    if tabulated_unit(inside) is not None:
         return False
     if len(words) == 1 and len(words[0]) == 1 and words[0].isalpha():
         # "Force (F)" gives the symbol; "Force (t)" may be in tonnes.
@@ -144,7 +144,7 @@ def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
     tokens = [token for token in re.split(r"[_\s,;|]+", text) if token]
     for count in (2, 1):
         unit = "".join(tokens[-count:])
-        found = usual_unit(unit) if len(tokens) > count else None
+        found = tabulated_unit(unit) if len(tokens) > count else None
         if found is None or (count == 2 and found.measured != "moment"):
             continue
         if unit.lower() == "min" and not (timed and unit == "min"):
@@ -156,7 +156,7 @@ def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
     if match and not _names_something(match[2]):
         return match[1], match[2]
     match = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
-    if match and usual_unit(match[2]) is not None and match[2].lower() != "min":
+    if match and tabulated_unit(match[2]) is not None and match[2].lower() != "min":
         return match[1], match[2]
     return text, ""
 
@@ -168,7 +168,7 @@ def _names_something(text: str) -> bool:
 
 def _inner_unit(word: str) -> bool:
     """Whether a word between others is surely a unit: the kN of ``force_kN_filtered``."""
-    return (len(word) > 1 or word == "N") and not _known_word(word) and usual_unit(word) is not None
+    return (len(word) > 1 or word == "N") and not _known_word(word) and tabulated_unit(word) is not None
 
 
 def _known_word(word: str) -> bool:
@@ -186,7 +186,7 @@ def _known_word(word: str) -> bool:
 
 def is_units_row(fields: Sequence[str]) -> bool:
     """Whether a line over a table holds units only, such as ``s;mm;N`` or ``[-] [MPa]``."""
-    known = [usual_unit(field) is not None for field in fields]
+    known = [tabulated_unit(field) is not None for field in fields]
     blank = [plain_unit(field) in NO_UNIT for field in fields]
     bracketed = [field.startswith(("[", "(")) or field.endswith(("]", ")")) for field in fields]
     # "t;F;s"? A row of units is all units; in brackets, unknown ones may be among them.
@@ -217,7 +217,7 @@ def match_quality(text: str, kind: str) -> int:
     """
     head = heading(text)
     for written in head.written:
-        unit = usual_unit(written)
+        unit = tabulated_unit(written)
         if unit is not None and unit.measured != _MEASURED.get(kind, kind):
             return 0
     return word_quality(head, kind)

@@ -25,7 +25,7 @@ from bushcli.recording.header import heading, named_columns
 from bushcli.recording.reader import Part, Reader, readers
 from bushcli.recording.table import ArrayTable, Table
 from bushcli.recording.text import table_of_fields
-from bushcli.recording.units import usual_unit
+from bushcli.recording.units import tabulated_unit
 
 #: Seconds of a processor and bytes of address space that a child may take; on a busy machine it waits longer for them.
 LONGEST, MOST_MEMORY = 60, 6_000_000_000
@@ -162,7 +162,9 @@ def _columns(part: Part, wanted: Collection[str | int], all_of_them: bool) -> li
 
 def _meant(name: str, unit: str) -> bool:
     head = heading(name)
-    return named_columns([name]) > 0 or any(usual_unit(text) is not None for text in (unit, *head.written))
+    return named_columns([name]) > 0 or any(
+        tabulated_unit(text) is not None for text in (unit, *head.written)
+    )
 
 
 def main(format_name: str, path: str, wanted: str) -> None:
@@ -215,4 +217,4 @@ def _bounded(parts: Sequence[Part]) -> None:
         raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
     longest = max((part.samples for part in parts), default=0)
     if longest > MOST_SAMPLES:
-        raise ValueError(f"has {longest} samples; at most {MOST_SAMPLES}: every tenth will do for a fit")
+        raise ValueError(f"has {longest} samples; at most {MOST_SAMPLES}: every tenth is enough for a fit")

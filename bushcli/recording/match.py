@@ -11,7 +11,7 @@ from bushcli.errors import RecordingError
 from bushcli.recording.header import Heading, heading, is_unnamed, says_measured, without, word_quality
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import Table
-from bushcli.recording.units import find_unit, plain_unit, usual_unit
+from bushcli.recording.units import find_unit, plain_unit, tabulated_unit
 from cases.mode import Mode
 
 #: Words that a name may hold where the case file asks for a true stress, a true strain.
@@ -83,7 +83,7 @@ def candidates(table: Table, wanted: Wanted) -> list[int]:
     rank = [_rank(table, i, heading(name), wanted) for i, name in enumerate(table.names)]
     if not any(table.names):
         # A row of units alone tells as much as it is unambiguous.
-        units = [usual_unit(unit) for unit in table.units]
+        units = [tabulated_unit(unit) for unit in table.units]
         rank = [int(unit is not None and unit.measured == wanted.measured) for unit in units]
     return [i for i, q in enumerate(rank) if q == max(rank) > 0]
 

@@ -1,4 +1,4 @@
-"""File -> the one table of it that a case means: format found by content, group or sheet chosen or found out."""
+"""Open the table of a file that a case refers to: format by content, group or sheet as given or by its columns."""
 
 from __future__ import annotations
 

@@ -220,7 +220,7 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
         where = str(getattr(recording, "source", None) or recording.mode)
         what = f"cycles: there is no cycle {absent[0]}"
         raise RecordingError(
-            Problem(where, what, "", f"the recording has {last}; an excursion from zero is one")
+            Problem(where, what, "", f"the recording has {last}; a cycle is an excursion from zero")
         )
     mask = np.zeros(len(recording.displacement), dtype=bool)
     for branch in found:

@@ -1,4 +1,4 @@
-"""The type of a reader: one file in `bushcli/recording/readers` per format, found and not registered.
+"""The type of a reader: one file in `bushcli/recording/readers` per format, found without registration.
 
 A reader of a binary format says which groups of columns a file holds, with names and units as they are written there;
 it converts nothing. What stands on somebody else's parser runs in a process of its own (`bushcli.recording.isolated`).

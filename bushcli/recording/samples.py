@@ -1,4 +1,4 @@
-"""Columns -> samples: the time repaired or made up, rows that only repeat others left out, each time said."""
+"""Columns -> samples: time stamps repaired or computed, repeated rows left out; each change is reported."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.clock import clock, missing_time
 from bushcli.recording.columns import Column
-from bushcli.recording.held import updates
+from bushcli.recording.repeated import updates
 from bushcli.recording.source import Source
 from bushcli.recording.table import Table
 
@@ -111,7 +111,7 @@ def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewes
         if kept is None or kept.sum() < fewest:
             continue
         text = (
-            f"{table.label(one.index)} is written anew every {len(kept) / kept.sum():.3g} rows only; the "
+            f"{table.label(one.index)} is updated only every {len(kept) / kept.sum():.3g} rows; the "
             f"{int((~kept).sum())} of {len(kept)} rows between, which repeat it, are left out"
         )
         time = None if samples.time is None else samples.time[kept]

@@ -1,4 +1,4 @@
-"""Coupons in machine units -> stretch - 1 and nominal stress; true stress and strain -> the same.
+"""Coupons: force and travel, or true stress and strain, -> stretch - 1 and nominal stress.
 
 Rubber keeps its volume in these tests: the deformed area is the undeformed one over the stretch, in the direction of
 the load, of uniaxial, equibiaxial and planar tests alike. Of a volumetric test that is not so.
@@ -46,10 +46,11 @@ def nominal(source: Source, mode: Mode, moved: Array, forced: Array) -> tuple[Ar
             what = (
                 f"reaches a logarithmic strain of {np.abs(strain).max():.3g}, beyond that of a stretch of 20"
             )
-            raise RecordingError(Problem(str(source.file), what, "", "is it in percent? units says so"))
+            raise RecordingError(Problem(str(source.file), what, "", "if it is in percent, say so by units"))
         strain = np.expm1(strain)
     if (strain <= -1.0).any():
-        what = f"the travel of {moved.min():.4g} mm presses a specimen of {specimen.gauge_length:g} mm to nothing"
+        length = f"{specimen.gauge_length:g} mm"
+        what = f"the travel of {moved.min():.4g} mm compresses a specimen of {length} to zero length"
         expected = "gauge_length in mm; the travel must start at 0"
         raise RecordingError(Problem(str(source.file), what, "", expected))
     if specimen.stress == "true":

@@ -237,7 +237,7 @@ class TextTable(Table):
             if not np.isfinite(values[i]):
                 raise self._refused(i, column, f"{written[:SHOWN]} is not a finite number")
             if abs(values[i]) > LARGEST:
-                raise self._refused(i, column, f"{written[:SHOWN]} is no measurement")
+                raise self._refused(i, column, f"{written[:SHOWN]} is not a measured value")
         code = sentinel(fields, values, accepted)
         if code is not None:
             raise self.refuse_code(code, column, values[code])

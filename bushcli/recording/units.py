@@ -124,7 +124,7 @@ def plain_unit(text: str) -> str:
     return bare.rstrip(".") if len(bare) > 1 else bare
 
 
-def usual_unit(text: str, measured: str = "") -> Unit | None:
+def tabulated_unit(text: str, measured: str = "") -> Unit | None:
     """Return a unit of the project's own table, without pint; None for any other text.
 
     Parameters
@@ -156,7 +156,7 @@ def find_unit(text: str, measured: str) -> Unit | None:
     measured : str
         A key of `bushcli.recording.source.UNITS`.
     """
-    usual = usual_unit(text, measured)
+    usual = tabulated_unit(text, measured)
     if usual is not None:
         return usual
     bare = plain_unit(text)

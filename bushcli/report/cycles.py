@@ -236,8 +236,8 @@ def _unexplained(history: History) -> Condition | None:
     held = f"; in a hold the recorded force relaxes by {percent(100 * relaxed)}" if relaxed else ""
     return Condition(
         "unexplained_hysteresis",
-        f"{history.name}: the recorded loops take {number(energy)} ± {number(std, 2)} {unit} ({share}), the simulated "
-        f"ones {number(simulated, 2) if simulated > std else '0'} {unit}{held}",
+        f"{history.name}: the recorded loops dissipate {number(energy)} ± {number(std, 2)} {unit} ({share}), the "
+        f"simulated ones {number(simulated, 2) if simulated > std else '0'} {unit}{held}",
         "add an effect that dissipates: viscoelasticity, friction or mullins (bushcli diagnose distinguishes them)",
     )
 

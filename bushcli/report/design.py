@@ -139,4 +139,4 @@ def _spreads(found: Design) -> list[Table]:
         share = "-" if math.isnan(spread.share) else f"{100 * spread.share:.1f} %"
         rows.append((*row, number(spread.worst, 3), number(spread.std, 3), share))
     heads = ("target", "", *keys, "worst case", "std", "within allowed")
-    return [Table("What tolerances do: change at the upper limit of each", heads, tuple(rows), left=2)]
+    return [Table("Effect of the tolerances: change at the upper limit of each", heads, tuple(rows), left=2)]

@@ -165,7 +165,7 @@ def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
         lines += ["After the most probable model:", *_sentences(list(sentences(found.remaining)))]
     note = (
         "A rectangle for each cycle and band of displacement: orange where the simulated force is too large, purple "
-        "where it is too small. The places in words stand beside the curves, with their numbers."
+        "where it is too small. The places are described beside the curves, under the same numbers."
     )
     return Section("Where in the record", pictures, lines=lines, note=note if found.location.mismatch else "")
 
@@ -190,7 +190,7 @@ def _search(found: Diagnosis) -> list[Section]:
 
 def _out(found: Diagnosis) -> str:
     left = any(one.faulty.any() for one in found.channels)
-    return " What is shaded from top to bottom is faulty and was left out." if left else ""
+    return " Samples shaded from top to bottom are faulty and were left out." if left else ""
 
 
 def _full(table: Table) -> list[Table]:

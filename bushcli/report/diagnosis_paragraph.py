@@ -60,7 +60,7 @@ def _opening(found: Diagnosis) -> str:
     many = "s" if sum(not channel.held_out for channel in found.channels) > 1 else ""
     origin = {
         "recordings": f"The {law} law alone, fitted to the {channels} recording{many}",
-        "coupons": f"The {law} law, fitted to the coupon tests and held against the {channels} recording{many}",
+        "coupons": f"The {law} law, fitted to the coupon tests and compared with the {channels} recording{many}",
     }[found.law_from]
     best = best_probability(found)
     match found.verdict:
@@ -72,14 +72,14 @@ def _opening(found: Diagnosis) -> str:
         case "law_too_poor":
             other = law_title(found.material.law)
             short = any(condition.name == "misfit_above_noise" for condition in found.conditions)
-            return f"{origin}, misses more than noise because the law is too poor: " + (
+            return f"{origin}, leaves a misfit larger than the noise because the law is too poor: " + (
                 f"{other} comes nearer without any further physics{best}, though not to the noise."
                 if short
                 else f"{other} describes the same rubber without any further physics{best}."
             )
         case "unexplained":
             sure = missing_lines(found)[:1] or [f"Nothing {catalogue(found)} explains it"]
-            return f"{origin}, misses more than noise. {sure[0]}."
+            return f"{origin}, leaves a misfit larger than the noise. {sure[0]}."
         case "faulty_data":
             return "A diagnosis is possible only after the data are corrected."
         case "missing_physics":
@@ -94,11 +94,11 @@ def _law(found: Diagnosis) -> str:
     """Return a sentence if the law, too, differs from that of the plain model."""
     if found.material.law != found.plain.law:
         replaced = f"the {law_title(found.material.law)} law in place of {law_title(found.plain.law)}"
-        return f"Beside it stands {replaced}: the fall of the misfit is that of both."
+        return f"The model also has {replaced}: both together reduce the misfit."
     if found.law_from == "coupons" and not found.law_fixed:
         return (
-            "Beside it the law is no longer that of the coupons, but identified from the recordings: the fall of the "
-            "misfit is that of both."
+            "The law, too, is no longer that of the coupons but identified from the recordings: both together reduce "
+            "the misfit."
         )
     return ""
 

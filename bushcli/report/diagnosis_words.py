@@ -247,7 +247,7 @@ def next_test_lines(found: Diagnosis) -> list[str]:
     test = found.next_test
     if test is None:
         return []
-    bits = f"{test.information:.2f} of the {test.possible:.2f} bit of information that are open"
+    bits = f"{test.information:.2f} of the {test.possible:.2f} bit of information that are still open"
     gain = f"It is expected to give {bits}, in about {max(test.minutes, 1.0):.0f} minutes"
     return [test.text, gain] if test.possible > 0 else [test.text]
 
@@ -265,7 +265,7 @@ def searched_lines(found: Diagnosis) -> list[str]:
         "interrupted": ": the search was interrupted",
     }[searched.ended]
     lines = [
-        f"{fitted}, others predicted; to fit these as well may move {chance(searched.left)} of the probability{why}"
+        f"{fitted}, others predicted; to fit these as well could shift {chance(searched.left)} of the probability{why}"
     ]
     if searched.lost:
         lines.append(f"Could not be solved from any start: {'; '.join(searched.lost)}")

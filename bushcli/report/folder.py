@@ -86,10 +86,10 @@ def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path
             what = "is an input of the case, and a result would replace it"
             findings.append(Problem(str(path), what, "", "another -o"))
         elif own is None:
-            what = "is there already, and not by an earlier run (the folder has no result.json of bushcli)"
+            what = "exists already and was not written by an earlier run (the folder has no result.json of bushcli)"
             findings.append(Problem(str(path), what, "", "another -o"))
         elif own and path.name not in own:
-            what = "is there already, and not by an earlier run (result.json does not list it)"
+            what = "exists already and was not written by an earlier run (result.json does not list it)"
             findings.append(Problem(str(path), what, "", "another -o"))
     if findings:
         raise InputError(*findings)

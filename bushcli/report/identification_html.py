@@ -45,8 +45,8 @@ def inverse_html(
     ]
     if len(fits) > 1:
         note = (
-            "BIC over the smallest: 6 or more is clearly worse. What was held out decides where there "
-            "is any: it was not seen by the identification."
+            "BIC above the smallest one: 6 or more is clearly worse. Where a channel was held out, its "
+            "prediction decides: the identification has not seen it."
         )
         sections.append(Section("Laws compared", kinds.get("ranking", []), [model_table(fits)], note))
     doubtful = [*kinds.get("certainty", []), *kinds.get("profiles", [])]

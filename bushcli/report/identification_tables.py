@@ -80,7 +80,7 @@ def curve_table(fit: Fit) -> Table:
         )
         for curve in fit.curves
     ]
-    heads = ("channel", "mode", "", "rms before", "rms after", "noise", "met to noise")
+    heads = ("channel", "mode", "", "rms before", "rms after", "noise", "within noise")
     return Table("Misfit in percent of the recorded force range", heads, tuple(rows), left=3)
 
 

@@ -1,4 +1,4 @@
-"""An identification in words: are the curves met, what are the parameters, what do the curves determine."""
+"""An identification in words: agreement with the curves, parameters, and what the curves determine."""
 
 from __future__ import annotations
 
@@ -49,17 +49,21 @@ def answer(fit: Fit) -> Answer:
     if not fitted:
         met, tone = "There is no fitted curve", "bad"
     elif not fit.converged:
-        met, tone = f"The search did not converge; the best so far meets the curves to {misfits} rms", "bad"
+        met, tone = (
+            f"The search did not converge; the best point so far reproduces the curves to {misfits} rms",
+            "bad",
+        )
     elif all(is_met(curve) for curve in fitted):
         noise = "its noise" if len(fitted) == 1 else "their noise"
-        met, tone = f"{them} met to {noise} ({misfits})", "good"
+        met, tone = f"{them} reproduced to within {noise} ({misfits})", "good"
     elif any(is_poor(curve) for curve in fitted):
         off = [f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted]
-        met, tone = f"{them} not met ({'; '.join(off)})", "bad"
+        met, tone = f"{them} not reproduced ({'; '.join(off)})", "bad"
     else:
         off = [f"{c.name} {percent(c.rms_percent)}, noise {percent(c.noise_percent)}" for c in fitted]
         met, tone = (
-            f"{them} met closely, not to {'its' if len(fitted) == 1 else 'their'} noise ({'; '.join(off)})",
+            f"{them} reproduced closely, not to within {'its' if len(fitted) == 1 else 'their'} noise "
+            f"({'; '.join(off)})",
             "plain",
         )
     if len(fit.parameters) > _IN_HEADLINE:

@@ -88,4 +88,4 @@ def _clause(clause: Clause) -> str:
 
 
 def _lack(lack: Lack) -> str:
-    return f"{lack.question} ({', '.join(lack.channels)}): {lack.why}. To tell it, {lack.remedy}."
+    return f"{lack.question} ({', '.join(lack.channels)}): {lack.why}. To answer it, {lack.remedy}."

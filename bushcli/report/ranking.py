@@ -1,4 +1,4 @@
-"""Which of several laws is best: by what it predicts, or else by an information criterion."""
+"""Ranking of laws: by their prediction of held-out channels, or else by an information criterion."""
 
 from __future__ import annotations
 

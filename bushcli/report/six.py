@@ -86,7 +86,7 @@ def _path_table(name: str, six: SixCurve) -> Table:
         forces = [_force(six.force[i, k], largest[k // 3]) for k in range(6)]
         moved = [_force(motion[i, k], float(np.abs(motion[:, k]).max())) for k in moving]
         rows.append((number(six.time[i]), *moved, *forces))
-    title = f"{name}: motions of the inner sleeve, and what holds it (moments about its centre)"
+    title = f"{name}: motions of the inner sleeve, and the reactions (moments about its centre)"
     return Table(title, tuple(heads), tuple(rows), left=0)
 
 

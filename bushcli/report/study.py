@@ -174,7 +174,7 @@ def _influences(found: Study) -> Table:
                 values = (influence.first, influence.first_error, influence.total, influence.total_error)
                 row += tuple("-" if math.isnan(value) else f"{value:.2f}" for value in values)
             rows.append(row)
-    return Table("What each key does alone", heads, tuple(rows), left=2)
+    return Table("Effect of each key alone", heads, tuple(rows), left=2)
 
 
 def _few(one: Failure) -> str:

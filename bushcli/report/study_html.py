@@ -13,7 +13,7 @@ from bushcli.study.study import Study
 
 _NOTES = {
     "Answers": "Quantiles are of the designs that have a result.",
-    "What each key does alone": "The last columns are the change of the answer from its mean when the key goes to its "
+    "Effect of each key alone": "The last columns are the change of the answer from its mean when the key goes to its "
     "5 % and to its 95 % quantile and the others stay, by linear regression on all keys. Sobol indices are shares of "
     "the variance, of the key alone and with all its interactions; ± is the half width of the 95 % interval.",
 }
@@ -35,7 +35,7 @@ def study_html(result: Mapping[str, Any], found: Study, pictures: Sequence[Pictu
     sections = [
         Section("What matters", kinds.get("tornado", [])),
         Section("Curves of all designs", kinds.get("band", [])),
-        Section("Answers against what is varied", kinds.get("scatter", [])),
+        Section("Answers against the varied keys", kinds.get("scatter", [])),
         Section("Spread of the answers", kinds.get("histogram", [])),
     ]
     sections += [

@@ -1,4 +1,4 @@
-"""Named conditions of a result: doubts about it, and their remedies."""
+"""Conditions of a result: named doubts about it, and their remedies."""
 
 from __future__ import annotations
 

@@ -155,7 +155,7 @@ def _compiler() -> Examination:
         return Examination({"C compiler": f"{command[0]}, works"}, ())
     problem = Condition(
         "no_compiler",
-        f"the C compiler, with which every form is compiled, does not work: {message}",
+        f"the C compiler, which every form needs, does not work: {message}",
         "apt-get install gcc libc6-dev python3-dev, or conda install c-compiler",
     )
     return Examination({"C compiler": "does not work"}, (problem,))
@@ -174,7 +174,7 @@ def _cache() -> Examination:
         problem = Condition(
             "damaged_kernels",
             f"{len(broken)} compiled forms are cut short, such as {names}",
-            "none needed: they are compiled anew when they are needed; see whether the disk is full",
+            "nothing: they are compiled again when needed; check whether the disk is full",
         )
         return Examination(facts, (problem,))
     if existing.is_dir() and os.access(existing, os.W_OK):

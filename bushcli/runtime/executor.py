@@ -37,7 +37,7 @@ class Died(RuntimeError):
 
 
 class Here(Executor):
-    """Works in this process, at once."""
+    """An executor that works in this process, at once."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Return a future that has its result already.

@@ -1,4 +1,4 @@
-"""Finite-element models that are used again for the next design: only what has changed is made anew.
+"""Finite-element models that are reused for the next design: only what has changed is built again.
 
 Other parameters of the law are numbers in the model. Other dimensions of a structured shape are other coordinates of
 its nodes (`geometry.morph`): neither Gmsh nor the set-up of elements, constraints and matrices runs again. Everything
@@ -41,7 +41,7 @@ class _Kept:
 
 
 class Bodies:
-    """As `cases.simulate.prepare`, with models that were made before.
+    """Prepare models like `cases.simulate.prepare`, and reuse earlier ones.
 
     A model that it returned is changed by the next call: march it before.
 
@@ -117,7 +117,7 @@ class Bodies:
 
 
 class _Whole:
-    """A shape that is not structured: only itself will do."""
+    """A shape that is not structured and cannot be morphed."""
 
     def __init__(self, shape: Shape) -> None:
         self._text = f"{type(shape).name} {shape.model_dump_json()}"

@@ -1,4 +1,4 @@
-"""What is simulated for a load case or a recording: a program to follow, or a range to cover."""
+"""Channels to simulate: a load case or a recording, as a program to follow or a range to cover."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ RECORDING_STEPS = 16
 
 @dataclass(frozen=True)
 class Channel:
-    """What is to be simulated: a program to follow, or the range of a recording to cover.
+    """A channel to simulate: a program to follow, or the range of a recording to cover.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Free play against the travel of a channel."""
+"""Check of free play against the travel of a channel."""
 
 from __future__ import annotations
 

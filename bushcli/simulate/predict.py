@@ -128,7 +128,7 @@ def rubber_of(material: Material) -> Rubber:
 
 @dataclass(frozen=True)
 class _Run:
-    """What all channels of a prediction share."""
+    """Common data of all channels of a prediction."""
 
     case: Case
     rubber: Rubber

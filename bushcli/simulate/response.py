@@ -1,4 +1,4 @@
-"""The curves that a prediction gives, and what is doubtful about them."""
+"""Result of a prediction: its curves, and the doubts about them."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def conditions(channel: Simulated) -> list[Condition]:
                 "not_converged",
                 f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
                 f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
-                "ask for a smaller displacement, other steps (larger ones leap over a fold of the free ends) or a "
+                "ask for a smaller displacement, other steps (larger ones step over a fold of the free ends) or a "
                 "coarser mesh; beyond some 60 % of the rubber's thickness radial loads fold the free ends",
             )
         )

@@ -1,4 +1,4 @@
-"""Paths of six motions: their steps, their march, and what comes of it."""
+"""Paths of six motions: their steps, their march, and the results."""
 
 from __future__ import annotations
 

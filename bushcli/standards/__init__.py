@@ -1,4 +1,4 @@
-"""What a test was, beside what standards ask for and what each question to a recording needs.
+"""Protocol of a test, compared with standards and with what each question to a recording needs.
 
 `observed` says what is in a recording: cycles, rates, holds, rest. `library` has one file per standard; a case names
 the one that a recording claims to follow. `questions` says which effects the recordings of a case cannot tell, and why.

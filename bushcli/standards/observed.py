@@ -1,4 +1,4 @@
-"""What is in a recording: cycles and their amplitudes, rates, holds, whether it begins at rest."""
+"""Contents of a recording: cycles and their amplitudes, rates, holds, whether it begins at rest."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _RAMP = 0.2
 
 @dataclass(frozen=True)
 class Observed:
-    """What is in a recording.
+    """Contents of a recording.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The protocol of a case's tests: what they are, what their standards ask for, what they leave open."""
+"""The protocol of a case's tests: their contents, the requirements of standards, and open questions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bushcli.standards.standard import Clause, clauses
 
 @dataclass(frozen=True)
 class Protocol:
-    """What the tests of a case are.
+    """Protocol of the tests of a case.
 
     Attributes
     ----------

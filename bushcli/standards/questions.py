@@ -1,4 +1,4 @@
-"""What the recordings of a case cannot tell, for which question, and the test that would.
+"""Questions that the recordings of a case cannot answer, and the tests that would.
 
 Each line follows from the effects' formulas (docs/effects.md): viscosity changes the loop with the rate and relaxes in
 a hold, friction does neither; Mullins softening shows where a first loading is beside a second one to the same travel.
@@ -79,7 +79,7 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
     """Yield what the number and sizes of the cycles leave open."""
     flat = tuple(one.channel for one in seen if not one.unloads)
     if flat:
-        why, remedy = "the load is never taken back", "record the way back as well"
+        why, remedy = "the specimen is never unloaded", "record the unloading as well"
         yield Lack(flat, "damping, set and softening", why, remedy)
     single = tuple(one.channel for one in seen if one.unloads and one.alike < 2 and not _grows(one))
     if single:

@@ -1,4 +1,4 @@
-"""The type of a standard: what it asks of a test, as far as a recording shows it."""
+"""The type of a standard: its requirements, as far as a recording can show them."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Many designs: what is varied, how it is sampled, what is asked of each design, and what the answers say together."""
+"""Studies of many designs: variables, sampling, answers of each design, and their statistics."""

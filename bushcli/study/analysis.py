@@ -1,4 +1,4 @@
-"""What the designs say together: spread, worst cases, correlations, Sobol indices, and the share within limits.
+"""Statistics of the designs: spread, worst cases, correlations, Sobol indices, and the share within limits.
 
 References
 ----------
@@ -39,7 +39,7 @@ class Extreme:
 
 @dataclass(frozen=True)
 class Influence:
-    """What one key does to one answer.
+    """Influence of one key on one answer.
 
     Attributes
     ----------

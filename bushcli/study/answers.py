@@ -1,4 +1,4 @@
-"""What is asked of each design: stiffnesses and forces of its curves, and any number of its result."""
+"""Answers of each design: stiffnesses and forces of its curves, and any number of its result."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def default_answers(case: Case) -> tuple[Answer, ...]:
 
 
 def answer(case: Case, text: str) -> Answer:
-    """Return what ``[NAME=]SPEC`` asks for.
+    """Return the answer that ``[NAME=]SPEC`` defines.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ class Dimension:
 
 @dataclass(frozen=True)
 class Spread:
-    """What tolerances do to a target; in the unit that is shown.
+    """Effect of tolerances on a target, in the displayed unit.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Spread:
 
 @dataclass(frozen=True)
 class Reached:
-    """A target and what the design has instead; shown values, derivatives by key per its unit."""
+    """A target and the value that the design reaches, in displayed units, with derivatives by key per its unit."""
 
     target: Target
     value: float

@@ -52,7 +52,7 @@ def hardened(material: Material, nominal: float, shore_a: float) -> Material:
     for value in (nominal, shore_a):
         if not LOWEST <= value <= HIGHEST:
             raise ValueError(
-                f"hardness {value:g} Shore A is outside {LOWEST:g} to {HIGHEST:g}, where Gent's relation serves"
+                f"hardness {value:g} Shore A is outside {LOWEST:g} to {HIGHEST:g}, where Gent's relation holds"
             )
     factor = youngs_modulus(shore_a) / youngs_modulus(nominal)
     units = {parameter.name: parameter.unit for parameter in laws()[material.law].parameters}

@@ -1,4 +1,4 @@
-"""Which designs a study has: a grid, a list, or a sample of the distributions.
+"""Designs of a study: a grid, a list, or a sample of the distributions.
 
 References
 ----------

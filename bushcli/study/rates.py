@@ -176,15 +176,15 @@ def _moved(
 ) -> dict[str, float]:
     """Return the force's derivatives by dimensions at the present equilibrium, as far as the mesh can be moved."""
     v = solver.tangent_rate(factorised=True)
-    b = model.create_vector()
+    b = model.system.create_vector()
     found = {}
     for key, (low, high, distance) in shapes.items():
         works = []
         for other in (high, low):
             if not _bodies.relocated(model, other, case.mesh.refinement):
                 break
-            model.assemble_residual(b)
-            works.append(float(b.array_r @ v[: model.owned]))
+            model.system.residual(b)
+            works.append(float(b.array_r @ v[: model.system.owned]))
         if len(works) == 2:
             found[key] = model.multiplicity * (works[0] - works[1]) / distance
     _bodies.relocated(model, case.geometry, case.mesh.refinement)

@@ -204,7 +204,7 @@ class Rows:
         known = before if isinstance(before, dict) else {}
         names = sorted(name for name in now.keys() | known.keys() if now.get(name) != known.get(name))
         what = f"holds another study: {', '.join(names) or 'its definition'} differ"
-        wanted = "the options of that run, or without --resume to begin anew"
+        wanted = "the options of that run, or no --resume, which starts again"
         raise InputError(Problem(str(self.folder), what, "", wanted))
 
     def _empty(self) -> None:

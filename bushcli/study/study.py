@@ -160,7 +160,7 @@ def study(
     limits = limits or {}
     known = [one.name for one in task.answers]
     for name in (name for name in limits if name not in known):
-        what = "is not asked for"
+        what = "is not an answer of this study"
         raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
     first = checked(task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}

@@ -75,7 +75,7 @@ def target(text: str) -> Target:
     if kind not in KINDS:
         raise InputError(Problem(where, f"{kind} is no rate", nearest(kind, KINDS), ", ".join(KINDS)))
     if (kind == "initial") == bool(at):
-        what = "has a travel, which an initial stiffness has not" if at else f"{kind} needs a travel"
+        what = "has a travel, but an initial stiffness has none" if at else f"{kind} needs a travel"
         raise InputError(Problem(where, what, "", EXAMPLES))
     found = toleranced(wanted)
     try:

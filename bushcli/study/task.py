@@ -45,7 +45,7 @@ _alone = threading.Lock()
 
 @dataclass(frozen=True)
 class Task:
-    """What is done with each design; can be pickled.
+    """The work on each design; can be pickled.
 
     Attributes
     ----------

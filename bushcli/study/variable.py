@@ -1,4 +1,4 @@
-"""What is varied: a key of the case with its values, or with the distribution that they come from."""
+"""Variables of a study: keys of the case with values or with a distribution."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def variable(text: str) -> Variable:
         return found
     values = tuple(value_of(part) for part in _split(spec))
     if any(isinstance(value, float) and not math.isfinite(value) for value in values):
-        raise _wrong(text, "has a value that is no number to compute with", EXAMPLES)
+        raise _wrong(text, "has a value that is not a usable number", EXAMPLES)
     return of_values(key, spec, values)
 
 
@@ -187,7 +187,7 @@ def _called(key: str, spec: str, text: str) -> Variable | None:
     made = make(key, spec, *numbers)
     if made is None:
         raise _wrong(
-            text, f"{name} has arguments that make no distribution", f"{name}({', '.join(arguments)})"
+            text, f"{name} has arguments that do not define a distribution", f"{name}({', '.join(arguments)})"
         )
     return made
 

@@ -1,4 +1,4 @@
-"""All surfaces of a model that can meet, and where they are at a state."""
+"""All surfaces of a model that can come into contact, and their positions at a state."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Bodies:
-    """Facets of the mesh, which press and are pressed, followed by rigid ones, which are only pressed.
+    """Facets of the mesh, which are tested for contact on both sides, followed by rigid ones, which are obstacles only.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Bodies:
 
     @classmethod
     def of(cls, free: Patch, strips: Sequence[Strip], axisymmetric: bool) -> Bodies:
-        """Of the free surface, and sleeves beyond the bonds.
+        """Collect the facets of the free surface and of the sleeves beyond the bonds.
 
         Parameters
         ----------
@@ -83,12 +83,12 @@ class Bodies:
         )
 
     def without(self, facets: Ints) -> Bodies:
-        """These without some of the rigid facets."""
+        """Return the bodies without some of the rigid facets."""
         keep = np.setdiff1d(np.arange(len(self.facets)), facets)
         return replace(self, facets=self.facets[keep], sign=self.sign[keep])
 
     def displacements(self, unknowns: Array) -> Array:
-        """Of the nodes, shape (nodes, d)."""
+        """Return the displacements of the nodes, shape (nodes, d)."""
         return np.asarray(self.follow @ unknowns[self.dofs])
 
     def gathered(self, nodes: Ints, values: Array) -> Array:

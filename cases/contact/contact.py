@@ -30,16 +30,16 @@ BEYOND = 0.75
 
 @dataclass(frozen=True)
 class Surroundings:
-    """Where the stress-free body is, at the nodes that all others follow."""
+    """Position of the stress-free body at the nodes on which all others depend."""
 
     parts: Sequence[tuple[MovedPoints, Ints]]
 
     def displacement(self) -> Array:
-        """From the mesh, with the present parameters, shape (k, d)."""
+        """Return the displacement from the mesh with the present parameters, shape (k, d)."""
         return np.concatenate([points.now().displacement[w[:, 0], w[:, 1]] for points, w in self.parts])
 
     def rate(self, name: str) -> Array | None:
-        """Its derivative by a parameter, at the last displacement; None for zero."""
+        """Return the derivative of `displacement` by a parameter, at its last value; None for zero."""
         found = [(points.rate(name), w) for points, w in self.parts]
         if found[0][0] is None:
             return None
@@ -90,7 +90,7 @@ class Contact:
     # -- at a state ----------------------------------------------------------------------------------------------
 
     def look(self, state: Array) -> None:
-        """Go to a state, this rank's unknowns."""
+        """Find what is in contact at a state, given by this rank's unknowns."""
         if self._state is not None and np.array_equal(state, self._state):
             return
         self._state, self._blocks = state.copy(), None
@@ -106,12 +106,12 @@ class Contact:
 
     @property
     def penetration(self) -> float:
-        """Deepest penetration at the state of `look`, in sizes of the facets; points that went far are seen too."""
+        """Deepest penetration at the state of `look`, relative to the size of the facets, however deep."""
         found = self._search.inside(self._x, BEYOND)
         return float(np.max(found.depth / self.bodies.size[found.facet], initial=0.0))
 
     def energy(self) -> float:
-        """N mm."""
+        """Return the energy, N mm."""
         return self.shear_modulus * self.pressed.energy()
 
     def add_forces(self, forces: Array) -> None:
@@ -120,7 +120,7 @@ class Contact:
             self._add(self.shear_modulus * self.pressed.forces(), forces)
 
     def add_action(self, direction: Array, forces: Array) -> None:
-        """Add the second derivative applied to a direction.
+        """Add the product of the second derivative and a direction.
 
         Parameters
         ----------
@@ -164,7 +164,7 @@ class Contact:
         return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
 
     def fitted(self, pattern: Pattern, matrix: Any) -> Pattern:
-        """The pattern with room for what is in contact at the state of `look`; the matrix gets it too.
+        """Return a pattern with entries for the contact at the state of `look`, and give the matrix that pattern.
 
         Parameters
         ----------

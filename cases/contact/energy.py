@@ -68,7 +68,7 @@ class Pressed:
 
     @classmethod
     def of(cls, bodies: Bodies, found: Inside, x: Array) -> Pressed:
-        """Of points that are inside of other facets, with the nodes at x (nodes, d).
+        """Prepare points that penetrate other facets, with the nodes at x (nodes, d).
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class Pressed:
         )
 
     def energy(self) -> float:
-        """Per shear modulus, mm^3."""
+        """Return the energy per shear modulus, mm^3."""
         bent, beyond = self._parts()
         stored = bent**3 / 3.0 + bent**2 * beyond + bent * beyond**2
         return float(np.sum(self.scale * stored))
@@ -110,12 +110,12 @@ class Pressed:
         return self.scale * pressure / self.found.depth, 2.0 * self.scale * bent
 
     def forces(self) -> Array:
-        """By the places of `nodes`, per shear modulus, shape (p, 2 n, d)."""
+        """Return the derivative by the positions of `nodes`, per shear modulus, shape (p, 2 n, d)."""
         share, _ = self._slopes()
         return np.asarray(np.einsum("p,pn,pd->pnd", share, self.A, self.found.r))
 
     def stiffness(self) -> Array:
-        """By the places of `nodes`, per shear modulus, shape (p, 2 n d, 2 n d)."""
+        """Return the second derivative by the positions of `nodes`, per shear modulus, shape (p, 2 n d, 2 n d)."""
         r, depth = self.found.r, self.found.depth
         p, n, d = *self.A.shape, r.shape[1]
         K = -self._of_place()

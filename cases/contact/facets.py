@@ -51,7 +51,7 @@ class Basis:
 
     @classmethod
     def of(cls, kind: str, order: int) -> Basis:
-        """Of a kind of facet, with equidistant nodes.
+        """Return the basis of a kind of facet, with equidistant nodes.
 
         Parameters
         ----------

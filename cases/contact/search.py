@@ -1,4 +1,4 @@
-"""Which points of the surfaces are inside of what other facets, and where on these they are nearest.
+"""Search for points that penetrate other facets, and for the nearest points on these facets.
 
 Facets that come near to each other are listed with room to spare, and listed again once a node has moved half of it.
 Of those, few are left by tests of whole facets, and the nearest points of these few are computed anew at every state:
@@ -41,7 +41,7 @@ TIE = 1e-6
 
 @dataclass(frozen=True)
 class Inside:
-    """Points that are inside of other facets.
+    """Points that penetrate other facets.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Inside:
 
 
 class Search:
-    """Finds points that are inside of other facets.
+    """Finds points that penetrate other facets.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class Search:
         self._room = SKIN * float(np.median(bodies.size[: bodies.soft])) if bodies.soft else 0.0
 
     def inside(self, x: Array, reach: float = REACH) -> Inside:
-        """Points that are inside of other facets, with the nodes at x (nodes, d), no deeper than ``reach``.
+        """Return the points that penetrate other facets by at most ``reach``, with the nodes at x (nodes, d).
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class Search:
         )
 
     def near(self, x: Array) -> Ints:
-        """Pairs of a soft facet and another that face each other and are nearer than a facet's size."""
+        """Return the pairs of a soft facet and another that face each other at less than a facet's size."""
         self._list(x)
         centre, _ = self._spheres(x)
         s, m, normal = self._facing(x)

@@ -1,4 +1,4 @@
-"""Rigid sleeves beyond the bond: each goes on from the bond's edges along its tangent.
+"""Rigid sleeves beyond the bond: each continues from the edges of the bond along its tangent.
 
 A sleeve that is not meshed is known by its bond alone. Rubber that bulges over the bond's edge would else go where the
 metal is. The continuation moves as the bond does: its nodes are affine combinations of four of the bond's, which is
@@ -58,7 +58,7 @@ class Strip:
 def strip(
     mesh: NamedMesh, space: Any, bonded: Ints, free: Patch, components: tuple[int, ...]
 ) -> Strip | None:
-    """Return how a bond goes on beyond its edges; None where it has none.
+    """Return the continuation of a bond beyond its edges; None if the bond has no edges.
 
     Parameters
     ----------

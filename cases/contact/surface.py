@@ -1,4 +1,4 @@
-"""Surfaces of a bushing that can meet: facets of the mesh, and rigid ones that continue the sleeves.
+"""Surfaces of a bushing that can come into contact: facets of the mesh, and rigid ones that continue the sleeves.
 
 References
 ----------
@@ -84,7 +84,7 @@ def tagged(mesh: NamedMesh, names: Iterable[str]) -> Ints:
 
 
 def on_rubber(mesh: NamedMesh, facets: Ints) -> Ints:
-    """Those of some facets that belong to rubber.
+    """Return those of some facets that belong to rubber.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ def rate(x: Array, q: float) -> Array:
 
 MODE = Mode(
     name="axial",
-    summary="inner sleeve along the axis",
+    summary="inner sleeve moves along the axis",
     specimen="bushing",
     rotational=False,
     section=Setting("axisymmetric", motion, rate),

@@ -36,7 +36,7 @@ def rate(x: Array, q: float) -> Array:
 
 MODE = Mode(
     name="conical",
-    summary="inner sleeve tilted about an axis normal to its own",
+    summary="inner sleeve tilts about an axis normal to its own",
     specimen="bushing",
     rotational=True,
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y"})),

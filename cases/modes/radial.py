@@ -36,7 +36,7 @@ def rate(x: Array, q: float) -> Array:
 
 MODE = Mode(
     name="radial",
-    summary="inner sleeve normal to the axis",
+    summary="inner sleeve moves normal to the axis",
     specimen="bushing",
     rotational=False,
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y", "z"})),

@@ -64,7 +64,7 @@ def twist_rate(x: Array, q: float) -> Array:
 
 MODE = Mode(
     name="torsional",
-    summary="inner sleeve turned about the axis",
+    summary="inner sleeve turns about the axis",
     specimen="bushing",
     rotational=True,
     section=Setting("axisymmetric_twist", twist, twist_rate, mirrors=frozenset({"z"})),

@@ -2,4 +2,4 @@
 
 from cases.coupon import coupon_mode
 
-MODE = coupon_mode("volumetric", "all directions stretched alike", "xyz", needs_compressibility=True)
+MODE = coupon_mode("volumetric", "all directions stretched equally", "xyz", needs_compressibility=True)

@@ -1,4 +1,4 @@
-"""The axis of a part: that about which most of its curved area is a surface of revolution.
+"""The axis of a part: the line about which most of its curved area is a surface of revolution.
 
 The normals of a surface of revolution all meet its axis: in Pluecker coordinates this is one linear equation for each
 point, whose solutions are the axis (and more of them for cylinders, spheres and planes).
@@ -33,7 +33,7 @@ class Axis:
 
 
 def find_axis(faces: Sequence[Sampled], size: float, centre: Array) -> Axis | None:
-    """The axis that most curved area has; None where no face is a surface of revolution about a single line.
+    """Return the axis shared by most of the curved area; None if no face is a surface of revolution about one line.
 
     Spheres alone have none: they take that of a plane face through the centre of gravity (mm).
 
@@ -62,7 +62,7 @@ def find_axis(faces: Sequence[Sampled], size: float, centre: Array) -> Axis | No
 
 
 def axis_of(face: Sampled, size: float) -> Axis | None:
-    """The line about which a face is a surface of revolution, if it is one and not a plane or a sphere.
+    """Return the line about which a face is a surface of revolution; None for planes, spheres and all other faces.
 
     Parameters
     ----------

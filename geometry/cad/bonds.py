@@ -1,4 +1,4 @@
-"""Which faces are bonded to what: by the solids beside them, by rules, by names or colours, or found."""
+"""Bonded faces: known from adjacent solids, rules, names or colours, or found by their position."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LARGE = 0.5
 
 @dataclass(frozen=True)
 class Bonds:
-    """Name of every face on the outside of what is meshed, and in words how the bonds were found."""
+    """Name of every outer face of the meshed body, and in words how the bonds were found."""
 
     labels: dict[int, str]
     how: dict[str, str]
@@ -101,7 +101,7 @@ def _owner(face: int) -> int:
 
 
 def _coloured(bond: str, part: Part, faces: Sequence[Sampled], axis: Axis) -> list[int]:
-    """Of two colours on the faces, that which is nearer to the axis or farther from it."""
+    """Return, of two colours on the faces, the one nearer to the axis or farther from it."""
     groups: dict[tuple[int, int, int], list[Sampled]] = {}
     for face in faces:
         if face.tag in part.colours:
@@ -117,7 +117,7 @@ def _radius(face: Sampled, axis: Axis) -> float:
 
 
 def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> list[int]:
-    """Coaxial faces that look toward the axis and are nearest to it, or away from it and farthest."""
+    """Return the coaxial faces that face the axis and are nearest to it, or face away and are farthest."""
     toward = -1.0 if bond == "inner" else 1.0
     radii: dict[int, float] = {}
     for face in faces:

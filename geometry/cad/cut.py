@@ -1,4 +1,4 @@
-"""The part of a solid that all planes of symmetry leave, with the names of its faces."""
+"""The part of a solid that remains after cutting at all planes of symmetry, with the names of its faces."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Faces = dict[str, dict[int, int]]
 
 
 def cut(found: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
-    """Leave of the open part what is meshed and lies at positive coordinates.
+    """Keep only what is meshed and lies at positive coordinates of the open part.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def _inner_points(face: int) -> Array:
 
 
 def _origin(points: Array, originals: Mapping[int, int], boxes: Mapping[int, Array]) -> int:
-    """The face of the whole part on which all these points lie."""
+    """Return the face of the whole part on which all these points lie."""
     occ = model().occ
     spots = [occ.addPoint(*p) for p in points]
     margin = 1e-3 * max(float(np.ptp(box.reshape(2, 3), axis=0).max()) for box in boxes.values())

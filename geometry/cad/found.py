@@ -1,4 +1,4 @@
-"""What a CAD file is: which solids are what, the axis, the bonds, the planes of symmetry, the measures."""
+"""Interpretation of a CAD file: roles of the solids, axis, bonds, planes of symmetry, measures."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LOPSIDED = 1e-3
 
 
 class Wanted(NamedTuple):
-    """What the case says about a CAD file."""
+    """Statements of the case about a CAD file."""
 
     path: Path
     changed: float
@@ -90,14 +90,14 @@ class FoundPart:
 
     @property
     def regions(self) -> tuple[str, ...]:
-        """What is meshed: the rubber, then elastic plates and sleeves."""
+        """Meshed regions: the rubber, then elastic plates and sleeves."""
         metal = dict.fromkeys(self.roles[tag] for tag in self.meshed if self.roles[tag] != RUBBER)
         return (RUBBER, *metal)
 
 
 @lru_cache(maxsize=16)
 def find_part(wanted: Wanted) -> FoundPart:
-    """Open and understand a CAD file once.
+    """Open and interpret a CAD file; each file only once.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def _described(
 
 
 def _extent(tags: Sequence[int], axis: Axis, scale: float, along: Array) -> tuple[float, float]:
-    """Where a bond begins and ends along the axis: at its vertices and edges, which samples do not reach."""
+    """Return where a bond begins and ends along the axis, from its vertices and edges, which samples do not include."""
     ends = [along.min(), along.max()]
     for _, curve in model().getBoundary([(2, tag) for tag in tags], combined=False, oriented=False):
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, curve))

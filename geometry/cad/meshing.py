@@ -55,7 +55,7 @@ def generate(
 
 
 def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refinement) -> RawMesh:
-    """Mesh the part that all planes of symmetry leave.
+    """Mesh the part that remains after cutting at all planes of symmetry.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refin
 
 
 def _flat(raw: RawMesh, points: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
-    """Put the nodes of mirror planes into their planes exactly."""
+    """Move the nodes of mirror planes exactly into their planes."""
     for component, plane in enumerate("xyz"):
         if f"mirror_{plane}" in raw.facets:
             points[raw.facets[f"mirror_{plane}"].ravel(), component] = 0.0

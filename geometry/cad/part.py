@@ -63,7 +63,7 @@ def open_part(path: Path, unit: Unit | None) -> Part:
         It cannot be read, or holds no solid.
     """
     if path.suffix.lower() in STEP and b"ISO-10303-21" not in path.read_bytes()[:1000]:
-        raise GeometryError(str(path), "is no STEP file: it does not begin with ISO-10303-21")
+        raise GeometryError(str(path), "is not a STEP file: it does not begin with ISO-10303-21")
     text = read_step(path) if path.suffix.lower() in STEP else StepText(None, (), ())
     _read(path)
     solids = [int(tag) for _, tag in model().getEntities(3)]
@@ -100,7 +100,9 @@ def _read(path: Path) -> None:
 def _no_solid(path: Path) -> GeometryError:
     faces = model().getEntities(2)
     if not faces:
-        return GeometryError(str(path), "holds no solid and no faces", "a STEP or BREP file with the rubber")
+        return GeometryError(
+            str(path), "contains neither solids nor faces", "a STEP or BREP file with the rubber"
+        )
     open_edges = [tag for _, tag in model().getEntities(1) if len(model().getAdjacencies(1, tag)[0]) == 1]
     where = ""
     if open_edges:
@@ -108,7 +110,7 @@ def _no_solid(path: Path) -> GeometryError:
         where = f"; {len(open_edges)} edges belong to one face only, one near {_place(x, y, z)}"
     return GeometryError(
         str(path),
-        f"holds {len(faces)} faces but no closed solid: it leaks{where}",
+        f"contains {len(faces)} faces but no closed solid: its surface is open{where}",
         "a closed solid of the rubber",
         view_of({int(tag): "not closed" for _, tag in faces}),
     )
@@ -124,12 +126,14 @@ def _size(path: Path, scale: float) -> float:
     if not SMALLEST <= size <= LARGEST:
         raise GeometryError(
             str(path),
-            f"is {size:.4g} mm large, which no bushing is",
-            'unit = "mm", "cm", "m" or "inch", if the numbers in the file are in another unit than it says',
+            f"is {size:.4g} mm in size, which is not that of a bushing",
+            'unit = "mm", "cm", "m" or "inch", if the numbers in the file are not in the unit that it states',
         )
     for _, tag in model().getEntities(3):
         if model().occ.getMass(3, tag) <= 0:
-            raise GeometryError(str(path), "has a solid without volume", "a solid whose faces look outward")
+            raise GeometryError(
+                str(path), "has a solid without volume", "a solid whose face normals point outward"
+            )
     return size
 
 

@@ -1,4 +1,4 @@
-"""A mesh as it is, from a .msh file of Gmsh or an Abaqus .inp: its groups are the names of regions and boundaries."""
+"""A finished mesh, from a .msh file of Gmsh or an Abaqus .inp: its groups are the names of regions and boundaries."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
         direction = rows[-1] * np.sign(rows[-1][np.argmax(np.abs(rows[-1]))])
         if spread[-1] > UPRIGHT * spread[0]:
             raise GeometryError(
-                where, "the inner bond is no cylinder: the axis cannot be found", "geometry.axis"
+                where, "the inner bond is not a cylinder: the axis cannot be found", "geometry.axis"
             )
         if np.abs(direction).max() > 1 - ALONG:
             direction = np.rint(direction)

@@ -1,4 +1,4 @@
-"""What each solid of a CAD file is: rubber, a sleeve, a plate."""
+"""Role of each solid of a CAD file: rubber, a sleeve, a plate."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def roles_of(solids: Mapping[int, str], given: Mapping[str, str], where: str) ->
     if RUBBER not in roles.values():
         raise GeometryError(
             where,
-            f"holds {len(solids)} solid{'s' * (len(solids) > 1)}, and no name tells which one is the rubber",
+            f"holds {len(solids)} solid{'s' * (len(solids) > 1)}, and no name says which one is the rubber",
             f'geometry.solids = {{"1" = "rubber", ...}} of {_listed(solids)}',
             _numbered(solids),
         )

@@ -1,4 +1,4 @@
-"""Points and normals on faces of the open session: what axis, bonds and symmetry are found by."""
+"""Points and normals on faces of the open session, from which axis, bonds and symmetry are determined."""
 
 from __future__ import annotations
 

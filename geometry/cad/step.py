@@ -1,4 +1,4 @@
-"""What Gmsh does not hand on of a STEP file: its unit of length, and the names of solids and faces.
+"""Contents of a STEP file that Gmsh does not pass on: its unit of length, and the names of solids and faces.
 
 Read from the text, in the order in which OpenCASCADE numbers what it reads; names are used only where the number of
 faces and the type of every surface agree with what was read.

@@ -1,4 +1,4 @@
-"""How near the faces of a part are to each other: the diameter of the ball that touches a face and one opposite.
+"""Local thickness of a part: the diameter of the ball that touches a face and the face opposite.
 
 References
 ----------

@@ -15,7 +15,7 @@ SIDE = 1 / 25
 
 
 def view_of(labels: Mapping[int, str]) -> View | None:
-    """Triangles of faces with what they were taken for; None where not even that can be meshed."""
+    """Return triangles of faces with their interpretation; None if not even these can be meshed."""
     names = tuple(dict.fromkeys(labels.values()))
     box = np.array(model().getBoundingBox(-1, -1)).reshape(2, 3)
     options().setNumber("Mesh.MeshSizeMax", SIDE * float(np.max(box[1] - box[0])))

@@ -1,4 +1,4 @@
-"""Outlines that cross themselves or the axis: found on polylines before anything is drawn."""
+"""Detection of outlines that cross themselves or the axis, on polylines before anything is drawn."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PIECES = 24
 
 
 def refuse_crossings(loops: Sequence[Loop], where: str) -> None:
-    """Refuse what is not the outline of a body of revolution.
+    """Refuse an outline that crosses itself or the axis.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def _faces(loops: Sequence[Loop], where: str) -> tuple[list[int], list[str]]:
         if number in holes:
             continue
         inside = [wires[hole] for hole, owner in holes.items() if owner == number]
-        with refusing(where, "an outline surrounds no area"):
+        with refusing(where, "an outline encloses no area"):
             faces.append(occ.addPlaneSurface([wires[number], *inside]))
         names.append(loop.body)
     return faces, names

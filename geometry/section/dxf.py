@@ -41,15 +41,17 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
     try:
         drawing = ezdxf.readfile(path)
     except OSError as error:
-        raise GeometryError(str(path), f"cannot be read: {error.strerror or 'it is no DXF file'}") from None
+        raise GeometryError(
+            str(path), f"cannot be read: {error.strerror or 'it is not a DXF file'}"
+        ) from None
     except ezdxf.DXFError as error:
-        raise GeometryError(str(path), f"is no DXF file that can be read: {error}") from None
+        raise GeometryError(str(path), f"is not a readable DXF file: {error}") from None
     unit = int(drawing.header.get("$INSUNITS", 0))
     if unit not in UNITS:
         raise GeometryError(str(path), f"has unit number {unit} ($INSUNITS)", "mm, cm, m or inch")
     curves = [curve for entity in drawing.modelspace() for curve in _curves(entity, UNITS[unit])]
     if not curves:
-        raise GeometryError(str(path), "holds no lines, arcs, polylines or splines")
+        raise GeometryError(str(path), "contains no lines, arcs, polylines or splines")
     return _loops(curves, str(path))
 
 

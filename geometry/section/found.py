@@ -1,4 +1,4 @@
-"""What a section is: its regions, boundaries and measures, where its centre is, and whether it is symmetric."""
+"""Interpretation of a section: regions, boundaries, measures, centre and symmetry."""
 
 from __future__ import annotations
 

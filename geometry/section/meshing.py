@@ -50,7 +50,7 @@ def generate(
     if dimension == 3 and found.smallest_radius == 0.0:
         raise GeometryError(
             where,
-            "touches the axis: its solid is no ring, and only axial and torsional loads are computed",
+            "touches the axis: its solid is not a ring, and only axial and torsional loads can be computed",
             "a section with r > 0, or the part as CAD",
         )
     raw = section_mesh(found, where, refinement, quadrilaterals=dimension == 3)

@@ -39,7 +39,7 @@ class Edge(BaseModel):
     )
 
     start: Point | None = Field(
-        default=None, alias="from", description="[r, z], mm; absent: where the last edge ended"
+        default=None, alias="from", description="[r, z], mm; absent = the end of the previous edge"
     )
     to: Point = Field(description="[r, z], mm")
     arc_through: Point | None = Field(default=None, description="a point of a circular arc, [r, z], mm")
@@ -121,14 +121,16 @@ def loops_of(edges: Sequence[Edge], where: str) -> tuple[Loop, ...]:
             if edge.start is None:
                 raise GeometryError(key, "begins a new outline and has no `from`", "from = [r, z]")
         elif edge.body is not None and edge.body != body:
-            raise GeometryError(key, f'body = "{edge.body}" stands on an edge that begins no outline')
+            raise GeometryError(
+                key, f'body = "{edge.body}" is given for an edge that does not begin an outline'
+            )
         start = curves[-1].points[-1] if edge.start is None else edge.start
         if curves and _apart(curves[-1].points[-1], start) > CLOSE * size:
             raise GeometryError(
                 key,
                 f"the outline has a gap of {_apart(curves[-1].points[-1], start):.3g} mm between "
                 f"{_shown(curves[-1].points[-1])} and {_shown(start)}",
-                "each edge begins where the last one ended",
+                "each edge begins where the previous one ends",
             )
         if curves:
             start = curves[-1].points[-1]

@@ -34,7 +34,7 @@ class Cad(Meets):
 
     name: ClassVar[str] = "cad"
     summary: ClassVar[str] = (
-        "a STEP or BREP file, or a mesh as it is; bonds, axis and symmetry are found or given"
+        "a STEP or BREP file, or a finished mesh; bonds, axis and symmetry are found or given"
     )
 
     structured: ClassVar[bool] = False
@@ -44,7 +44,7 @@ class Cad(Meets):
 
     file: str = Field(description="STEP, BREP, MSH or INP file, relative to the case file")
     unit: Literal["mm", "cm", "m", "inch"] | None = Field(
-        default=None, description="of the numbers in the file; absent = what the file says"
+        default=None, description="unit of the numbers in the file; absent = the one that the file states"
     )
     axis: Vector | None = Field(default=None, description="direction of the axis; absent = found")
     origin: Vector | None = Field(
@@ -70,7 +70,7 @@ class Cad(Meets):
     def _beside_the_case(cls, value: str, info: ValidationInfo) -> str:
         path = Path(info.context["folder"]) / value if info.context else Path(value)
         if path.suffix.lower() not in SUFFIXES:
-            raise ValueError(f"is no {', '.join(SUFFIXES)} file")
+            raise ValueError(f"is not a {', '.join(SUFFIXES)} file")
         if not path.is_file():
             raise ValueError("no such file")
         return str(path)
@@ -96,7 +96,7 @@ class Cad(Meets):
 
     @property
     def found(self) -> FoundPart | ReadyMesh:
-        """What the file is.
+        """The interpretation of the file.
 
         Raises
         ------

@@ -93,7 +93,7 @@ class Section(Meets):
 
     @property
     def found(self) -> FoundSection:
-        """What the outlines are.
+        """The interpretation of the outlines.
 
         Raises
         ------
@@ -103,7 +103,7 @@ class Section(Meets):
 
     @property
     def where(self) -> str:
-        """Where the outlines stand, for messages."""
+        """Source of the outlines, for messages."""
         return self.file or "geometry.outline"
 
     @property

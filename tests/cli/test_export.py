@@ -91,7 +91,7 @@ def test_a_file_is_written_and_replaced_but_nobody_elses(cli, case, tmp_path):
     target.write_text("mine")
     done = cli("export", case, "--to", "lsdyna", "-o", target)
     assert done.returncode == 2
-    assert "not from an earlier export" in done.stderr
+    assert "was not written by an earlier export" in done.stderr
     assert target.read_text() == "mine"
 
 
@@ -137,7 +137,7 @@ WRONG = {
     ),
     "incompressible": (
         ["--to", "calculix", "--set", "material.bulk_modulus=inf"],
-        "no exactly incompressible",
+        "an exactly incompressible",
     ),
     "no such effect": (["--to", "abaqus", "--without", "mullins"], "no effect of this case"),
     "no matrix": (["--to", "chrono"], "--stiffness-matrix"),
@@ -165,7 +165,7 @@ def test_a_folder_without_a_result_is_refused(cli, tmp_path):
     (tmp_path / "result.json").write_text('{"command": "doctor"}')
     done = cli("export", tmp_path, "--to", "abaqus")
     assert done.returncode == 2
-    assert "no result that can be exported" in done.stderr
+    assert "not a result that can be exported" in done.stderr
 
 
 def test_an_effect_can_be_left_out(cli, case):

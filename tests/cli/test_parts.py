@@ -75,7 +75,7 @@ def test_a_drawing_is_computed(cli: Cli, folder: Path) -> None:
     ("change", "said"),
     [
         ("geometry.file=prat.dxf", "no such file"),
-        ("geometry.shape=cad", "is no .step"),
+        ("geometry.shape=cad", "is not a .step"),
         ("geometry.outline=[{from=[1,2],to=[3,4]}]", "either as [[geometry.outline]] or as file"),
         ('effects=[{name="swaging"}]', "no coaxial sleeves"),
     ],

@@ -121,8 +121,8 @@ def test_a_mode_has_the_stiffness_matrix_too(cli: Cli, tmp_path: Path) -> None:
         ("path.ux=[0.0, 10.0, 10.0]", "closes the gap"),
         ("path.rz=[0.0, 0.0, 200.0]", "more than 180 degrees"),
         ("path.vx=[0.0, 0.0, 1.0]", "not a key"),
-        ("path=[0.0, 1.0]", "do not go together"),
-        ("mode=radial", "do not go together"),
+        ("path=[0.0, 1.0]", "cannot be combined"),
+        ("mode=radial", "cannot be combined"),
         ("rate=1.0", "has no meaning"),
         ("path={time = [0.0, 1.0], uz = [0.0, 0.0]}", "moves nothing"),
     ],
@@ -237,7 +237,7 @@ def test_the_law_is_identified_from_a_recorded_path(recorded: Path) -> None:
         ('forces={fy = "fx_N"}', "no reaction whose own motion moves"),
         ('columns={force = "fx_N"}', "has no meaning for mode path"),
         ("cycles=[1]", "has no meaning for mode path"),
-        ("mode=radial", "could both be the displacement"),
+        ("mode=radial", "could each be the displacement"),
     ],
 )
 def test_what_is_wrong_with_a_recorded_path_is_said(key: str, said: str | None, recorded: Path) -> None:

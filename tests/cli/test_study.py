@@ -140,14 +140,17 @@ def test_designs_that_fail_are_named_and_the_others_go_on(inside, case, tmp_path
         (["--vary", "geometry.outer_radius=18:20", "--sampling", "grid"], "has no values for a grid"),
         (["--vary", "geometry.length=30,34", "--answer", "radial.initial"], "there is no channel radial"),
         (["--vary", "geometry.length=30,34", "--answer", "axial.force"], "is no answer"),
-        (["--vary", "geometry.length=30,34", "--limits", "radial.initial=1:2"], "is not asked for"),
+        (
+            ["--vary", "geometry.length=30,34", "--limits", "radial.initial=1:2"],
+            "is not an answer of this study",
+        ),
         (["--vary", "geometry.length=30,34", "--limits", "axial.initial=2:1"], "has no limits"),
         (["--vary", "hardness=15,95"], "outside 20 to 90"),
         (["--list", "nosuch.csv"], "cannot be read"),
         (["--vary", "geometry.length=30,34", "--resume"], "needs the folder"),
         (
             ["--vary", "geometry.length=30,34", "--workers", "2", "--scheduler", "tcp://x:1"],
-            "has no meaning beside",
+            "cannot be combined with",
         ),
     ],
 )

@@ -259,7 +259,7 @@ def test_newton_converges_quadratically_in_a_step_with_a_past(name, mode, model)
 
 
 # In three dimensions a law with all branches compiles for half a minute.
-@pytest.mark.parametrize("mode", ["axial", pytest.param("uniaxial", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("mode", ["axial", "uniaxial"])
 @pytest.mark.parametrize("law", laws())
 def test_all_branches_together_go_with_every_law(law, mode, model):
     one = model(NAMES, mode, law)

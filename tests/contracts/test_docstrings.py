@@ -15,15 +15,6 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("bushcli", "cases", "forms", "geometry")
 
-# Packages whose docstrings still lack sections `Parameters`. Delete a line when a package has them.
-DOCSTRINGS_WAIT = (
-    "cases/equilibrium.py",
-    "cases/march.py",
-    "cases/model.py",
-    "cases/series.py",
-    "cases/slopes.py",
-)
-
 LINES_OF_FUNCTION = 60
 LINES_OF_FILE = 350
 
@@ -121,11 +112,6 @@ def faults(node: Function, method: bool) -> list[str]:
     ]
 
 
-def waits(path: Path) -> bool:
-    """Whether a file belongs to a package whose docstrings are still to be written."""
-    return any(path.is_relative_to(package) for package in DOCSTRINGS_WAIT)
-
-
 def lacks(path: Path) -> list[str]:
     """Return the public functions of a file whose docstrings lack something, with what they lack."""
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
@@ -136,20 +122,10 @@ def lacks(path: Path) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("path", [path for path in sources() if not waits(path)], ids=str)
+@pytest.mark.parametrize("path", sources(), ids=str)
 def test_arguments_are_described(path: Path) -> None:
     """Every public function with two or more arguments has a section `Parameters` that names each of them."""
     assert not lacks(path)
-
-
-def test_packages_that_wait_still_lack_something() -> None:
-    """A package whose docstrings are complete leaves the list, so that it stays complete."""
-    complete = [
-        package
-        for package in DOCSTRINGS_WAIT
-        if not any(lacks(path) for path in sources() if path.is_relative_to(package))
-    ]
-    assert not complete
 
 
 def test_functions_are_short() -> None:

@@ -161,7 +161,6 @@ def play(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return axial(tmp_path_factory.mktemp("play"), "N", "mm", 1, True)
 
 
-@pytest.mark.slow
 @FEW
 @given(
     force=st.sampled_from(sorted(FORCE)),

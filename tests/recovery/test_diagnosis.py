@@ -266,7 +266,6 @@ def test_uniform_odds_do_not_change_what_the_recording_decides(tmp_path: Path) -
         assert found.probability["free_play"] > 0.95
 
 
-@pytest.mark.slow
 def test_the_example_conceals_what_its_truth_says() -> None:
     """The bundled recording, made with third-order elements and a step per sample."""
     found = diagnose(load_case(EXAMPLE / "case.toml", ()), effects=["mullins", "friction"], maps=False)

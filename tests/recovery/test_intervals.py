@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from bushcli.inverse import Task, identify, profile
 
@@ -13,7 +12,6 @@ SEEDS = 20
 NOISE = 0.1
 
 
-@pytest.mark.slow
 def test_standard_errors_from_white_noise(experiment, monkeypatch):
     # Standard errors are tested; profiles take most of the time.
     monkeypatch.setattr(profile, "worth_a_profile", lambda *_: [])

@@ -156,7 +156,6 @@ def test_start_at_the_bounds(reference, corner, method):
     assert not any(estimate.at_bound for estimate in fit.parameters.values())
 
 
-@pytest.mark.slow
 def test_more_starts_end_at_the_same_minimum(reference):
     case, best = reference
     fit = identify(Task(case, "yeoh", starts=3, seed=4))

@@ -195,11 +195,11 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ("geometry.length=38,5", 'geometry.length = "38,5" is not a number'),
         ("geometry.length=[38]", "geometry.length = [38] is not a number"),
         ("geometry.length=1979-05-27", "geometry.length = 1979-05-27 is not a number"),
-        ("geometry.length=nan", "geometry.length = nan is not a number to compute with"),
-        ("geometry.length=-inf", "geometry.length = -inf is not a number to compute with"),
+        ("geometry.length=nan", "geometry.length = nan is not a usable number"),
+        ("geometry.length=-inf", "geometry.length = -inf is not a usable number"),
         (
             "geometry.length=1" + "0" * 200,
-            "geometry.length = a number of more than 20 digits is not a number",
+            "geometry.length = a number of more than 20 digits is not a usable number",
         ),
         ("geometry.inner_radius=22", "inner_radius"),
         ("geometry=5", "geometry = 5 is not a table of keys"),
@@ -213,7 +213,7 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ("mesh.elements_across=6.5", "mesh.elements_across = 6.5 is not a whole number"),
         ("mesh.elements_acros=6", 'did you mean "elements_across"?'),
         ("material.bulk_modulus=0", "material.bulk_modulus = 0 must be greater than 0"),
-        ("material.bulk_modulus=nan", "material.bulk_modulus = nan is not a number to compute with"),
+        ("material.bulk_modulus=nan", "material.bulk_modulus = nan is not a usable number"),
         (
             "material.parameters.C1=1",
             'material.parameters.C1 is not a parameter of yeoh; did you mean "C10"?',
@@ -297,11 +297,11 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ),
         (
             "effects=[{name='free_play', channels=['axial-1']}, {name='free_play', channels=['axial-1']}]",
-            'effects[1].name = "free_play" is given twice (once in each channel: channels = [...] of both',
+            'effects[1].name = "free_play" is given twice (one entry per channel: channels = [...] in both',
         ),
         (
             "effects=[{name='free_play', channels=['axial-1']}, {name='free_play'}]",
-            'effects[1].name = "free_play" is given twice (once in each channel: channels = [...] of both',
+            'effects[1].name = "free_play" is given twice (one entry per channel: channels = [...] in both',
         ),
         (
             "effects=[{name='debonding'}]",

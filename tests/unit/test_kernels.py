@@ -13,10 +13,10 @@ from cases import compiling, jit, kernels, records
 from cases.feature import Feature, Installed
 from cases.march import march
 from cases.mode import modes
+from cases.precompile import functions, parameter_sets
 from cases.program import Program
 from cases.rates import Rates
 from cases.simulate import prepare
-from cases.usual import functions, parameter_sets
 from forms import answers
 from forms.branch import branches
 from forms.law import law

@@ -135,11 +135,11 @@ def test_a_state_is_returned_for_every_target(axial):
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10])
 def test_what_is_left_out_of_balance_is_within_the_tolerance(axial, tolerance):
     history = march(axial, ramp(4.0, 4), tolerance=tolerance, keep_states=True)
-    residual = axial.create_vector()
+    residual = axial.system.create_vector()
     for state in history.states[1:]:
         axial.state.x.array[:] = state
-        axial.assemble_residual(residual)
-        reactions = axial.clear_constrained(residual)
+        axial.system.residual(residual)
+        reactions = axial.system.clear_constrained(residual)
         assert residual.norm() <= 1.001 * tolerance * reactions
     residual.destroy()
     exact = march(axial, ramp(4.0, 4), tolerance=1e-12)
@@ -177,19 +177,19 @@ def test_size_does_not_matter(rubber):
     np.testing.assert_allclose(hard.force, 1e5 * soft.force, rtol=1e-7, atol=1e-3)
 
 
-@pytest.mark.parametrize("what", ["assemble_residual", "assemble_tangent"])
+@pytest.mark.parametrize("what", ["residual", "tangent"])
 def test_an_interruption_comes_out_as_one_wherever_the_solver_is(axial, what, monkeypatch):
     """Some of these calls come from SNES, which would make its own error of it."""
-    usual, calls, last = getattr(axial, what), 0, 0
+    genuine, calls, last = getattr(axial.system, what), 0, 0
 
     def interrupted(*arguments):
         nonlocal calls
         calls += 1
         if calls == last:
             raise KeyboardInterrupt
-        return usual(*arguments)
+        return genuine(*arguments)
 
-    monkeypatch.setattr(axial, what, interrupted)
+    monkeypatch.setattr(axial.system, what, interrupted)
     march(axial, ramp(3.0, 3))
     whole = calls
     assert whole > 0

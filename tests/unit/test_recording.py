@@ -141,7 +141,7 @@ def test_columns_by_number_and_units_by_key(tmp_path):
     different = "# [N/mm**2] [N] [%-ext] [%-trav] [s]\n" + table((F, 100 * F, 100 * Q, 101 * Q, T)).replace(
         ",", "\t"
     )
-    with pytest.raises(RecordingError, match="column 3 and column 4 could both be the displacement"):
+    with pytest.raises(RecordingError, match="column 3 and column 4 could each be the displacement"):
         read_coupon(source(tmp_path, different, "uniaxial"))
     headless = source(tmp_path, rows, "uniaxial", units={"displacement": "percent"}, **keys)
     assert_read(read_coupon(headless))
@@ -185,7 +185,7 @@ def bad(row: int, old: str, new: str) -> str:
         (bad(2, "101.5000", "1.#QNAN"), r"rig.csv:3: column 3 .* is not a finite number"),
         (bad(3, "199.0000", "-inf"), r"rig.csv:4: column 3 .* -inf is not a finite number"),
         (bad(3, "199.0000", "1e999"), r"rig.csv:4: column 3 .* 1e999 is not a finite number"),
-        (bad(3, "199.0000", "1e300"), r"rig.csv:4: column 3 .* 1e300 is no measurement"),
+        (bad(3, "199.0000", "1e300"), r"rig.csv:4: column 3 .* 1e300 is not a measured value"),
         (bad(3, "199.0000", "1.199,00"), r"rig.csv:4: 4 fields, where the rows before have 3"),
         (bad(4, ",-290.2500", ""), r"rig.csv:5: 2 fields, where the rows before have 3"),
         (bad(6, ",250.0000", ""), r"rig.csv:7: 2 fields.*last line: was the recording cut off"),

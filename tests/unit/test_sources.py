@@ -85,9 +85,9 @@ def test_a_file_whose_name_is_a_pattern_is_taken_as_it_is(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('file = "none_*.csv"\nmode = "axial"', "stands for no file"),
-        ('file = "**/*.csv"', r"is no pattern that is followed"),
-        ('file = "/etc/*.conf"', r"is no pattern that is followed"),
+        ('file = "none_*.csv"\nmode = "axial"', "matches no file"),
+        ('file = "**/*.csv"', r"is not a supported pattern"),
+        ('file = "/etc/*.conf"', r"is not a supported pattern"),
         ('file = "run_*.csv"', r'mode is missing, and the name "run_1.csv" does not tell it \(axial'),
         ('file = "run_1.csv"', r'mode is missing, and the name "run_1.csv" does not tell it'),
         ('file = "run_*.csv"\nmode = "axial"\nname = "a"', "one name for the 2 files"),
@@ -192,8 +192,8 @@ def test_a_case_from_files_is_accepted_by_check(tmp_path):
     done = run("init", "--from", *files, tmp_path / "new")
     assert done.exit_code == 0, done.output
     text = (tmp_path / "new" / "case.toml").read_text(encoding="utf-8")
-    assert "<-- mode: the file's name does not tell it; axial, radial would do" in text
-    assert "<-- gauge_length, area" in text
+    assert "<-- mode: the file name does not state it; the columns suit axial, radial" in text
+    assert "<-- gauge_length (mm), area (mm2): put in" in text
     checked = run("check", tmp_path / "new" / "case.toml", "--json", "-q")
     assert checked.exit_code == 0, checked.output
     found = json.loads(checked.output)
@@ -226,7 +226,7 @@ def test_stress_and_strain_are_of_a_coupon_whatever_else_is_in_the_file(tmp_path
     recording = read_recording(source)
     np.testing.assert_allclose(recording.displacement, 0.25 * Q, atol=1e-4)
     np.testing.assert_allclose(recording.force, 0.4 * Q, atol=1e-4)
-    assert "are identical and taken as one" in (tmp_path / "case.toml").read_text()
+    assert "are identical; one of them is used" in (tmp_path / "case.toml").read_text()
 
 
 def test_what_cannot_be_read_is_said_for_each_file(tmp_path):

@@ -179,7 +179,7 @@ def half_plane(across=8, along=24):
     )
 
 
-@pytest.mark.parametrize("name", ["yeoh", pytest.param("ogden", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["yeoh", "ogden"])
 def test_the_bushing_along_its_axis(calculix, tmp_path, reference_bushing, rubber, name):
     deck = half_plane() + card(name, LAWS[name]) + SECTION
     deck += "*BOUNDARY\nOUTER, 1, 2\nMOVED, 1, 1\n" + step("MOVED, 2, 2, 8.", 32, "")
@@ -230,7 +230,6 @@ def quarter(across=5, along=6, around=14):
     )
 
 
-@pytest.mark.slow
 def test_the_bushing_across_its_axis(calculix, tmp_path, reference_bushing, rubber):
     """Radially the rubber is confined, and the force depends on the bulk modulus too.
 

@@ -51,7 +51,6 @@ def touching():
     return closed([-0.3, -0.5, -0.6, -0.7], keep_states=True)
 
 
-@pytest.mark.slow
 def test_a_bump_stop_meets_other_codes():
     shape = KidneySlice(bump=True, size=2.2)
     model, history = slices(shape, modes()["radial"], YEOH, np.array([0.4, 0.8, 0.9, 1.0, 1.2, 1.4]))

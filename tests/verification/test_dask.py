@@ -35,8 +35,6 @@ mode = "axial"
 amplitude = 6.0
 """
 
-pytestmark = pytest.mark.slow
-
 
 class Process:
     """A process whose output is read as it comes, and which ends with the context."""

@@ -82,7 +82,6 @@ def test_closed_forms_scale_the_same_way(mode):
     assert after / before - 1 == pytest.approx(expected, rel=0.03 if mode == "axial" else 0.1)
 
 
-@pytest.mark.slow
 def test_a_tapered_bushing_with_sleeves_grows_with_them():
     sleeves = {
         "inner_sleeve": Sleeve(thickness=2.0, youngs_modulus=2000.0, grip="ends"),
@@ -97,7 +96,6 @@ def test_a_tapered_bushing_with_sleeves_grows_with_them():
     np.testing.assert_allclose(force(drawn, "axial", changed()), force(true, "axial"), rtol=1e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["axial", "conical"])
 def test_plates_stay_where_they_are(mode, monkeypatch):
     """The gap to a plate is that of the drawn rubber, less what it is longer."""
@@ -135,8 +133,8 @@ def test_a_bond_comes_off_a_longer_bushing_as_it_does_from_a_mesh_of_it():
         ("radial", True, {}),
         ("conical", True, {}),
         ("axial", False, {"friction": {"g": 0.3, "slip": 0.1}}),
-        pytest.param("conical", True, {"viscoelasticity": {"g1": 0.3, "tau1": 3.0}}, marks=pytest.mark.slow),
-        pytest.param("conical", True, {"debonding": {"length": 2.0, "bond": 2.0}}, marks=pytest.mark.slow),
+        pytest.param("conical", True, {"viscoelasticity": {"g1": 0.3, "tau1": 3.0}}),
+        pytest.param("conical", True, {"debonding": {"length": 2.0, "bond": 2.0}}),
     ],
 )
 def test_slopes_by_dimensions_are_exact(mode, solid, more):

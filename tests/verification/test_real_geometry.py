@@ -36,10 +36,8 @@ REFERENCES = [
     pytest.param(SECTION, "conical", "contoured_A_conical.csv", id="section-conical"),
     pytest.param(CONTOURED, "axial", "contoured_A_axial.csv", id="step-axial"),
     pytest.param(CONTOURED, "radial", "contoured_A_radial.csv", id="step-radial"),
-    pytest.param(
-        CONTOURED, "torsional", "contoured_A_torsional.csv", id="step-torsional", marks=pytest.mark.slow
-    ),
-    pytest.param(CONTOURED, "conical", "contoured_A_conical.csv", id="step-conical", marks=pytest.mark.slow),
+    pytest.param(CONTOURED, "torsional", "contoured_A_torsional.csv", id="step-torsional"),
+    pytest.param(CONTOURED, "conical", "contoured_A_conical.csv", id="step-conical"),
     pytest.param(KIDNEY, "axial", "kidney_A_axial.csv", id="kidney-axial"),
     pytest.param(KIDNEY, "radial", "kidney_A_radial_x.csv", id="kidney-radial-x"),
     pytest.param(ACROSS, "radial", "kidney_A_radial_y.csv", id="kidney-radial-y"),

@@ -283,7 +283,6 @@ def test_local_map_adds_up_to_the_derivative_by_a_factor_on_all_rubber(rubber):
     assert sums[0] == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.slow
 def test_kidney_from_cad_has_the_stiffness_matrix_of_another_code(rubber):
     shape = shapes()["cad"](file=str(DATA / "real" / "kidney_A.step"))
     found, _ = matrices(

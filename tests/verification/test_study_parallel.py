@@ -93,4 +93,4 @@ def test_processes_of_one_machine_are_not_asked_for_beside_ranks(case):
     options = ["--vary", "geometry.length=30,34", "--workers", "2"]
     done = run("study", case, *options, launcher=("mpirun", "-n", "2"))
     assert done.returncode == 2
-    assert done.stderr.count("--workers: has no meaning beside mpirun") == 1
+    assert done.stderr.count("--workers: cannot be combined with mpirun") == 1

@@ -58,7 +58,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="coupon tests that the law is held to",
+    needs="coupon tests that fix the law",
     rivals=("debonding", "dimension"),
     needs_fixed_law=True,
     source="Robertson and Hardman (2021), Nature of carbon black reinforcement, doi:10.3390/polym13040538",

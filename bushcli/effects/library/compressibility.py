@@ -31,7 +31,7 @@ def feature() -> Feature:
 EFFECT = Effect(
     name="compressibility",
     title="Compressibility of the rubber",
-    summary="The rubber's volume gives: confined directions are softer than those of pure shear.",
+    summary="The rubber changes its volume: confined directions are softer than those of pure shear.",
     acts="rubber",
     parameters=(
         EffectParameter(

@@ -35,7 +35,7 @@ def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
     from forms.kinematics import Moved
 
     if not isinstance(shape, Ring):
-        raise TypeError(f"a {type(shape).__name__} has no rubber of a thickness and a length")
+        raise TypeError(f"a {type(shape).__name__} has no rubber of one thickness and length")
     solid = len(x) == 3
     r, z = (ufl.sqrt(x[0] ** 2 + x[1] ** 2), x[2]) if solid else (x[0], x[1])
     share, steep = (r - shape.inner_radius) / shape.thickness, 1 / shape.thickness

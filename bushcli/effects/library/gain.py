@@ -55,7 +55,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="two channels, one of them without it, or coupon tests that the law is held to",
+    needs="two channels, one of them without it, or coupon tests that fix the law",
     rivals=("compressibility", "cure_shrinkage", "dimension", "swaging"),
     source="ASTM E4-21, Force calibration and verification of testing machines, doi:10.1520/E0004-21",
     specimens=frozenset({"bushing", "coupon"}),

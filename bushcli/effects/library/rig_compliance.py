@@ -18,7 +18,7 @@ from cases.mode import modes
 EFFECT = Effect(
     name="rig_compliance",
     title="Compliance of the rig",
-    summary="The rig gives too: a spring in series with the bushing.",
+    summary="The rig deforms too: a spring in series with the bushing.",
     acts="rig",
     parameters=(
         EffectParameter(

@@ -69,7 +69,7 @@ def _script(version: int, data: str) -> str:
 
 @contextlib.contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Take back what the builders leave behind: folders on the search path, modules, printed lines."""
+    """Undo side effects of the builders: folders on the search path, modules, printed lines."""
     path, modules = list(sys.path), set(sys.modules)
     with contextlib.redirect_stdout(io.StringIO()):
         try:

@@ -1,4 +1,4 @@
-"""What the FMUs of both versions have in common: variables of each channel, and a step in time.
+"""Common parts of the FMUs of both versions: variables of each channel, and a step in time.
 
 This file and `force_law` are put before the slave's own lines in one script, so that two FMUs in a program do not
 share modules.

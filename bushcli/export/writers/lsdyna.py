@@ -96,7 +96,7 @@ WRITER = Writer(
     remarks=(
         f"density {DENSITY:g} kg/m3 unless another was given: a filled natural rubber",
         "the Prony series is linear in the Green strain: the same as bushcli's at small strain",
-        "N of *MAT_127 is lambda_m squared, a real number; look that your program does not read it as an integer",
+        "N of *MAT_127 is lambda_m squared, a real number; check that your program does not read it as an integer",
     ),
     source="LS-DYNA Keyword User's Manual, volume II: *MAT_077_H, *MAT_077_O, *MAT_127",
 )

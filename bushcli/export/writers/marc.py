@@ -70,7 +70,7 @@ WRITER = Writer(
     series="VISCELMOON, VISCELOGDEN",
     series_laws=frozenset({"neo_hookean", "mooney_rivlin", "yeoh", "ogden"}),
     remarks=(
-        "no input deck: values to be typed into Mentat (material properties, hyperelastic)",
+        "not an input deck: values to be typed into Mentat (material properties, hyperelastic)",
         "with viscoelastic terms the law is that of a sudden step",
     ),
     source="Marc manual, volume A: Theory and User Information, Elastomer; Time-dependent behavior of elastomers",

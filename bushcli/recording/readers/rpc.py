@@ -51,7 +51,7 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
     layout = _layout(path, header)
     step = _number(header, "DELTA_T")
     if not step > 0.0:
-        raise ValueError(f"DELTA_T = {step:g} s is no sampling interval")
+        raise ValueError(f"DELTA_T = {step:g} s is not a sampling interval")
     numbers = range(1, layout.channels + 1)
     names = [header.get(f"DESC.CHAN_{i}") or f"channel {i}" for i in numbers]
     units = [header.get(f"UNITS.CHAN_{i}", "") for i in numbers]
@@ -68,7 +68,9 @@ def _header(path: Path) -> Mapping[str, str]:
         count = int(_number(first, "NUM_PARAMS"))
         blocks = int(_number(first, "NUM_HEADER_BLOCKS"))
         if not 3 <= count <= _MOST_PARAMETERS or not 1 <= blocks <= _MOST_BLOCKS or count > 4 * blocks:
-            raise ValueError(f"a header of {count} keywords in {blocks} blocks is none of this format")
+            raise ValueError(
+                f"a header of {count} keywords in {blocks} blocks is not possible in this format"
+            )
         file.seek(0)
         return dict(_records(file.read(count * _RECORD)))
 
@@ -88,7 +90,7 @@ def _number(header: Mapping[str, str], keyword: str, default: float | None = Non
         return default
     if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d{1,3})?", text):
         raise ValueError(
-            f"{keyword} = {text[:40]!r} in the header is no number" if text else f"{keyword} is missing"
+            f"{keyword} = {text[:40]!r} in the header is not a number" if text else f"{keyword} is missing"
         )
     return float(text.replace("D", "e").replace("d", "e"))
 
@@ -98,7 +100,7 @@ def _layout(path: Path, header: Mapping[str, str]) -> _Layout:
     if order not in _ORDERS or kind not in _TYPES:
         raise ValueError(f"FORMAT = {order[:40]} with DATA_TYPE = {kind[:40]} is not read")
     if order == "BINARY" and kind == "FLOATING_POINT":
-        raise ValueError("numbers of a VAX (FORMAT = BINARY, DATA_TYPE = FLOATING_POINT) are not read")
+        raise ValueError("numbers of a VAX (FORMAT = BINARY, DATA_TYPE = FLOATING_POINT) are not supported")
     channels, frame = int(_number(header, "CHANNELS")), int(_number(header, "PTS_PER_FRAME"))
     frames = int(_number(header, "FRAMES"))
     group = int(_number(header, "PTS_PER_GROUP", float(frame)))

@@ -1,4 +1,4 @@
-"""Pictures of what the curves determine: correlation of the parameters, profiles with their 95 % intervals."""
+"""Pictures of the parameters' uncertainty: correlation, and profiles with their 95 % intervals."""
 
 from __future__ import annotations
 

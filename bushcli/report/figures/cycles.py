@@ -66,7 +66,7 @@ def cycle_title(history: History) -> str:
             std = max(std, math.sqrt(sum(energy.std**2 for energy in closed)))
             # An energy within the noise of the recording counts as zero.
             parts.append(f"{number(total) if abs(total) > std else '0'} {unit} {what}")
-    return f"{name}: loops take {', '.join(parts)}" if parts else f"{name}: no closed loop"
+    return f"{name}: loops dissipate {', '.join(parts)}" if parts else f"{name}: no closed loop"
 
 
 def cycle_figure(history: History) -> Figure:
@@ -174,7 +174,7 @@ def hold_title(history: History) -> str:
             std = max(std, found.std)
             parts.append(f"{percent(100 * found.value) if abs(found.value) > std else '0 %'} {what}")
     return (
-        f"{name}: the force held relaxes by {', '.join(parts)}" if parts else f"{name}: holds without force"
+        f"{name}: the held force relaxes by {', '.join(parts)}" if parts else f"{name}: no force in the holds"
     )
 
 

@@ -1,4 +1,4 @@
-"""Recording, plain law and most probable model of a channel, with what is mismatched: to zoom, and as a picture."""
+"""Recording, plain law and most probable model of a channel, with their mismatches: zoomable, and as a picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Picture of where in the rubber a change of stiffness would help: a section, or the outside of a solid cut open."""
+"""Map of where in the rubber a change of stiffness would help: a section, or the outside of a solid cut open."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def map_figure(found: LocalMap) -> Figure:
         axes.set_xlim(low[0] - margin, high[0] + margin)
         axes.set_ylim(low[1] - margin, high[1] + margin)
         bar = figure.colorbar(mappable, ax=axes, shrink=0.8, pad=0.03)
-        bar.set_label("stiffness asked for: softer (-), stiffer (+) [%]", fontsize=9)
+        bar.set_label("change of stiffness that helps: softer (-), stiffer (+) [%]", fontsize=9)
         bar.outline.set_visible(False)  # type: ignore[operator]
         axes.grid(False)
         if flat:

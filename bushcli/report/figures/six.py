@@ -1,4 +1,4 @@
-"""A path of six motions: motions of the inner sleeve and what holds it, against time."""
+"""A path of six motions: motions of the inner sleeve and its reactions, against time."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def six_figure(name: str, six: SixCurve) -> Figure:
 
 def six_title(name: str) -> str:
     """Return the title of the picture of a channel."""
-    return f"{name[:1].upper() + name[1:]}: motions of the inner sleeve, and what holds it"
+    return f"{name[:1].upper() + name[1:]}: motions of the inner sleeve, and the reactions"
 
 
 def _motion_label(six: SixCurve, k: int) -> str:

@@ -53,7 +53,7 @@ def study_figures(found: Study) -> tuple[Picture, ...]:
             picture(f"band-{_file(one.channel)}", "band", title, band_figure(found, one), one.channel)
         )
     if found.summaries and any(found.samples.values()):
-        title = "Answers against what is varied"
+        title = "Answers against the varied keys"
         made.append(picture("scatter", "scatter", title, scatter_figure(found, units)))
         made.append(picture("spread", "histogram", "Spread of the answers", spread_figure(found, units)))
     return tuple(made)

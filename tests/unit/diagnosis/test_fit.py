@@ -107,7 +107,6 @@ def test_the_plain_law_does_not_leave_the_recording_where_physics_is_missing(cou
     assert rms(one.state.fitted) < 1.3 * rms(one.plain)
 
 
-@pytest.mark.slow
 def test_friction_beside_viscoelasticity_is_no_worse_than_either(coupon):
     """The pair that was thrown away because it had been refitted to more than friction alone left."""
     one = coupon("yeoh", set_=0.05)

@@ -112,7 +112,7 @@ def test_files_that_bushcli_did_not_write_stay(tmp_path):
 
 def test_an_index_that_bushcli_did_not_write_is_not_replaced(tmp_path):
     (tmp_path / RUN).write_text(json.dumps({"mine": 1}))
-    with pytest.raises(InputError, match="is there already, and not by an earlier run"):
+    with pytest.raises(InputError, match="exists already and was not written by an earlier run"):
         Journal(tmp_path, {}, resume=False)
     assert json.loads((tmp_path / RUN).read_text()) == {"mine": 1}
 

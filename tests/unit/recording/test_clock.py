@@ -95,7 +95,7 @@ def test_rate_is_refused_in_a_hold_and_in_noise(tmp_path):
             rate=1.0,
         )
     noisy = Q + np.random.default_rng(0).normal(0, 0.05, N)
-    with pytest.raises(RecordingError, match="noise makes the way"):
+    with pytest.raises(RecordingError, match="noise makes the travelled path"):
         headless(tmp_path / "b.csv", noisy, F, rate=1.0)
 
 

@@ -232,7 +232,7 @@ def test_a_channel_without_a_telling_name_is_taken_by_its_unit_and_said(tmp_path
 
 def test_two_channels_without_telling_names_are_refused(tmp_path):
     path = csv(tmp_path / "a.csv", "AI 0 [mm],AI 1 [N],AI 2 [N]", Q, F, 2 * F)
-    with pytest.raises(RecordingError, match=r"column 2 .* and column 3 .* could both be the force"):
+    with pytest.raises(RecordingError, match=r"column 2 .* and column 3 .* could each be the force"):
         read(path)
 
 
@@ -246,7 +246,7 @@ def test_identical_columns_are_one_and_said(tmp_path):
     path = csv(tmp_path / "a.csv", "Zeit [s],Weg [mm],Kraft [N],Kraft [N]", TIME, Q, F, F)
     recording = read(path)
     assert [repair.text for repair in recording.repairs] == [
-        "column 3 (Kraft [N]) and column 4 (Kraft [N]) are identical and taken as one"
+        "column 3 (Kraft [N]) and column 4 (Kraft [N]) are identical; one of them is used"
     ]
     assert len(read(path, columns={"force": "Kraft"}).force) == N
 
@@ -255,13 +255,13 @@ def test_columns_that_differ_in_one_sample_are_two(tmp_path):
     other = F.copy()
     other[7] += 1.0
     path = csv(tmp_path / "a.csv", "Zeit [s],Weg [mm],Kraft [N],Kraft [N]", TIME, Q, F, other)
-    with pytest.raises(RecordingError, match="could both be the force"):
+    with pytest.raises(RecordingError, match="could each be the force"):
         read(path)
 
 
 def test_identical_numbers_in_different_units_are_two(tmp_path):
     path = csv(tmp_path / "a.csv", "Weg [mm],Kraft [N],Kraft [kN]", Q, F, F)
-    with pytest.raises(RecordingError, match="could both be the force"):
+    with pytest.raises(RecordingError, match="could each be the force"):
         read(path)
 
 

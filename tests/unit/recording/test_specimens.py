@@ -73,14 +73,14 @@ def test_the_message_says_what_the_case_lacks(tmp_path, head, message):
 
 
 def test_a_travel_beyond_the_specimen_is_refused(tmp_path):
-    with pytest.raises(RecordingError, match="presses a specimen of 10 mm to nothing"):
+    with pytest.raises(RecordingError, match="compresses a specimen of 10 mm to zero length"):
         coupon(
             tmp_path / "a.csv", "Weg [mm];Kraft [N]", -20 * STRAIN, -8 * STRESS, specimen=Specimen(10.0, 8.0)
         )
 
 
 def test_percent_taken_for_a_logarithmic_strain_is_refused(tmp_path):
-    with pytest.raises(RecordingError, match="is it in percent"):
+    with pytest.raises(RecordingError, match="if it is in percent"):
         coupon(
             tmp_path / "a.csv",
             "log strain;stress [MPa]",

@@ -246,7 +246,9 @@ def test_minutes_and_extremes(tmp_path):
     recording = read(tmp_path, "Time (min),disp (mm),Load (N)\n" + table((T, Q, F)))
     np.testing.assert_allclose(recording.time, 60 * T)
     for head in ("Time (Min)", "Time_MIN"):
-        with pytest.raises(RecordingError, match=r'rig.csv:1: column 1 .*"M(in|IN)" may be a unit or not'):
+        with pytest.raises(
+            RecordingError, match=r'rig.csv:1: column 1 .*it is not clear whether "M(in|IN)" is a unit'
+        ):
             read(tmp_path, head + ",disp (mm),Load (N)\n" + table((T, Q, F)))
 
 

@@ -175,9 +175,9 @@ def test_the_terminal_shows_cycles_and_holds(simulated, measured):
 def test_pictures_say_in_their_title_what_is_seen(simulated, measured):
     loops, held = history_figures(histories(simulated(measured)), {"axial": "axial"})
     assert (loops.name, held.name) == ("axial-cycles", "axial-holds")
-    assert loops.title.startswith("Axial: loops take 24")
+    assert loops.title.startswith("Axial: loops dissipate 24")
     assert loops.title.endswith(", 0 N mm simulated")
-    assert held.title == "Axial: the force held relaxes by 16 % recorded, 0 % simulated"
+    assert held.title == "Axial: the held force relaxes by 16 % recorded, 0 % simulated"
     for found in (loops, held):
         assert found.png.startswith(b"\x89PNG\r\n\x1a\n")
 

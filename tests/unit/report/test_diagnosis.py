@@ -246,7 +246,7 @@ def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_can
     assert f"These recordings cannot tell {together(('mullins', 'friction'))} (62 %) from: " in text
     assert f"Next test: {diagnoses.NEXT.text}." in text
     assert text.endswith(
-        "others predicted; to fit these as well may move 12 % of the probability: the time limit was reached."
+        "others predicted; to fit these as well could shift 12 % of the probability: the time limit was reached."
     )
 
 
@@ -285,7 +285,10 @@ def test_the_paragraph_has_angles_in_degrees(case, diagnoses):
             "law_too_poor",
             "the law is too poor: Yeoh describes the same rubber without any further physics (more than 99 %). ",
         ),
-        ("unexplained", "misses more than noise. With a probability of more than 99 % something is missing"),
+        (
+            "unexplained",
+            "leaves a misfit larger than the noise. With a probability of more than 99 % something is",
+        ),
         ("unexplained", "What no known effect explains is 83 % of the misfit of the plain law"),
         ("unexplained", "The force falls with time, whatever the displacement."),
         (
@@ -328,7 +331,7 @@ def test_nothing_helps_means_nothing_that_was_asked_for(case, diagnoses):
 def test_a_law_of_coupons_is_said_to_be_theirs(case, diagnoses):
     text = paragraph(diagnoses.diagnosis(case(), law_from="coupons", law_fixed=True))
     assert text.startswith(
-        "The Yeoh law, fitted to the coupon tests and held against the axial recording, leaves "
+        "The Yeoh law, fitted to the coupon tests and compared with the axial recording, leaves "
     )
 
 
@@ -392,11 +395,11 @@ def test_text_says_where_what_how_sure_and_what_next(case, diagnoses):
         "Dissipation (98 %): internal friction or viscoelasticity, which one rate cannot tell.",
         "These recordings cannot tell apart: ",
         "Axial to 6 mm",
-        "0.83 of the 1.05 bit of information that are open, in about 8 minutes",
+        "0.83 of the 1.05 bit of information that are still open, in about 8 minutes",
         "taken to be wrong by 8.3 % of the misfit of the plain law (of the force range: 0.40 % in axial and 0.40 % in "
         "radial); that covers 96 % of what is left above the noise.",
         "radial (held out)",
-        "7 models were fitted, others predicted; to fit these as well may move 12 % of the probability",
+        "7 models were fitted, others predicted; to fit these as well could shift 12 % of the probability",
         "Could not be solved from any start: Yeoh + swaging: the mesh folds at 0.8 mm.",
         f"Cannot be seen in these recordings: {phrase('batch_stiffness')} and {phrase('time_lag')} (why: result.json",
         "problem coarse_noise",
@@ -446,12 +449,12 @@ def test_the_form_error_says_how_much_it_covers(case, diagnoses):
 def test_the_search_says_whether_it_was_complete(case, diagnoses):
     found = diagnoses.diagnosis(case())
     assert searched_lines(found)[0].endswith(
-        "fitted, others predicted; to fit these as well may move less than 1 % of the probability"
+        "fitted, others predicted; to fit these as well could shift less than 1 % of the probability"
     )
     stopped = replace(found.searched, complete=False, left=0.004, ended="interrupted")
     assert searched_lines(replace(found, searched=stopped))[0] == (
-        "4 models were fitted, others predicted; to fit these as well may move less than 1 % of the probability: the "
-        "search was interrupted"
+        "4 models were fitted, others predicted; to fit these as well could shift less than 1 % of the probability: "
+        "the search was interrupted"
     )
     assert searched_lines(diagnoses.diagnosis(case(), "faulty_data")) == []
 

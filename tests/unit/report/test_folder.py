@@ -39,7 +39,9 @@ def test_a_file_that_the_result_does_not_list_is_not_replaced(tmp_path):
 @pytest.mark.parametrize("content", ["", "[]", "{}", '{"files": ["a.csv"]}', "\x00", "[" * 100_000])
 def test_a_result_that_is_not_bushclis_is_not_replaced(tmp_path, content):
     (tmp_path / "result.json").write_text(content)
-    with pytest.raises(InputError, match=r"result\.json: is there already, and not by an earlier run"):
+    with pytest.raises(
+        InputError, match=r"result\.json: exists already and was not written by an earlier run"
+    ):
         write_files(tmp_path, {"result.json": RESULT}, ())
     assert (tmp_path / "result.json").read_text() == content
 

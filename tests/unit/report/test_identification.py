@@ -249,10 +249,11 @@ def test_white_noise_leaves_all_samples_a_loop_few():
         (
             0.5,
             "good",
-            "The curve is met to its noise (axial 0.50 %): C10 = 0.2500 ± 0.0012 MPa and C20 = -0.020 ± 0.010",
+            "The curve is reproduced to within its noise (axial 0.50 %): C10 = 0.2500 ± 0.0012 MPa and "
+            "C20 = -0.020 ± 0.010",
         ),
-        (1.2, "plain", "met closely, not to its noise (axial 1.2 %, noise 0.50 %)"),
-        (12.0, "bad", "not met (axial 12 %, noise 0.50 %)"),
+        (1.2, "plain", "reproduced closely, not to within its noise (axial 1.2 %, noise 0.50 %)"),
+        (12.0, "bad", "not reproduced (axial 12 %, noise 0.50 %)"),
     ],
 )
 def test_verdict_is_one_clear_sentence(rms, tone, says):
@@ -331,7 +332,7 @@ def test_files_of_an_identification(case, tmp_path):
     assert rows[0] == "displacement_mm,recorded_force_N,fitted_force_N,started_force_N"
     assert len(rows) == 401
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "met to their noise" in page
+    assert "reproduced to within their noise" in page
     assert "identified from the recordings" in page
     # Both channels go there and back: each has a picture of its loops.
     assert page.count("<figure") == 8

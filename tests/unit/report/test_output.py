@@ -79,7 +79,7 @@ def test_an_input_of_the_case_is_never_replaced(write, case, tmp_path):
 def test_files_that_no_run_has_written_are_not_replaced(write, tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "axial.csv").write_text("mine")
-    with pytest.raises(InputError, match="not by an earlier run"):
+    with pytest.raises(InputError, match="not written by an earlier run"):
         write(tmp_path / "out")
     assert (tmp_path / "out" / "axial.csv").read_text() == "mine"
 
@@ -100,7 +100,7 @@ def test_a_new_or_an_empty_folder_is_accepted(case, tmp_path):
 def test_every_command_is_refused_its_own_files_before_it_begins(case, tmp_path, command, file):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / file).write_text("mine")
-    with pytest.raises(InputError, match="not by an earlier run"):
+    with pytest.raises(InputError, match="not written by an earlier run"):
         check_output(tmp_path / "out", case(), command)
     others = {"direct", "fit", "inverse", "diagnose", "check"} - {command}
     for other in others:

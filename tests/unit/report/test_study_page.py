@@ -79,7 +79,7 @@ def test_the_page_renders_and_fetches_nothing(page):
     wanted = (
         "What matters",
         "Curves of all designs",
-        "Answers against what is varied",
+        "Answers against the varied keys",
         "Spread of the answers",
     )
     assert [heading for heading in wanted if heading not in headings] == []

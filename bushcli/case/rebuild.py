@@ -1,4 +1,4 @@
-"""A case from the JSON that it was shown as (`bushcli.case.case.resolved`), as it is in every result."""
+"""Rebuild a case from the JSON in a result (`bushcli.case.case.resolved`)."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from bushcli.errors import CaseError, Problem
 
 
 class _Rebuilder(Builder):
-    """Does not look for recordings: who needs one reads it, and is told then that it is gone."""
+    """Builds a case without looking for its recordings; whoever reads a missing one gets the error then."""
 
     looks_for_files = False
 
 
-def case_again(shown: dict[str, Any], folder: Path) -> Case:
+def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     """Return the case of a result.
 
     Parameters

@@ -1,4 +1,4 @@
-"""A channel that was logged more slowly than the others: its rows in between repeat it, and are left out.
+"""Channels that were logged more slowly than the others: rows that only repeat the last value are left out.
 
 That is safe only where the pattern is regular: the channel changes every k-th row, by steps far beyond the resolution
 of its converter, while the other channel goes on. A converter that is coarse, a hold, or single lost telegrams look

@@ -1,6 +1,6 @@
-"""The kernels that bushings usually need, compiled before they are asked for: every law, branch and kinematics.
+"""Kernels that bushings commonly need, compiled at set-up: every law, branch and kinematics.
 
-    python -m cases.usual
+    python -m cases.precompile
 
 There are as many processes as processors. What depends on a mesh's elements or on an effect's own formula (a moved
 stress-free body, surfaces, pictures) is compiled when it is first used.
@@ -26,7 +26,7 @@ from forms.setting import SETTINGS
 
 
 def functions() -> list[PointFunction]:
-    """All of them, each once, those that take longest first."""
+    """Return all of these kernels once, those that take longest to compile first."""
     found = {function.key: function for function in _functions()}
     return sorted(found.values(), key=_weight, reverse=True)
 
@@ -38,8 +38,8 @@ def parameter_sets(law: Law) -> list[tuple[str, ...]]:
     return [(*needed, *optional[:count]) for count in range(0, len(optional) + 1, 2)]
 
 
-def compile_usual(processes: int | None = None) -> tuple[int, float]:
-    """Compile what is not compiled yet; the number of kernels looked at, and seconds.
+def precompile(processes: int | None = None) -> tuple[int, float]:
+    """Compile all kernels that are missing; return the number of kernels checked, and seconds.
 
     Parameters
     ----------
@@ -97,5 +97,5 @@ def _weight(function: PointFunction) -> int:
 
 
 if __name__ == "__main__":
-    count, seconds = compile_usual()
+    count, seconds = precompile()
     sys.stdout.write(f"{count} kernels in {seconds:.0f} s\n")
