@@ -49,10 +49,13 @@ class Found:
         Each with whether it joins others.
     failed : mapping of str to RecordingError
         Sheets that hold no sound table, by name.
+    one_clock : bool
+        Whether the time stamps of all groups count from the same instant.
     """
 
     tables: tuple[tuple[Table, bool], ...]
     failed: Mapping[str, RecordingError]
+    one_clock: bool = False
 
 
 def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
@@ -75,23 +78,23 @@ def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found
     if not reader.library:
         try:
             with reader.opened(path) as parts:
-                return _found(path, ((part, _columns(part, wanted, True)) for part in parts))
+                return _found(path, reader, ((part, _columns(part, wanted, True)) for part in parts))
         except (OSError, ValueError) as error:
             raise _damaged(path, reader, str(error)) from None
     if importlib.util.find_spec(reader.library) is None:
         what = f"is {reader.name}, which {reader.library} reads, and that is not installed"
         raise RecordingError(Problem(str(path), what, "", EXTRA))
-    return _found(path, _taken_over(_asked(path, reader, format_name, wanted)))
+    return _found(path, reader, _taken_over(_asked(path, reader, format_name, wanted)))
 
 
-def _found(path: Path, parts: Iterable[tuple[Part, Sequence[NDArray[Any] | None]]]) -> Found:
+def _found(path: Path, reader: Reader, parts: Iterable[tuple[Part, Sequence[NDArray[Any] | None]]]) -> Found:
     made, failed = [], {}
     for part, columns in parts:
         try:
             made.append((_table(path, part, columns), part.joined))
         except RecordingError as error:
             failed[part.name] = error
-    return Found(tuple(made), failed)
+    return Found(tuple(made), failed, reader.one_clock)
 
 
 def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:

@@ -1,7 +1,7 @@
 """SAE J1636: load and deformation tests of elastomeric components.
 
 It asks for a stated test rather than for one set of numbers: cycles before the one that counts, preload, ramp rates,
-hold times, test levels. Three to ten cycles are usual before a component is steady.
+hold times, test levels. Three to ten cycles are usual, it says, before a component is steady.
 
 References
 ----------
@@ -32,14 +32,10 @@ def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
         seen.conditioning > 0 or source.cycles is not None,
     )
     rates = ", ".join(f"{rate:.3g}" for rate in seen.rates)
-    yield Clause(
-        "one ramp rate", f"{rates} per s" if rates else "no time", len(seen.rates) == 1 if rates else None
-    )
-    yield Clause(
-        "the test begins unloaded or at a stated preload",
-        "at rest" if seen.from_rest else "away from rest",
-        seen.from_rest,
-    )
+    one_rate = len(seen.rates) == 1 if rates else None
+    yield Clause("one ramp rate", f"{rates} per s" if rates else "no time", one_rate, practice=True)
+    begun = "at rest" if seen.from_rest else "away from rest"
+    yield Clause("the test begins unloaded or at a stated preload", begun, seen.from_rest, practice=True)
 
 
 STANDARD = Standard(
