@@ -159,6 +159,9 @@ def test_a_tolerance_is_read(tmp_path, value, text):
     rig(tmp_path / "axial.csv")
     path = case(tmp_path, '[[recordings]]\nfile = "axial.csv"\n')
     assert load_case(path, [f"tolerance={value}"]).tolerance.text == text
+    shown = run("check", path, "--set", f"tolerance={value}", "--set", 'geometry.length="40 +- 1 %"')
+    assert f"accepted simulations within {text} of" in " ".join(shown.output.split()), shown.output
+    assert "tolerances geometry.length 40 ± 0.4" in " ".join(shown.output.split())
 
 
 @pytest.mark.parametrize(
@@ -227,6 +230,21 @@ def test_stress_and_strain_are_of_a_coupon_whatever_else_is_in_the_file(tmp_path
     np.testing.assert_allclose(recording.displacement, 0.25 * Q, atol=1e-4)
     np.testing.assert_allclose(recording.force, 0.4 * Q, atol=1e-4)
     assert "are identical and taken as one" in (tmp_path / "case.toml").read_text()
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+def test_columns_without_a_header_are_taken_in_their_usual_order_and_said(tmp_path, columns):
+    rows = "\n".join(
+        ",".join([f"{0.1 * i:.1f}", f"{q:.3f}", f"{100 * q:.3f}"][3 - columns :]) for i, q in enumerate(Q)
+    )
+    (tmp_path / "axial.csv").write_text(rows + "\n")
+    assert run("init", "--from", tmp_path / "axial.csv", tmp_path).exit_code == 0
+    assert "# <-- columns, units: the file has no header" in (tmp_path / "case.toml").read_text()
+    [source] = load_case(tmp_path / "case.toml").recordings
+    recording = read_recording(source)
+    np.testing.assert_allclose(recording.displacement, Q, atol=1e-3)
+    np.testing.assert_allclose(recording.force, 100 * Q, atol=0.1)
+    assert (recording.time is None) == (columns == 2)
 
 
 def test_what_cannot_be_read_is_said_for_each_file(tmp_path):

@@ -132,6 +132,9 @@ def test_sae_j1636():
     assert met(ramps(four, 0.5, conditioning=0), "SAE J1636") == [True, False, True, True]
     assert met(ramps([0.0, 4.0, 0.0], 0.5, conditioning=3), "SAE J1636") == [True, True, True, True]
     assert met(ramps([0.0, 4.0, 0.0], 0.5), "SAE J1636")[0] is False
+    twist = ramps([0.0, 0.4, 0.0], np.radians(2.0), mode="torsional")
+    rates = clauses(observe(twist), Source("torsional", Path("a.csv"), standard="SAE J1636"))[2]
+    assert rates.found == "2 degrees/s"
 
 
 def test_a_standard_of_another_mode_is_not_met():

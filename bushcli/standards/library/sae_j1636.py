@@ -11,11 +11,13 @@ public; what is used here is in public summaries of it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from bushcli.recording.source import Source
 from bushcli.standards.observed import Observed
 from bushcli.standards.standard import Clause, Standard, cycles_clause
+from cases.mode import modes
 
 #: Cycles before the one that counts.
 FEWEST = 3
@@ -31,9 +33,11 @@ def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
         marked,
         seen.conditioning > 0 or source.cycles is not None,
     )
-    rates = ", ".join(f"{rate:.3g}" for rate in seen.rates)
+    turns = modes()[seen.mode].rotational
+    rates = ", ".join(f"{math.degrees(rate) if turns else rate:.3g}" for rate in seen.rates)
+    unit = "degrees/s" if turns else "mm/s"
     one_rate = len(seen.rates) == 1 if rates else None
-    yield Clause("one ramp rate", f"{rates} per s" if rates else "no time", one_rate, practice=True)
+    yield Clause("one ramp rate", f"{rates} {unit}" if rates else "no time", one_rate, practice=True)
     begun = "at rest" if seen.from_rest else "away from rest"
     yield Clause("the test begins unloaded or at a stated preload", begun, seen.from_rest, practice=True)
 
