@@ -146,6 +146,8 @@ def read_program(source: Source) -> tuple[Array | None, Array]:
     table = open_table(source, mode, ("displacement",))
     stamps = column(table, source, mode, "time")
     moved = _moving(table, source, mode, _FEWEST_PROGRAM)
+    if stamps is None and source.sample_rate is not None:
+        return np.arange(len(moved.values)) / source.sample_rate, moved.values
     return None if stamps is None else increasing(table, stamps), moved.values
 
 

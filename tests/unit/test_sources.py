@@ -10,9 +10,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from bushcli.case import load_case, resolved
+from bushcli.case.again import case_again
 from bushcli.cli import main
 from bushcli.errors import CaseError
-from bushcli.recording import read_recording
+from bushcli.recording import read_program, read_recording
 from bushcli.recording.guess import mode_of_name
 
 CASE = """
@@ -135,6 +136,43 @@ def test_machine_units_of_a_case(tmp_path, text):
     shown = resolved(found)["coupons"][0]
     assert shown["gauge_length"] == 20.0
     assert shown["area"] == pytest.approx(8.0)
+
+
+# -- programs of load cases -------------------------------------------------------------------------------------------
+
+
+def program(tmp_path, text):
+    rows = "".join(f"{q:.4f};{2 * q:.4f}\n".replace(".", ",") for q in Q)
+    (tmp_path / "path.csv").write_text(f"Weg A;Weg B\n{rows}")
+    return case(
+        tmp_path, f'[[load_cases]]\nmode = "axial"\n{text}\n[material.parameters]\nC10=0.5\nC20=0.0\nC30=0.0'
+    )
+
+
+def test_the_file_of_a_program_is_read_as_that_of_a_recording(tmp_path):
+    keys = 'columns = {displacement = "Weg B"}\nunits = {displacement = "cm"}\nreverse = ["displacement"]'
+    path = program(tmp_path, f'file = "path.csv"\n{keys}\nsample_rate = 10.0')
+    used = load_case(path)
+    source = used.load_cases[0].source
+    time, displacement = read_program(source)
+    np.testing.assert_allclose(displacement, -20.0 * Q, atol=1e-2)
+    np.testing.assert_allclose(time, 0.1 * np.arange(len(Q)), atol=1e-12)
+    assert case_again(resolved(used), tmp_path).load_cases[0].source == source
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("amplitude = 3.0\ngroup = 2", r"load_cases\[0\]\.group has no meaning without a file"),
+        (
+            'file = "path.csv"\nunits = {displacement = "kN"}',
+            '"kN" is not a unit of displacement for mode axial',
+        ),
+    ],
+)
+def test_keys_that_say_nothing_of_a_program_are_refused(tmp_path, text, message):
+    with pytest.raises(CaseError, match=message):
+        load_case(program(tmp_path, text))
 
 
 # -- tolerance ---------------------------------------------------------------------------------------------------------
