@@ -119,7 +119,10 @@ def settled(task: Task, values: Sequence[Value]) -> Task:
     case, material = task.load(values)
     if not case.effects or not case.recordings:
         return task
-    return replace(task, fineness=fineness_of(case, material, _measured))
+    try:
+        return replace(task, fineness=fineness_of(case, material, _measured))
+    except (InputError, GeometryError, ValueError):
+        return task  # the row of that design will say what is wrong with it
 
 
 def written(value: Value) -> str:

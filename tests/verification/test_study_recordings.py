@@ -76,6 +76,16 @@ def test_designs_are_what_direct_makes_of_them_and_cost_one_march(recorded, monk
     np.testing.assert_allclose(rows[2]["axial.force"], channel.curve.force, rtol=1e-6, atol=1e-4)
 
 
+def test_a_design_that_cannot_be_simulated_ends_in_its_row_and_not_the_study(recorded):
+    """The recorded travel of 3 mm is more than a wall of 2 mm allows across the axis."""
+    recorded.write_text((CASE + MEMORY).replace('mode = "axial"', 'mode = "radial"'))
+    keys, answers = ("geometry.outer_radius",), default_answers(load_case(recorded))
+    task = settled(Task(recorded, (), keys, answers), (11.0,))
+    assert task.fineness == {}
+    (row,) = evaluate(task, 0, [(11.0,)])
+    assert (row["status"], row["failure"]) == ("failed", "input")
+
+
 def test_a_file_that_was_written_anew_is_read_anew(recorded):
     recorded.write_text(CASE)
     measured, file = Measured(), recorded.parent / "axial.csv"
