@@ -11,7 +11,7 @@ RUN apt-get update \
 # What Debian does not have comes from PyPI in the versions of the lock file, with their hashes.
 COPY . /src
 RUN python3 -m venv --system-site-packages --without-pip /opt/bushcli \
-    && for wanted in "hatchling setuptools" bushcli; do \
+    && for wanted in "hatchling setuptools" "bushcli[rig,fmu,study]"; do \
          /opt/bushcli/bin/python /src/setup/locked.py $wanted >/tmp/missing.txt || exit 1; \
          [ ! -s /tmp/missing.txt ] || /opt/bushcli/bin/python -m pip install --no-cache-dir --no-deps \
              --require-hashes --no-build-isolation -r /tmp/missing.txt || exit 1; \

@@ -43,7 +43,7 @@ format: setup ## put all files into the common format
 bench: setup ## measure the speed, beside other programs
 	$(IN) python -m benchmarks
 
-install: ## put bushcli on the PATH (~/.local/bin; as root /usr/local/bin; or BINDIR=...)
+install: ## put bushcli on the PATH (~/.local/bin; as root /usr/local/bin; or BINDIR=...), EXTRAS= for less of it
 	@bash setup/install.sh
 
 uninstall: ## take it off again

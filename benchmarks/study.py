@@ -32,6 +32,17 @@ mode = "{mode}"
 amplitude = {amplitude}
 steps = {steps}
 """
+# In place of the load case: a recording, whose path is marched where the rubber has a memory.
+RECORDING = """
+[[recordings]]
+mode = "axial"
+file = "axial.csv"
+"""
+MEMORY = """
+[[effects]]
+name = "viscoelasticity"
+parameters = {{ g1 = 0.3, tau1 = 2.0 }}
+"""
 AXIAL, RADIAL = ("axial", 8.0, 20), ("radial", 2.0, 10)
 WORKERS = 2
 
@@ -44,13 +55,30 @@ def study(runs: int) -> Iterator[str]:
         yield _throughput(load, designs)
     yield f"\n| one process | per design | march alone | ratio |\n{'| --- ' * 4}|"
     for load in (AXIAL, RADIAL):
-        yield _overhead(load)
+        with tempfile.TemporaryDirectory() as folder:
+            yield _overhead(load[0], _case(Path(folder), load))
+    for name, effects in (("axial recording", ""), ("axial recording, viscoelastic", MEMORY)):
+        with tempfile.TemporaryDirectory() as folder:
+            yield _overhead(name, _recorded(Path(folder), effects))
     yield "\n" + _rows(100_000)
 
 
 def _case(folder: Path, load: tuple[str, float, int]) -> Path:
     file = folder / "case.toml"
     file.write_text(CASE.format(mode=load[0], amplitude=load[1], steps=load[2]))
+    return file
+
+
+def _recorded(folder: Path, effects: str) -> Path:
+    """Write a case with a recording of four cycles and a hold, 4,000 samples."""
+    t = np.linspace(0.0, 100.0, 4000)
+    corners = np.arange(0.0, 100.0, 10.0)
+    q = np.interp(t, corners, [0.0, 4.0, -4.0, 4.0, -4.0, 8.0, 8.0, -8.0, 8.0, 0.0])
+    rows = "".join(f"{a:.3f},{b:.4f},{400.0 * b:.2f}\n" for a, b in zip(t, q, strict=True))
+    (folder / "axial.csv").write_text("time_s,displacement_mm,force_N\n" + rows)
+    file = folder / "case.toml"
+    text = CASE.partition("[[load_cases]]")[0] + RECORDING + effects
+    file.write_text(text.replace("{{", "{").replace("}}", "}"))
     return file
 
 
@@ -73,13 +101,13 @@ def _throughput(load: tuple[str, float, int], designs: int) -> str:
     return f"| {load[0]} | {designs} | {WORKERS} | {wall:.1f} s | {per:.1f} ms | {largest:.0f} MB |"
 
 
-def _overhead(load: tuple[str, float, int], designs: int = 60) -> str:
+def _overhead(name: str, file: Path, designs: int = 60) -> str:
     """Time whole designs and the marches in them, in one process and in turn, so that other work disturbs both."""
     from bushcli.case import load_case
     from bushcli.study import task as module
     from bushcli.study.answers import default_answers
     from bushcli.study.plan import plan
-    from bushcli.study.task import SECONDS, Task, evaluate
+    from bushcli.study.task import SECONDS, Task, evaluate, settled
     from bushcli.study.variable import of_tolerance
 
     marched = []
@@ -90,19 +118,17 @@ def _overhead(load: tuple[str, float, int], designs: int = 60) -> str:
         marched.append(found.channels[0].seconds["march"])
         return found
 
-    with tempfile.TemporaryDirectory() as folder:
-        file = _case(Path(folder), load)
-        case = load_case(file)
-        chosen = plan([of_tolerance(key, one) for key, one in case.toleranced.items()], "lhs", designs)
-        task = Task(file, (), chosen.keys, default_answers(case))
-        evaluate(task, 0, chosen.rows)
-        module.predict = watched  # type: ignore[assignment]
-        try:
-            rows = evaluate(task, 0, chosen.rows)
-        finally:
-            module.predict = predict
+    case = load_case(file)
+    chosen = plan([of_tolerance(key, one) for key, one in case.toleranced.items()], "lhs", designs)
+    task = settled(Task(file, (), chosen.keys, default_answers(case)), chosen.rows[0])
+    evaluate(task, 0, chosen.rows)
+    module.predict = watched  # type: ignore[assignment]
+    try:
+        rows = evaluate(task, 0, chosen.rows)
+    finally:
+        module.predict = predict
     whole, march = (float(np.median(times)) for times in ([row[SECONDS] for row in rows], marched))
-    return f"| {load[0]} | {1e3 * whole:.1f} ms | {1e3 * march:.1f} ms | {whole / march:.2f} |"
+    return f"| {name} | {1e3 * whole:.1f} ms | {1e3 * march:.1f} ms | {whole / march:.2f} |"
 
 
 def _rows(count: int) -> str:

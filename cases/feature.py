@@ -8,7 +8,7 @@ are made of one each.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -122,6 +122,11 @@ class Feature:
     springs: float = 0.0
     breaks: Mirrors = frozenset()
     assembled: bool = False
+
+    @property
+    def of_rubber(self) -> bool:
+        """Whether it is of the rubber alone: it then knows nothing of the mesh, and goes with it to another shape."""
+        return replace(self, branches=None, compliance=None) == Feature()
 
     @property
     def one_sided(self) -> bool:

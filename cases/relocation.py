@@ -12,7 +12,7 @@ def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
     Parameters
     ----------
     model
-        Without features, some of which know the mesh as it was.
+        Without features but those of the rubber; others know the mesh as it was.
     mesh
         The mesh, with the shape that it has now.
     constrained : shape (n, 3)
@@ -21,10 +21,10 @@ def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
     Raises
     ------
     ValueError
-        The model has features.
+        The model has other features.
     """
-    if model.features:
-        raise ValueError("a model with features cannot be moved to another shape")
+    if not all(item.feature.of_rubber for item in model.features):
+        raise ValueError("a model with features of the assembly cannot be moved to another shape")
     model.mesh = mesh
     for part in model.body.parts:
         part.points.locate(mesh)

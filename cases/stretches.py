@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import basix
 import numpy as np
@@ -16,6 +17,8 @@ from geometry.dolfinx_api import cell_nodes
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
+
+_kept: WeakKeyDictionary[Model, dict[str, tuple[NamedMesh, Points]]] = WeakKeyDictionary()
 
 
 def principal_stretches(model: Model, points: Array | None = None, region: str = "rubber") -> Array:
@@ -51,11 +54,24 @@ def stretch_points(model: Model, points: Array | None = None, region: str = "rub
     region : str
         Name of the region.
     """
+    if points is not None:
+        return _points(model, region, points)
+    return _usual_points(model, region)
+
+
+def _usual_points(model: Model, region: str) -> Points:
+    """Return the points where nobody has chosen others; a model keeps them, and takes them to another shape."""
     mesh = model.mesh
-    if points is None:
-        degree = 2 if mesh.simplices else 3
-        points, _ = basix.make_quadrature(mesh.mesh.basix_cell(), degree)
-    return _points(model, region, points)
+    degree = 2 if mesh.simplices else 3
+    points, _ = basix.make_quadrature(mesh.mesh.basix_cell(), degree)
+    if not all(item.feature.of_rubber for item in model.features):
+        return _points(model, region, points)  # the stress-free body goes with the values of the effects
+    kept = _kept.setdefault(model, {})
+    of, found = kept.get(region) or (mesh, _points(model, region, points))
+    if of is not mesh:
+        found.locate(mesh)
+    kept[region] = (mesh, found)
+    return found
 
 
 def stretches_at(at: Points, x: Array) -> Array:

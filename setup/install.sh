@@ -4,6 +4,7 @@
 #   bushcli-env    runs any command in its environment: bushcli-env mpirun -n 2 bushcli direct case.toml
 #   mpirun         the same mpirun by its own name, where there is no other
 # Beside them, in share/: the completion of bash, zsh and fish, and the manual page.
+# With it come the optional parts; EXTRAS=rig,fmu chooses fewer, EXTRAS= none, EXTRAS=rig,fmu,study,slurm one more.
 # install.sh --remove takes them off again. BINDIR chooses the directory.
 set -euo pipefail
 # shellcheck source=setup/lib.sh

@@ -22,7 +22,7 @@ if [ $# = 0 ] && [ "$suite" != "$usual_suite" ]; then venv+=-$suite; fi
 made_from() {
     { sed '/^\[tool\.ruff\]/,$d' "$checkout/pyproject.toml" && cat "$checkout"/setup/*; } | digest
     printf '%s\n' "${BUSHCLI_WAY:-shortest}" "$suite" "$checkout" "$home"
-    if (($# > 0)); then find "$checkout"/{bushcli,cases,forms,geometry,examples} -type f | sort | xargs sha256sum; fi
+    if (($# > 0)); then printf '%s\n' "$extras" && find "$checkout"/{bushcli,cases,forms,geometry,examples} -type f | sort | xargs sha256sum; fi
 }
 
 is_complete() {

@@ -1,11 +1,14 @@
 # The virtual environment and its `enter` script. Sourced by setup.sh.
 # shellcheck shell=bash disable=SC2154
 
+# Optional parts of an installed bushcli: readers of rigs' files, FMUs, studies. EXTRAS chooses others, or none.
+extras=${EXTRAS-rig,fmu,study}
+
 # What PyPI has, on top of what $python imports. Any argument: an ordinary installation, without the checking tools.
 make_venv() {
     local options=(--system-site-packages) target=(-e "$checkout") wanted=("bushcli[dev]")
     local base="$python $root $checkout $(digest <"$checkout/setup/requirements.lock")"
-    if (($# > 0)); then target=("$checkout") wanted=(bushcli); fi
+    if (($# > 0)); then target=("$checkout") wanted=("bushcli${extras:+[$extras]}"); fi
     mkdir -p "$(dirname "$venv")"
     need_space "$(dirname "$venv")" 500 "the virtual environment"
     if [ "$(cat "$venv/base" 2>/dev/null)" != "$base" ]; then rm -rf "$venv"; fi

@@ -17,6 +17,7 @@ from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
     CouponTable,
     EffectTable,
+    FileTable,
     LoadCaseTable,
     MaterialTable,
     MeshTable,
@@ -24,7 +25,7 @@ from bushcli.case.schema import (
     Table,
     ToleranceTable,
 )
-from bushcli.case.sources import SourceBuilder, find_file
+from bushcli.case.sources import SourceBuilder, find_file, source_of, wrong_units
 from bushcli.case.tolerance import CLASSES, DEFAULT, Tolerance
 from bushcli.effects.active import ActiveEffect
 from bushcli.errors import printable
@@ -219,7 +220,14 @@ class Builder:
                 what = f"{dotted((*keys, 'rate'))} has no meaning: the file gives the times"
                 self.findings.append(Finding((*keys, "rate"), what))
             file = find_file(self.folder, key, table.file, self.findings)
-            return LoadCase(table.mode, steps=table.steps, source=Source(table.mode, file)) if file else None
+            if file is None:
+                return None
+            source = source_of(table, table.mode, file)
+            self.findings += wrong_units(keys, source)
+            return LoadCase(table.mode, steps=table.steps, source=source)
+        for name in sorted(FileTable.model_fields.keys() & table.model_fields_set):
+            what = f"{dotted((*keys, name))} has no meaning without a file"
+            self.findings.append(Finding((*keys, name), what))
         unit = math.radians(1.0) if modes()[table.mode].rotational else 1.0
         points = table.path if table.path is not None else [0.0, float(table.amplitude or 0.0)]
         path = tuple(unit * q for q in (points if points[0] == 0.0 else [0.0, *points]))

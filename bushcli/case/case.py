@@ -226,7 +226,8 @@ def _load_case(load_case: LoadCase, folder: Path) -> dict[str, Any]:
     if load_case.six is not None:
         return shown | {"path": _six(load_case.six)}
     if load_case.source is not None:
-        return shown | {"file": _relative(load_case.source.file, folder)}
+        given = {key: value for key, value in _source(load_case.source, folder).items() if value}
+        return shown | {key: value for key, value in given.items() if key != "name"}
     turned = modes()[load_case.mode].rotational
     # Twelve digits: 30 degrees must not come back as 29.999999999999996.
     path = [float(f"{math.degrees(q) if turned else q:.12g}") for q in load_case.path]

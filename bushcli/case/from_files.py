@@ -160,6 +160,10 @@ def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ..
     chosen, choices = _with_choices(source)
     if choices:
         yield chosen, (*remarks, *choices)
+    unnamed = _without_header(source)
+    if unnamed is not None:
+        what = "<-- columns, units: the file has no header; time, travel and force in this order?"
+        yield unnamed, (*remarks, what)
     if format_of(source.file) == "zs2":
         mode = modes()[source.mode]
         units: dict[Quantity, str] = {"time": "s"}
@@ -192,6 +196,25 @@ def _with_choices(source: Source) -> tuple[Source, tuple[str, ...]]:
             others = ", ".join(f"{i + 1} ({_quoted(table.names[i])})" for i in several[:6])
             remarks.append(f"<-- columns: the {quantity} could be any of {others}")
     return replace(source, columns=columns), tuple(remarks)
+
+
+def _without_header(source: Source) -> Source | None:
+    """Return a source with two or three columns in their usual order, where a text file says nothing of them."""
+    if format_of(source.file):
+        return None
+    table = read_table(source.file)
+    number = len(table.names)
+    if any(table.names) or any(table.units) or number not in (2, 3):
+        return None
+    names: tuple[Quantity, ...] = _QUANTITIES[3 - number :]
+    columns: dict[Quantity, str | int] = {name: i for i, name in enumerate(names, start=1)}
+    mode = modes()[source.mode]
+    units = {
+        name: _USUAL[source.measured(name, mode.specimen, mode.rotational)]
+        for name in names
+        if name != "time"
+    }
+    return replace(source, columns=columns, units=units | ({"time": "s"} if number == 3 else {}))
 
 
 def _table(entry: _Entry, name: str, section: str, folder: Path) -> str:

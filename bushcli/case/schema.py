@@ -94,19 +94,6 @@ def _table_or_list(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
     return value if isinstance(value, dict) else handler(value)
 
 
-class LoadCaseTable(Table):
-    """``[[load_cases]]``."""
-
-    mode: str = Field(description="a mode, see bushcli list modes")
-    amplitude: float | None = Field(default=None, description="mm or degrees; stretch - 1 for a coupon")
-    path: Annotated[list[float] | None, Field(min_length=2), WrapValidator(_table_or_list)] = Field(
-        default=None, description="points to go through, mm or degrees; a table of six motions for mode path"
-    )
-    rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s")
-    file: Name | None = Field(default=None, description="CSV with the path of the displacement")
-    steps: int = Field(default=20, ge=1, le=100_000, description="steps on the longest segment of the path")
-
-
 class ColumnsTable(Table):
     """``columns``: column by name or by number from 1."""
 
@@ -127,14 +114,9 @@ class UnitsTable(Table):
     force: str | None = Field(default=None, validation_alias=AliasChoices("force", "moment", "stress"))
 
 
-class RecordingTable(Table):
-    """``[[recordings]]``."""
+class FileTable(Table):
+    """How the file of a recording or a program is read."""
 
-    mode: str | None = Field(
-        default=None, description="a mode, see bushcli list modes; absent = what the name of the file tells"
-    )
-    file: Name = Field(description="file of a test rig, or a pattern of files, relative to the case file")
-    name: Name | None = Field(default=None, description="name of the channel; absent = the mode")
     columns: ColumnsTable = Field(default_factory=ColumnsTable)
     units: UnitsTable = Field(default_factory=UnitsTable)
     delimiter: Literal[",", ";", "\t", " ", "comma", "semicolon", "tab", "space"] | None = None
@@ -142,7 +124,6 @@ class RecordingTable(Table):
     reverse: list[Literal["displacement", "force"]] | None = Field(
         default=None, min_length=1, description="columns whose sign is reversed"
     )
-    cycles: list[Annotated[int, Field(ge=1)]] | None = Field(default=None, min_length=1)
     accept: list[float] | None = Field(
         default=None, description="measured values that look like codes for missing values"
     )
@@ -154,6 +135,30 @@ class RecordingTable(Table):
     sample_rate: float | None = Field(
         default=None, gt=0, description="Hz; samples per second of a file without a time"
     )
+
+
+class LoadCaseTable(FileTable):
+    """``[[load_cases]]``."""
+
+    mode: str = Field(description="a mode, see bushcli list modes")
+    amplitude: float | None = Field(default=None, description="mm or degrees; stretch - 1 for a coupon")
+    path: Annotated[list[float] | None, Field(min_length=2), WrapValidator(_table_or_list)] = Field(
+        default=None, description="points to go through, mm or degrees; a table of six motions for mode path"
+    )
+    rate: float | None = Field(default=None, gt=0, description="mm/s or degrees/s")
+    file: Name | None = Field(default=None, description="file with the path of the displacement")
+    steps: int = Field(default=20, ge=1, le=100_000, description="steps on the longest segment of the path")
+
+
+class RecordingTable(FileTable):
+    """``[[recordings]]``."""
+
+    mode: str | None = Field(
+        default=None, description="a mode, see bushcli list modes; absent = what the name of the file tells"
+    )
+    file: Name = Field(description="file of a test rig, or a pattern of files, relative to the case file")
+    name: Name | None = Field(default=None, description="name of the channel; absent = the mode")
+    cycles: list[Annotated[int, Field(ge=1)]] | None = Field(default=None, min_length=1)
     rate: float | None = Field(
         default=None, gt=0, description="mm/s, degrees/s or 1/s; speed of a test without a time"
     )

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
 from bushcli.case import six
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.limits import MOST_ENTRIES
-from bushcli.case.schema import RecordingTable
+from bushcli.case.schema import FileTable, RecordingTable
 from bushcli.errors import nearest
 from bushcli.recording.guess import mode_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
@@ -20,6 +21,49 @@ from cases.mode import modes
 
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 _PATTERN = re.compile(r"[*?\[]")
+
+
+def source_of(table: FileTable, mode: str, file: Path) -> Source:
+    """Return a source with what a table says of how its file is read.
+
+    Parameters
+    ----------
+    table : FileTable
+    mode : str
+    file : Path
+    """
+    quantities: tuple[Quantity, ...] = ("time", "displacement", "force")
+    return Source(
+        mode=mode,
+        file=file,
+        columns={q: column for q in quantities if (column := getattr(table.columns, q)) is not None},
+        units={q: unit for q in quantities if (unit := getattr(table.units, q)) is not None},
+        delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
+        decimal=table.decimal,
+        reverse=tuple(sorted(set(table.reverse or ()))),
+        accept=tuple(sorted(set(table.accept or ()))),
+        group=table.group,
+        sample_rate=table.sample_rate,
+    )
+
+
+def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
+    """Yield a finding for each unit of a source that is no unit of what its column measures.
+
+    Parameters
+    ----------
+    keys : tuple
+        Place of the source in the case file.
+    source : Source
+        In a mode that there is.
+    """
+    mode = modes()[source.mode]
+    for quantity, unit in source.units.items():
+        measured = source.measured(quantity, mode.specimen, mode.rotational)
+        found = find_unit(unit, measured)
+        if found is None or found.measured != measured:
+            kind = f"unit of {quantity} for mode {source.mode}"
+            yield unknown_name((*keys, "units", quantity), unit, UNITS[measured], kind)
 
 
 class SourceBuilder:
@@ -103,26 +147,12 @@ class SourceBuilder:
     def _source(
         self, table: RecordingTable, keys: Keys, file: Path, mode: str, known: bool, name: str
     ) -> Source:
-        columns: dict[Quantity, str | int] = {}
-        quantities: tuple[Quantity, ...] = ("time", "displacement", "force")
-        for quantity in quantities:
-            if (column := getattr(table.columns, quantity)) is not None:
-                columns[quantity] = column
         turned = known and modes()[mode].rotational
-        source = Source(
-            mode=mode,
-            file=file,
+        source = replace(
+            source_of(table, mode, file),
             name=name,
-            columns=columns,
-            units={q: unit for q in quantities if (unit := getattr(table.units, q)) is not None},
-            delimiter=_DELIMITERS.get(table.delimiter or "", table.delimiter),
-            decimal=table.decimal,
-            reverse=tuple(sorted(set(table.reverse or ()))),
             cycles=tuple(sorted(set(table.cycles))) if table.cycles else None,
-            accept=tuple(sorted(set(table.accept or ()))),
             largest_stretch=getattr(table, "largest_stretch", None),
-            group=table.group,
-            sample_rate=table.sample_rate,
             rate=None if table.rate is None else math.radians(table.rate) if turned else table.rate,
             conditioning=table.conditioning,
             standard=table.standard,
@@ -132,18 +162,8 @@ class SourceBuilder:
             what = f"{dotted((*keys, 'rate'))} and sample_rate both give the time"
             self.findings.append(Finding((*keys, "rate"), what, expected="give one of them"))
         if known:
-            self._units(keys, source)
+            self.findings += wrong_units(keys, source)
         return source
-
-    def _units(self, keys: Keys, source: Source) -> None:
-        """Check that the units of a source are units of what its columns measure."""
-        mode = modes()[source.mode]
-        for quantity, unit in source.units.items():
-            measured = source.measured(quantity, mode.specimen, mode.rotational)
-            found = find_unit(unit, measured)
-            if found is None or found.measured != measured:
-                kind = f"unit of {quantity} for mode {source.mode}"
-                self.findings.append(unknown_name((*keys, "units", quantity), unit, UNITS[measured], kind))
 
     def _specimen(self, keys: Keys, table: RecordingTable, mode: str) -> Specimen:
         """Return the dimensions of a coupon in machine units, and which stress and strain its file holds."""

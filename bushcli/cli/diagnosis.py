@@ -90,13 +90,7 @@ def diagnose(
 
     case = run.load()
     several = ranks_there_are() > 1
-    if several and workers > 1:
-        raise InputError(
-            Problem("--workers", "cannot be combined with mpirun", "", "mpirun -n N starts N - 1 workers")
-        )
-    if scheduler and (several or workers > 1):
-        other = "mpirun" if several else "--workers"
-        raise InputError(Problem("--scheduler", f"cannot be combined with {other}", "", "one or the other"))
+    _one_way_to_share(several, workers, scheduler)
     if resume and run.output is None:
         raise InputError(Problem("--resume", "needs the folder of the run to continue", "", "-o DIR"))
     with elsewhere(several, scheduler) as executor:
@@ -128,6 +122,17 @@ def diagnose(
                 _say_what_is_saved(run, journal)
             raise
         return _reported(run, found, strict)
+
+
+def _one_way_to_share(several: bool, workers: int, scheduler: str | None) -> None:
+    """Refuse more than one of mpirun, --workers and --scheduler."""
+    if several and workers > 1:
+        raise InputError(
+            Problem("--workers", "cannot be combined with mpirun", "", "mpirun -n N starts N - 1 workers")
+        )
+    if scheduler and (several or workers > 1):
+        other = "mpirun" if several else "--workers"
+        raise InputError(Problem("--scheduler", f"cannot be combined with {other}", "", "one or the other"))
 
 
 def _reported(run: Run, found: Diagnosis, strict: bool) -> int:

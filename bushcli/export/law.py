@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +29,7 @@ class BushingLaw:
                     "mode": one.mode,
                     "maxwell": [{"g": g, "tau": tau} for g, tau in one.data["maxwell"]],
                     "sliders": len(one.data["sliders"]),
+                    "softens": bool(one.data["softening"]),
                     "displacement_from": _shown(one, one.data["displacement"][0]),
                     "displacement_to": _shown(one, one.data["displacement"][-1]),
                     "rms_percent": one.rms_percent,
@@ -97,7 +99,16 @@ def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
         "maxwell": data["maxwell"],
         # A slider's stiffness is on the elastic force, without a unit; its limit is a force.
         "sliders": [[k, force * limit] for k, limit in data["sliders"]],
+        "softening": _softening(data["softening"], length, force),
     }
+
+
+def _softening(data: Mapping[str, Any], length: float, force: float) -> dict[str, Any]:
+    """Return the data of a softening in the units of the FMU."""
+    if not data:
+        return {}
+    lost = {key: (force * np.array(data[key])).tolist() for key in ("lost", "lost_slope")}
+    return {"reached": [length * value for value in data["reached"]], "share": list(data["share"])} | lost
 
 
 def _base_units(units: UnitSystem) -> dict[str, dict[str, str]]:

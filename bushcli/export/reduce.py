@@ -2,9 +2,10 @@
 
 Three simulations give what `fmu.force_law` needs: the curve after a long rest S; the curve with branches that
 neither relax nor slip, whose excess over S is H; a first loading with friction, whose excess over S is met by
-sliders on H that give way one after the other. The times tau_i are the rubber's. A fourth simulation follows a
-program of ramps, reversals and holds, which took part in nothing, and says how far the force law is from the
-bushing.
+sliders on H that give way one after the other. The times tau_i are the rubber's. Softening after the first loading
+takes simulations to several displacements and back: what is lost on the way back depends on how far it went. A last
+simulation follows a program of ramps, reversals and holds, which took part in nothing, and says how far the force law
+is from the bushing.
 
 References
 ----------
@@ -27,6 +28,7 @@ from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect, acting
 from bushcli.errors import InputError, Problem
 from bushcli.export.fmu.force_law import Channel
+from bushcli.export.soften import softening
 from cases.march import NotConverged
 from cases.mode import modes
 
@@ -40,7 +42,7 @@ SLIDERS = 10
 # A relaxation time that nothing relaxes in during a simulation of seconds.
 _NEVER = 1e6
 # Effects of the rubber that depend on more than the law's state variables.
-_REFUSED = ("mullins", "permanent_set", "warming")
+_REFUSED = ("permanent_set", "warming")
 
 
 @dataclass(frozen=True)
@@ -100,9 +102,7 @@ def reduce(
     """
     for one in case.effects:
         if one.effect.name in _REFUSED:
-            what = (
-                f"a force law of Maxwell branches and sliders has no place for the effect {one.effect.name}"
-            )
+            what = f"a force law of branches, sliders and softening has no place for the effect {one.effect.name}"
             remedy = f"--without {one.effect.name} for the force law without it"
             raise InputError(Problem("--to fmu", what, "", remedy))
     found = []
@@ -126,7 +126,7 @@ class _Bushing:
         active = [
             one for one in active if any(one.values.get(p.name) != p.off for p in one.effect.amplitudes)
         ]
-        remembering = ("viscoelasticity", "friction")
+        remembering = ("viscoelasticity", "friction", "mullins")
         self.effects = {one.effect.name: one for one in active if one.effect.name in remembering}
         self.others = [one for one in active if one.effect.name not in remembering]
 
@@ -164,12 +164,14 @@ class _Bushing:
         data["maxwell"] = [[g, tau] for g, tau in series]
         if friction is not None:
             data["sliders"] = self._sliders(friction, grid, static, elastic)
+        mullins = self.effects.get("mullins")
+        data["softening"] = {} if mullins is None else softening(self.force, mullins, grid, static)
         for key, values in (("force", static), ("elastic", elastic)):
             data[key], data[f"{key}_slope"] = values, _slopes(grid, values)
         data = {
             key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in data.items()
         }
-        program = _program(low, high, [tau for _, tau in series])
+        program = _program(low, high, [tau for _, tau in series], grows=mullins is not None)
         simulated = self.force(program[:, 1], program[:, 0], list(self.effects.values()))
         return Reduced(self.name, self.mode, data, program, simulated, follow(data, program))
 
@@ -252,12 +254,18 @@ def _slopes(x: Array, y: Array) -> Array:
     return np.asarray(CubicSpline(x, y)(x, 1))
 
 
-def _program(low: float, high: float, times: Sequence[float]) -> Array:
-    """Return time and displacement of a check: ramp, hold, reversals of two amplitudes, slow and ten times as fast."""
+def _program(low: float, high: float, times: Sequence[float], grows: bool) -> Array:
+    """Return time and displacement of a check: ramp, hold, reversals of two amplitudes, slow and ten times as fast.
+
+    One that grows begins with half the amplitude, which conditions the rubber for that and no more.
+    """
     unit = float(np.exp(np.mean(np.log(times)))) if times else 1.0
     small = 0.3 * high + 0.7 * low, 0.7 * high + 0.3 * low
     corners = [(0.0, 0.0), (0.5, high), (1.5, high), (2.5, low), (3.5, high)]
     corners += [(3.6, small[0]), (3.7, small[1]), (3.8, small[0]), (5.0, small[0]), (5.1, 0.0), (6.0, 0.0)]
+    if grows:
+        small_first = [(0.0, 0.0), (0.5, 0.5 * high), (1.0, 0.5 * low)]
+        corners = [*small_first, *((t + 1.5, q) for t, q in corners)]
     rows = [(0.0, 0.0)]
     for (t0, q0), (t1, q1) in pairwise(corners):
         rows += [(t0 + (t1 - t0) * i / 10, q0 + (q1 - q0) * i / 10) for i in range(1, 11)]

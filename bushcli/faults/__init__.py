@@ -6,6 +6,6 @@ corrected first. Others touch a few samples (spikes, stuck samples, a clipped lo
 """
 
 from bushcli.faults.fault import DataFault, Kind, condition, masks
-from bushcli.faults.find import bad_samples, find_faults
+from bushcli.faults.find import bad_samples, find_faults, sample_faults
 
-__all__ = ["DataFault", "Kind", "bad_samples", "condition", "find_faults", "masks"]
+__all__ = ["DataFault", "Kind", "bad_samples", "condition", "find_faults", "masks", "sample_faults"]

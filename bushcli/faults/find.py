@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -29,7 +29,11 @@ _BESIDE = 3.0
 _LEFT_OUT = "fits and diagnosis leave these samples out; for `bushcli direct` delete their rows"
 
 
-def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault, ...]:
+def find_faults(
+    case: Case,
+    recordings: Sequence[Recording],
+    of_samples: Callable[[Recording], Iterable[DataFault]] | None = None,
+) -> tuple[DataFault, ...]:
     """Return the faults of recordings, the fatal ones first.
 
     Parameters
@@ -38,6 +42,8 @@ def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault,
         Its shape determines how stiff a bushing of rubber can be.
     recordings : sequence of Recording
         As they were read, of bushing or coupons.
+    of_samples : callable or None
+        In place of `sample_faults`, where some of these are known.
 
     Returns
     -------
@@ -48,7 +54,7 @@ def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault,
     left_out: list[Mask] = []
     for recording in recordings:
         bad = np.zeros(len(recording.force), dtype=bool)
-        for fault in _samples(recording):
+        for fault in (of_samples or sample_faults)(recording):
             found.append(fault)
             bad |= fault.samples
         left_out.append(bad if bad.mean() < _MOST_BAD else np.zeros_like(bad))
@@ -60,13 +66,13 @@ def find_faults(case: Case, recordings: Sequence[Recording]) -> tuple[DataFault,
 def bad_samples(recording: Recording) -> Mask:
     """Return which samples (n,) of a recording a fit must not use; none where they are most of it."""
     bad = np.zeros(len(recording.force), dtype=bool)
-    for fault in _samples(recording):
+    for fault in sample_faults(recording):
         bad |= fault.samples
     return bad if bad.mean() < _MOST_BAD else np.zeros_like(bad)
 
 
-def _samples(recording: Recording) -> Iterator[DataFault]:
-    """Yield the faults of single samples."""
+def sample_faults(recording: Recording) -> Iterator[DataFault]:
+    """Yield the faults of single samples, which no case is needed for."""
     if recording.repeated:
         lines = ", ".join(map(str, recording.repeated[:3]))
         rest = len(recording.repeated) - 3

@@ -153,7 +153,8 @@ def _scale(shape: Shape, recording: Recording, bad: Mask) -> _Scale | None:
     q, force = recording.displacement[~bad], recording.force[~bad]
     if unit is None or len(q) < 3 or np.ptp(q) == 0:
         return None
-    curve = Recording(recording.mode, q, force)
+    # A recording remembers its stiffness at rest, which a study asks for beside every design.
+    curve = Recording(recording.mode, q, force) if bad.any() else recording
     found = [slope(q, force), curve.secant_stiffness(), curve.initial_stiffness()]
     size = [abs(value) for value in found if math.isfinite(value) and value != 0]
     if not size:

@@ -14,8 +14,9 @@ Two stiffnesses are defined here once, for coarse noise-free and for dense noisy
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,6 +133,10 @@ class Curve:
         merged = np.bincount(group, q) / counts, np.bincount(group, force) / counts
         return Curve(self.mode, *merged)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields alone: what was calculated of them would make equal curves different bytes."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
     def part(self, start: int, stop: int) -> Curve:
         """Return the samples ``start:stop``, such as those of a branch.
 
@@ -154,6 +159,10 @@ class Curve:
         float
             nan where too few points (fewer than 2 displacements) are near zero.
         """
+        return self._initial
+
+    @cached_property
+    def _initial(self) -> float:
         branch = next((b for b in segment(self.displacement, self.time) if b.kind == "loading"), None)
         # The sample before the branch is the turning point that it starts from.
         cut = slice(max(branch.start - 1, 0), branch.stop) if branch else slice(None)

@@ -24,6 +24,12 @@ _THOUSANDS = {
     ".": re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}", re.ASCII),
     ",": re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII),
 }
+#: Signs that separate thousands beside a decimal point and a decimal comma: 1,234.5  1.234,5  1'234.5  1 234,5.
+_GROUPS = {".": ",'\u2019 \u00a0\u202f", ",": ".'\u2019 \u00a0\u202f"}
+_GROUPED = {
+    sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?P<by>[{signs}])\d{{3}}((?P=by)\d{{3}})*([{sign}]\d*)?", re.ASCII)
+    for sign, signs in _GROUPS.items()
+}
 #: What loggers write for a missing value: 999 and more nines, the ends of 16 and 32 bits, 1e10 and beyond.
 _CODE = re.compile(
     r"[+-]?(9{3,}([.,](0*|9+))?|3276[78]([.,]0*)?|6553[56]([.,]0*)?|214748364[78]([.,]0*)?"
@@ -64,6 +70,41 @@ def to_float(field: str, decimal: str) -> float:
         return float(text)
     except ValueError:
         return float("nan")
+
+
+def is_grouped(field: str, decimal: str) -> bool:
+    """Whether a field can only be a number with separators of thousands: ``1.234,5``, but not ``1.234``.
+
+    Parameters
+    ----------
+    field : str
+        Text of a field.
+    decimal : str
+        Decimal sign of the file, "." or ",".
+    """
+    found = _GROUPED[decimal].fullmatch(field)
+    if found is None:
+        return False
+    return decimal in field or found["by"] not in ".," or field.count(found["by"]) > 1
+
+
+def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
+    """Return the fields of a column that have separators of thousands, by place, without them.
+
+    One number that can only be written with separators, such as ``1.234,5``, says that the sign separates thousands in
+    the others too.
+
+    Parameters
+    ----------
+    fields : sequence of str
+        Texts of a column.
+    decimal : str
+        Decimal sign of the file, "." or ",".
+    """
+    if not any(is_grouped(field, decimal) for field in fields):
+        return {}
+    found = ((i, _GROUPED[decimal].fullmatch(field)) for i, field in enumerate(fields))
+    return {i: match[0].replace(match["by"], "") for i, match in found if match is not None}
 
 
 def says_missing(field: str) -> bool:

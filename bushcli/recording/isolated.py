@@ -26,6 +26,7 @@ from bushcli.recording.reader import Part, Reader, readers
 from bushcli.recording.table import ArrayTable, Table
 from bushcli.recording.text import table_of_fields
 from bushcli.recording.units import tabulated_unit
+from bushcli.runtime.extras import remedy
 
 #: Seconds of a processor and bytes of address space that a child may take; on a busy machine it waits longer for them.
 LONGEST, MOST_MEMORY = 60, 6_000_000_000
@@ -35,8 +36,8 @@ _MOST_NUMBERS = 5_000_000
 #: Samples of a table, and all numbers that are taken over.
 MOST_SAMPLES, _MOST_IN_ALL = 5_000_000, 40_000_000
 _MOST_PARTS, _MOST_NAMES = 2_000, 20_000
+_FAILED = "bushcli failed: "
 _ROOT = Path(__file__).resolve().parents[2]
-EXTRA = 'pip install "bushcli[rig]"'
 
 
 @dataclass(frozen=True)
@@ -49,10 +50,13 @@ class Found:
         Each with whether it joins others.
     failed : mapping of str to RecordingError
         Sheets that hold no sound table, by name.
+    one_clock : bool
+        Whether the time stamps of all groups count from the same instant.
     """
 
     tables: tuple[tuple[Table, bool], ...]
     failed: Mapping[str, RecordingError]
+    one_clock: bool = False
 
 
 def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
@@ -75,23 +79,23 @@ def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found
     if not reader.library:
         try:
             with reader.opened(path) as parts:
-                return _found(path, ((part, _columns(part, wanted, True)) for part in parts))
+                return _found(path, reader, ((part, _columns(part, wanted, True)) for part in parts))
         except (OSError, ValueError) as error:
             raise _damaged(path, reader, str(error)) from None
     if importlib.util.find_spec(reader.library) is None:
         what = f"is {reader.name}, which {reader.library} reads, and that is not installed"
-        raise RecordingError(Problem(str(path), what, "", EXTRA))
-    return _found(path, _taken_over(_asked(path, reader, format_name, wanted)))
+        raise RecordingError(Problem(str(path), what, "", remedy("rig")))
+    return _found(path, reader, _taken_over(_asked(path, reader, format_name, wanted)))
 
 
-def _found(path: Path, parts: Iterable[tuple[Part, Sequence[NDArray[Any] | None]]]) -> Found:
+def _found(path: Path, reader: Reader, parts: Iterable[tuple[Part, Sequence[NDArray[Any] | None]]]) -> Found:
     made, failed = [], {}
     for part, columns in parts:
         try:
             made.append((_table(path, part, columns), part.joined))
         except RecordingError as error:
             failed[part.name] = error
-    return Found(tuple(made), failed)
+    return Found(tuple(made), failed, reader.one_clock)
 
 
 def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
@@ -109,14 +113,10 @@ def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str 
         raise _damaged(path, reader, f"reading it takes more than {_WAITING * LONGEST} s") from None
     if done.returncode == 0:
         return done.stdout
-    lines = [line for line in done.stderr.decode("utf-8", "replace").splitlines() if line.strip()]
-    reason = (
-        lines[-1].strip() if lines and done.returncode > 0 else "its parser crashes or needs too much time"
-    )
-    kind, _, words = reason.partition(": ")
-    if kind.rpartition(".")[2] == "MemoryError":
-        reason = f"reading it takes more than {MOST_MEMORY / 1e9:g} GB"
-    raise _damaged(path, reader, words if kind in ("ValueError", "OSError") and words else reason)
+    # What a parser prints while it comes down is not the reason.
+    lines = done.stderr.decode("utf-8", "replace").splitlines()
+    said = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
+    raise _damaged(path, reader, said[0] if said else "its parser crashes or needs too much time")
 
 
 def _damaged(path: Path, reader: Reader, reason: str) -> RecordingError:
@@ -168,7 +168,7 @@ def _meant(name: str, unit: str) -> bool:
 
 
 def main(format_name: str, path: str, wanted: str) -> None:
-    """Read a file and write what is in it to the standard output: what the child does.
+    """Read a file and write what is in it to the standard output, or why that fails to the standard error: the child.
 
     Parameters
     ----------
@@ -178,17 +178,31 @@ def main(format_name: str, path: str, wanted: str) -> None:
     wanted : str
         List of columns that the case chooses, as JSON.
     """
+    try:
+        _write(format_name, Path(path), json.loads(wanted))
+    except MemoryError:
+        _fail(f"reading it takes more than {MOST_MEMORY / 1e9:g} GB")
+    except Exception as error:  # noqa: BLE001 - whatever somebody else's parser does with a damaged file
+        _fail(" ".join(str(error).split()) or type(error).__name__)
+
+
+def _fail(reason: str) -> None:
+    sys.stderr.write(f"\n{_FAILED}{reason}\n")
+    sys.exit(1)
+
+
+def _write(format_name: str, path: Path, wanted: Collection[str | int]) -> None:
     # asammdf greets, and pyarrow warns, where the columns are expected.
     output, sys.stdout = sys.stdout.buffer, sys.stderr
     resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     shown, arrays = [], []
-    with readers()[format_name].opened(Path(path)) as parts:
+    with readers()[format_name].opened(path) as parts:
         _bounded(parts)
         whole = sum(part.samples * len(part.names) for part in parts) <= _MOST_NUMBERS
         for part in parts:
-            columns = _columns(part, json.loads(wanted), whole)
+            columns = _columns(part, wanted, whole)
             arrays += [column for column in columns if column is not None]
             if sum(map(len, arrays)) > _MOST_IN_ALL:
                 raise ValueError(

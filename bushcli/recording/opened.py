@@ -8,6 +8,7 @@ from pathlib import Path
 from bushcli.errors import Problem, RecordingError, nearest
 from bushcli.recording.isolated import Found, tables
 from bushcli.recording.match import has_columns
+from bushcli.recording.rasters import on_one_raster
 from bushcli.recording.reader import HEAD, readers
 from bushcli.recording.source import Quantity, Source
 from bushcli.recording.table import Table
@@ -128,6 +129,10 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
             break
     if len(fitting) == 1:
         return fitting[0]
+    if not fitting and inside.one_clock and len(quantities) > 1:
+        common = on_one_raster((table for table, joins in found if not joins), source, mode)
+        if common is not None:
+            return common
     if not fitting:
         # A sheet with a bad row may be the one that is meant; one without numbers is not.
         for error in inside.failed.values():

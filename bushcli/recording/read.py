@@ -75,7 +75,7 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
     machine = (
         source.measured("force", mode.specimen, mode.rotational) == "force" and mode.specimen == "coupon"
     )
-    found = [Repair("columns", text) for one in (stamps, moved, forced) if one for text in one.remarks]
+    said = [*table.remarks, *(text for one in (stamps, moved, forced) if one for text in one.remarks)]
     recording = Recording(
         mode.name,
         displacement,
@@ -85,7 +85,7 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
         source=source.file,
         units=("", "") if machine else (moved.unit, forced.unit),
         repeated=tuple(table.line(i) for i in samples.repeated),
-        repairs=(*samples.repairs, *found),
+        repairs=(*samples.repairs, *(Repair("columns", text) for text in said)),
         conditioning=source.conditioning,
         six=None if source.six is None else _path(source, time, len(force)),
     )
@@ -146,6 +146,8 @@ def read_program(source: Source) -> tuple[Array | None, Array]:
     table = open_table(source, mode, ("displacement",))
     stamps = column(table, source, mode, "time")
     moved = _moving(table, source, mode, _FEWEST_PROGRAM)
+    if stamps is None and source.sample_rate is not None:
+        return np.arange(len(moved.values)) / source.sample_rate, moved.values
     return None if stamps is None else increasing(table, stamps), moved.values
 
 

@@ -65,12 +65,15 @@ class Reader:
         is damaged.
     library : str
         Module that it needs; empty where it stands on its own.
+    one_clock : bool
+        Whether the time stamps of all its groups count from the same instant.
     """
 
     name: str
     recognises: Callable[[bytes, str], bool]
     opened: Callable[[Path], AbstractContextManager[Sequence[Part]]]
     library: str = ""
+    one_clock: bool = False
 
 
 @cache

@@ -34,6 +34,8 @@ class Table(ABC):
         Name of the sheet or group of the file; empty where a file holds one table.
     header_line : int
         Line of the units, or of the names where they have no row of their own; 0 where lines have no meaning.
+    remarks : tuple of str
+        What a user should know of how it was made.
     """
 
     path: Path
@@ -41,6 +43,7 @@ class Table(ABC):
     units: tuple[str, ...]
     part: str = ""
     header_line: int = 0
+    remarks: tuple[str, ...] = ()
 
     @abstractmethod
     def __len__(self) -> int:

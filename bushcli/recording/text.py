@@ -18,7 +18,9 @@ from bushcli.recording.decode import decoded
 from bushcli.recording.fields import (
     ambiguous_thousands,
     begins_with_missing,
+    is_grouped,
     is_number,
+    ungrouped,
 )
 from bushcli.recording.header import is_units_row, named_columns
 from bushcli.recording.table import SHOWN, TextTable
@@ -60,6 +62,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     given = decimal
     delimiter, decimal = _dialect(path, body, delimiter, decimal)
     split = [_split(line.text, delimiter) for line in body]
+    left_out = _without_thousands(split, decimal)
     start, width = _rows(path, body, split, decimal)
     names, units, place = _header(path, lines, body[start].number, width, delimiter, decimal)
     numbers = [line.number for line in body[start:]]
@@ -73,6 +76,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
         rows=split[start:],
         lines=numbers,
         decimal=decimal,
+        remarks=tuple(left_out),
     )
 
 
@@ -135,6 +139,23 @@ def _rows(path: Path, body: Sequence[Line], split: Sequence[list[str]], decimal:
     return start, width
 
 
+def _without_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
+    """Take separators of thousands out of the columns that can only have them, and return what is to be said of it."""
+    said = []
+    for column in range(max(map(len, split), default=0)):
+        fields = [row[column] if column < len(row) else "" for row in split]
+        found = ungrouped(fields, decimal)
+        for row, plain in found.items():
+            split[row][column] = plain
+        if found:
+            row, plain = next(iter(found.items()))
+            said.append(
+                f"column {column + 1}: separators of thousands are left out of {len(found)} numbers: "
+                f"{fields[row]} is read as {plain}"
+            )
+    return said
+
+
 def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decimal: str) -> None:
     """Refuse numbers of which each could as well have a separator of thousands."""
     found = ambiguous_thousands(rows, decimal)
@@ -186,7 +207,7 @@ def _trimmed(fields: list[str]) -> list[str]:
 
 
 def _numeric(fields: list[str], decimal: str) -> int:
-    return sum(is_number(field, decimal) for field in fields)
+    return sum(is_number(field, decimal) or is_grouped(field, decimal) for field in fields)
 
 
 def _is_row(fields: list[str], decimal: str) -> bool:

@@ -105,6 +105,7 @@ def design_tables(found: Design) -> list[Table]:
         (
             key,
             number(one.value, 6),
+            number(one.start, 5),
             number(one.lower, 5),
             number(one.upper, 5),
             "at its bound" if one.at_bound else "",
@@ -113,7 +114,7 @@ def design_tables(found: Design) -> list[Table]:
     )
     made = [
         Table("Targets", ("target", "", "wanted", "value", "deviation", ""), targets, left=2),
-        Table("Design", ("key", "value", "lower bound", "upper bound", ""), keys),
+        Table("Design", ("key", "value", "started at", "lower bound", "upper bound", ""), keys),
         _slopes(found),
     ]
     return [*made, *_spreads(found)]

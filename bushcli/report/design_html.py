@@ -31,6 +31,9 @@ def design_html(result: Mapping[str, Any], found: Design) -> str:
         )
         for table in design_tables(found)
     ]
-    lines = ["To simulate it: " + " ".join(f"--set {text}" for text in overrides(found))]
+    lines = [
+        "To simulate it: " + " ".join(f"--set {text}" for text in overrides(found)),
+        "The conditions below are those of the case file, where the search began.",
+    ]
     tone = "good" if all(one.met for one in found.targets) else "bad"
     return page(result, found.case, None, design_headline(found), lines, tone, sections)

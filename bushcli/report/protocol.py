@@ -84,7 +84,8 @@ def _line(one: Observed) -> str:
 
 
 def _clause(clause: Clause) -> str:
-    return f"{_MARKS[clause.met]}: {clause.text} (found: {clause.found})"
+    asked = "good practice, " if clause.practice else ""
+    return f"{_MARKS[clause.met]}: {asked}{clause.text} (found: {clause.found})"
 
 
 def _lack(lack: Lack) -> str:

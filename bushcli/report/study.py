@@ -83,6 +83,11 @@ def _influence(values: Mapping[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in values.items() if not (isinstance(v, float) and math.isnan(v))}
 
 
+# A rank correlation below this is not worth a sentence, nor is one that unrelated columns reach once in twenty: so many
+# standard deviations of 1 / sqrt(n - 1).
+_WEAK, _CHANCE = 0.1, 1.96
+
+
 def study_text(found: Study) -> Group:
     """Return the verdict, the tables and the problems of a study."""
     parts: list[object] = [Text(f"{headline(found)}.", "bold")]
@@ -96,7 +101,7 @@ def study_text(found: Study) -> Group:
 def headline(found: Study) -> str:
     """Return the result in one sentence: the yield where there are limits, else the number of designs."""
     total = len(found.plan.rows)
-    of = f"{total} designs ({NAMES[found.plan.sampling]})"
+    of = f"{total} design{'s' if total != 1 else ''} ({NAMES[found.plan.sampling]})"
     shares = {name: one.limits.share for name, one in found.summaries.items() if one.limits is not None}
     if shares:
         worst = min(shares, key=lambda name: shares[name])
@@ -114,11 +119,17 @@ def lines(found: Study) -> list[str]:
     said = [f"{one.key} = {one.spec}" for one in found.plan.variables]
     text = [f"Varied: {'; '.join(said)}."]
     for name, one in found.summaries.items():
+        chance = _CHANCE / math.sqrt(max(one.count - 1, 1))
         strongest = max(one.influences.items(), key=lambda pair: abs(pair[1].spearman), default=None)
-        if strongest is not None and abs(strongest[1].spearman) > 0.1:
+        if strongest is not None and abs(strongest[1].spearman) > max(_WEAK, chance):
             key, influence = strongest
             grows = "grows" if influence.spearman > 0 else "falls"
             text.append(f"{name} {grows} with {key} (rank correlation {influence.spearman:.2f}).")
+    if not found.summaries:
+        for answer in found.task.answers:
+            value = next(iter(found.samples.get(answer.name, ())), None)
+            if isinstance(value, float):
+                text.append(f"{answer.name}: {number(value, 4)} {answer.unit}".rstrip() + ".")
     return text
 
 

@@ -11,11 +11,17 @@ from bushcli.report.html import Section, by_kind, page
 from bushcli.report.study import headline, lines, tables
 from bushcli.study.study import Study
 
+_SOBOL = (
+    " Sobol indices are shares of the variance, of the key alone (first) and with all its interactions (total); ± is "
+    "the half width of the 95 % interval."
+)
 _NOTES = {
-    "Answers": "Quantiles are of the designs that have a result.",
-    "Effect of each key alone": "The last columns are the change of the answer from its mean when the key goes to its "
-    "5 % and to its 95 % quantile and the others stay, by linear regression on all keys. Sobol indices are shares of "
-    "the variance, of the key alone and with all its interactions; ± is the half width of the 95 % interval.",
+    "Answers": "Quantiles are of the designs that have a result. initial is the stiffness at rest, secant that from "
+    "one end of the curve to the other.",
+    "Worst cases": "Among the designs that were simulated; design is their number in designs.parquet, from 0. A sample "
+    "seldom has all limits at once: --sampling corners does.",
+    "Effect of each key alone": "At 5 % and at 95 %: the change of the answer from its mean when the key goes to that "
+    "quantile and the others stay, by linear regression on all keys. Correlations are of values and of their ranks.",
 }
 
 
@@ -38,10 +44,9 @@ def study_html(result: Mapping[str, Any], found: Study, pictures: Sequence[Pictu
         Section("Answers against the varied keys", kinds.get("scatter", [])),
         Section("Spread of the answers", kinds.get("histogram", [])),
     ]
-    sections += [
-        Section(title, tables=[replace(table, title="")], note=_NOTES.get(title, ""))
-        for title, table in shown.items()
-    ]
+    for title, table in shown.items():
+        note = _NOTES.get(title, "") + (_SOBOL if any("Sobol" in head for head in table.heads) else "")
+        sections.append(Section(title, tables=[replace(table, title="")], note=note))
     worst = min((one.limits.share for one in found.summaries.values() if one.limits), default=None)
     tone = "plain" if worst is None else "good" if worst > 0.99 else "bad"
     return page(result, found.case, found.task.material, headline(found), lines(found), tone, sections)

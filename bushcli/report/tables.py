@@ -113,6 +113,17 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     rows.append(
         ("bulk modulus", f"{bulk} MPa" if np.isfinite(used.bulk_modulus) else "infinite: incompressible")
     )
+    return rows + _limits(case)
+
+
+def _limits(case: Case) -> list[tuple[str, str]]:
+    """Return what a case says of tolerances, where it says something."""
+    rows = []
+    if case.toleranced:
+        made = ", ".join(f"{key} {one.nominal:g} ± {one.deviation:g}" for key, one in case.toleranced.items())
+        rows.append(("tolerances", made))
+    if case.tolerance != type(case.tolerance)():  # the usual one goes without saying
+        rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
     return rows
 
 

@@ -20,6 +20,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from bushcli.errors import InputError, Problem
+from bushcli.runtime.extras import remedy
 from bushcli.runtime.workers import Workers
 
 # Questions that wait for each worker: enough that it never waits itself, few enough that memory stays flat.
@@ -195,7 +196,7 @@ def dask(address: str) -> Iterator[Pool]:
         import distributed
     except ImportError:
         what = "needs Dask, which is not installed"
-        raise InputError(Problem("--scheduler", what, "", 'pip install "bushcli[study]"')) from None
+        raise InputError(Problem("--scheduler", what, "", remedy("study"))) from None
     place = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
         client: Any = distributed.Client(**place, timeout=PATIENCE, set_as_default=False, name="bushcli")

@@ -1,8 +1,9 @@
 """Finite-element models that are reused for the next design: only what has changed is built again.
 
-Other parameters of the law are numbers in the model. Other dimensions of a structured shape are other coordinates of
-its nodes (`geometry.morph`): neither Gmsh nor the set-up of elements, constraints and matrices runs again. Everything
-else, such as another number of elements or an effect on the body, makes another model.
+Other parameters of the law, and of effects in the rubber, are numbers in the model. Other dimensions of a structured
+shape are other coordinates of its nodes (`geometry.morph`): neither Gmsh nor the set-up of elements, constraints and
+matrices runs again. Everything else, such as another number of elements or an effect on the assembly, makes another
+model.
 """
 
 from __future__ import annotations
@@ -72,7 +73,8 @@ class Bodies:
             As for `cases.simulate.prepare`.
         """
         # A mode that is not of the catalogue is one load case's own; its name says nothing.
-        if features or plates(shape) or modes().get(mode.name) is not mode:
+        of_rubber = all(item.feature.of_rubber for item in features)
+        if not of_rubber or plates(shape) or modes().get(mode.name) is not mode:
             self.made += 1
             return prepare(shape, mode, rubber, refinement, comm, features)
         dimension = 2 if mode.section is not None and shape.axisymmetric else 3
@@ -82,19 +84,23 @@ class Bodies:
             (name, one.youngs_modulus, one.poissons_ratio) for name, one in shape.elastic_sleeves.items()
         )
         law = rubber.law.name, tuple(rubber.parameters)
-        key = (elements or _Whole(shape), mode.name, law, metals, refinement)
+        effects = tuple((item.name, tuple(item.values)) for item in features)
+        key = (elements or _Whole(shape), mode.name, law, metals, refinement, effects)
         kept = self._kept.get(key)
         if kept is None:
             self.made += 1
-            kept = self._kept[key] = _Kept(prepare(shape, mode, rubber, refinement, comm))
+            kept = self._kept[key] = _Kept(prepare(shape, mode, rubber, refinement, comm, features))
             if len(self._kept) > MOST:
                 self._kept.popitem(last=False)
             return kept.model
         self._kept.move_to_end(key)
         self.moved += 1
         if shape != kept.model.mesh.shape and not _moved(kept, shape, refinement):
-            kept.model = prepare(shape, mode, rubber, refinement, comm)
-        kept.model.set_parameters(rubber.parameters, rubber.bulk_modulus)
+            kept.model = prepare(shape, mode, rubber, refinement, comm, features)
+        of_effects = {
+            f"{item.name}.{name}": value for item in features for name, value in item.values.items()
+        }
+        kept.model.set_parameters(dict(rubber.parameters) | of_effects, rubber.bulk_modulus)
         return kept.model
 
     def relocated(self, model: Model, shape: Shape, refinement: Refinement) -> bool:

@@ -11,37 +11,36 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
-from bushcli.effects.active import acting, require_time, require_values
+from bushcli.effects.active import acting, require_time
 from bushcli.effects.assembly import installed
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.errors import InputError, Problem
-from bushcli.faults import DataFault, find_faults
+from bushcli.faults import DataFault
 from bushcli.faults import condition as fault_condition
-from bushcli.recording import RecordedPath, displacement_noise, matching, read_recording
-from bushcli.recording.curve import Curve
+from bushcli.recording import RecordedPath, displacement_noise
 from bushcli.runtime.interrupt import meet
 from bushcli.runtime.names import file_names
 from bushcli.simulate import fields as field_files
 from bushcli.simulate.admissible import check_material, check_travel
 from bushcli.simulate.channels import Channel, prescribed, recorded
+from bushcli.simulate.curves import change, changed, curve_of
+from bushcli.simulate.kept import Kept
+from bushcli.simulate.measured import Measured
 from bushcli.simulate.play import check_play
 from bushcli.simulate.response import ERROR_OVER_CHANGE, FINER, Progress, Response, Simulated, conditions
 from bushcli.simulate.simulation import Answer, Simulation
 from bushcli.simulate.six import mode_of, six_curve
 from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
 from bushcli.simulate.stiffness import check_state, matrices
+from bushcli.simulate.stretched import stretched
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, modes
 from cases.model import Model
-from cases.simulate import Prepare, Rubber, is_odd, prepare
-from cases.stability import stable
-from cases.stretches import Surface, stretch_points, stretches_at, surface
+from cases.simulate import Rubber
+from cases.stretches import Surface, surface
 from forms.law import law
 
 Array = NDArray[np.float64]
-
-# States of the march in which the law's stability is checked, evenly chosen.
-STABILITY_STATES = 6
 
 
 def predict(
@@ -54,7 +53,7 @@ def predict(
     comm: MPI.Comm = MPI.COMM_WORLD,
     stiffness: bool = False,
     stiffness_at: float | None = None,
-    prepared: Prepare = prepare,
+    kept: Kept | None = None,
     pictures: bool = True,
 ) -> Response:
     """Simulate every load case and every recording of a case.
@@ -77,8 +76,8 @@ def predict(
         Take the 6 x 6 stiffness matrix at rest and at the end of every channel.
     stiffness_at : float or None
         And at this displacement: mm or degrees, s of a path.
-    prepared : Prepare
-        Makes the finite-element models.
+    kept : Kept or None
+        What earlier predictions left to be used again.
     pictures : bool
         Whether to keep the deformed surface of each channel.
 
@@ -94,31 +93,63 @@ def predict(
     """
     material = material or case.material
     check_material(case, material)
-    channels, faults = _channels(case)
+    kept = kept or Kept()
+    channels, faults = _channels(case, kept.measured)
     check_state(channels, stiffness_at)
     rubber = rubber_of(material)
-    run = _Run(case, rubber, mesh_check, fields, progress, comm, prepared, pictures, stiffness, stiffness_at)
+    run = _Run(case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in conditions(channel))
     return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
 
 
-def _channels(case: Case) -> tuple[list[Channel], tuple[DataFault, ...]]:
+def _channels(case: Case, measured: Measured) -> tuple[list[Channel], tuple[DataFault, ...]]:
     """Return what is to be simulated, and faults of the recordings; a bad file must not cost a march."""
-    require_values(case.effects, case.path.name)
-    recordings = [read_recording(source) for source in case.recordings]
-    whole = bool(case.effects)
-    wholes = [read_recording(source, whole=True) for source in case.recordings] if whole else recordings
+    recordings, wholes, faults = measured(case)
     if not recordings and not case.load_cases:
         wanted = "[[recordings]] or [[load_cases]]"
         raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
-    faults = find_faults(case, recordings)
     check_travel(case, recordings, faults)
     channels = [prescribed(case, load, number) for number, load in enumerate(case.load_cases)]
     channels += [recorded(case, *pair) for pair in zip(recordings, wholes, strict=True)]
     for channel in channels:
         check_play(case, channel.name, channel.mode, channel.displacement)
     return channels, faults
+
+
+def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str, float]:
+    """Return how fine the steps along each recorded path have to be, by channel: for other designs of the same case.
+
+    Channels whose force does not depend on the path have none, and none those that cannot be followed to their end.
+
+    Parameters
+    ----------
+    case : Case
+        Validated case.
+    material : Material
+        Used instead of the material of the case.
+    measured : Measured
+        Reads the recordings.
+
+    Raises
+    ------
+    InputError
+        As by `predict`.
+    """
+    check_material(case, material)
+    channels, _ = _channels(case, measured)
+    run = _Run(case, rubber_of(material), False, None, None, MPI.COMM_SELF, Kept(), False)
+    found = {}
+    for channel in channels:
+        simulation = run.simulation(channel)
+        if channel.recording is None or simulation is None or not simulation.path_dependent:
+            continue
+        try:
+            simulation.refine({})
+            found[channel.name] = simulation.fineness
+        except (NotConverged, NoEquilibrium):
+            continue
+    return found
 
 
 def rubber_of(material: Material) -> Rubber:
@@ -136,7 +167,7 @@ class _Run:
     fields: Path | None
     progress: Progress | None
     comm: MPI.Comm
-    prepared: Prepare
+    kept: Kept
     pictures: bool
     stiffness: bool = False
     stiffness_at: float | None = None
@@ -152,7 +183,7 @@ class _Run:
         refinement = replace(self.case.mesh.refinement, factor=factor)
         features = installed(acting(self.case.effects, channel.name, channel.mode))
         mode = mode or mode_of(channel.mode, channel.six)
-        return self.prepared(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
+        return self.kept.prepared(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
 
     def matrices(self, channel: Channel) -> dict[str, tuple[float, Array]] | None:
         """Return the stiffness matrices that are asked for; None where the march did not get through."""
@@ -180,7 +211,7 @@ class _Run:
             if simulation is None:
                 history = channel.march(model, True, report)
             else:
-                step_error = 100.0 * simulation.refine({}) if simulation.path_dependent else None
+                step_error = self._steps(channel, simulation)
                 answer = simulation.solve({}, keep_states=True, progress=report)
                 history = answer.history
             target = reach = float(history.displacement[np.argmax(np.abs(history.displacement))])
@@ -192,7 +223,7 @@ class _Run:
             reach = target = 0.0
         done = time.perf_counter()
         six = None if channel.six is None else six_curve(history, channel.six)
-        stretches, unstable = _stability(model, history, self.rubber)
+        stretches, unstable = stretched(model, history, self.rubber)
         unwritten = ""
         if self.fields is not None and history.states is not None:
             name = file_names(one for one, _ in self.case.channels)[channel.name]
@@ -203,7 +234,7 @@ class _Run:
         return Simulated(
             name=channel.name,
             mode=channel.mode if six is None else six.mode,
-            curve=six.curve if six is not None else _simulated(self.case, channel, history, answer),
+            curve=six.curve if six is not None else curve_of(self.case, channel, history, answer),
             recording=channel.recording,
             attempts=history.attempts,
             stopped=stopped,
@@ -221,6 +252,13 @@ class _Run:
             six=six,
             stiffness=self.matrices(channel),
         )
+
+    def _steps(self, channel: Channel, simulation: Simulation | Reaction) -> float | None:
+        """Choose the steps along a recorded path, and return the error that they make where it was looked for."""
+        if channel.name in self.kept.fineness:
+            simulation.plan(self.kept.fineness[channel.name])
+            return None
+        return 100.0 * simulation.refine({}) if simulation.path_dependent else None
 
     def _reaction(self, channel: Channel, path: RecordedPath, factor: float) -> Reaction:
         """Return the channel of a recorded path of six motions, which all of its channels share."""
@@ -254,7 +292,7 @@ class _Run:
             channel.displacement,
             None if channel.whole is None else displacement_noise(channel.whole),
             self.comm,
-            self.prepared,
+            self.kept.prepared,
         )
 
     def _mesh_error(self, channel: Channel, history: History, answer: Answer | None) -> float:
@@ -262,78 +300,13 @@ class _Run:
         try:
             simulation = self.simulation(channel, FINER)
             if simulation is not None and answer is not None:
-                change = _change(answer.force, simulation.solve({}).force)
+                share = change(answer.force, simulation.solve({}).force)
             else:
                 fine = channel.march(self.model(channel, FINER), False, lambda *_: None)
-                change = _changed(history, fine)
+                share = changed(history, fine)
         except (NotConverged, NoEquilibrium):
             return float("inf")
-        return 100.0 * ERROR_OVER_CHANGE * change
-
-
-def _change(force: Array, fine: Array) -> float:
-    return float(np.max(np.abs(force - fine)) / np.ptp(fine))
-
-
-def _changed(history: History, fine: History) -> float:
-    """Return the largest change of the force over its range; of six reactions, of forces and of moments."""
-    if history.reactions is None or fine.reactions is None:
-        return _change(history.force, fine.force)
-    groups = [(history.reactions[:, part], fine.reactions[:, part]) for part in (slice(0, 3), slice(3, 6))]
-    # A group that vanishes is the rounding of the other.
-    ranges = [float(np.ptp(ours, axis=0).max()) for _, ours in groups]
-    real = [i for i in (0, 1) if ranges[i] > 1e-6 * max(ranges)]
-    return max(float(np.abs(groups[i][0] - groups[i][1]).max()) / ranges[i] for i in real)
-
-
-def _simulated(case: Case, channel: Channel, history: History, answer: Answer | None) -> Curve:
-    return _curve(case, channel, history) if answer is None else _along(channel, answer)
-
-
-def _along(channel: Channel, answer: Answer) -> Curve:
-    """Return the force at the samples of the channel."""
-    if channel.recording is None or channel.whole is None:
-        return Curve(channel.mode, channel.displacement, answer.force, channel.time)
-    recording = channel.recording
-    used = matching(channel.whole, recording)
-    return Curve(channel.mode, recording.displacement, answer.force[used], recording.time)
-
-
-def _curve(case: Case, channel: Channel, history: History) -> Curve:
-    """Return the part of the curve that was reached, with at least two points even if the first step failed."""
-    q, force = history.displacement, history.force
-    if len(q) < 2:
-        return Curve(channel.mode, np.array([0.0, 1e-9]), np.zeros(2))
-    recording = channel.recording
-    if recording is None:
-        return Curve(channel.mode, q, force, history.time)
-    both = float(recording.displacement.min()) < 0.0 < float(recording.displacement.max())
-    if both and is_odd(case.geometry, modes()[channel.mode]):
-        _, first = np.unique(np.concatenate([q, -q]), return_index=True)
-        q, force = np.concatenate([q, -q])[first], np.concatenate([force, -force])[first]
-        # Up to the recorded range and one step more: the plot and the stiffness are of the recorded range.
-        low, high = recording.displacement.min(), recording.displacement.max()
-        step = float(np.diff(q).max())
-        in_range = (q >= low - step) & (q <= high + step)
-        q, force = q[in_range], force[in_range]
-    return Curve(channel.mode, q, force)
-
-
-def _stability(model: Model, history: History, rubber: Rubber) -> tuple[tuple[float, float], float]:
-    """Return the range of principal stretches over the march, and the share of states in which the law is unstable."""
-    assert history.states is not None
-    low, high, bad, total = 1.0, 1.0, 0, 0
-    count = len(history.states)
-    points = stretch_points(model)
-    for i in np.unique(np.linspace(0, count - 1, min(STABILITY_STATES, count)).round().astype(int)):
-        values = stretches_at(points, history.states[i]).reshape(-1, 3)
-        if len(values):
-            low, high = min(low, float(values.min())), max(high, float(values.max()))
-            bad += int(np.count_nonzero(~stable(rubber.law, rubber.parameters, values)))
-            total += len(values)
-    low, high = model.comm.allreduce(low, MPI.MIN), model.comm.allreduce(high, MPI.MAX)
-    bad, total = model.comm.allreduce(bad), model.comm.allreduce(total)
-    return (low, high), bad / max(total, 1)
+        return 100.0 * ERROR_OVER_CHANGE * share
 
 
 def _picture(model: Model, history: History) -> Surface | None:

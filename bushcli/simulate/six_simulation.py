@@ -172,6 +172,11 @@ class Reaction:
         """Whether the rubber remembers."""
         return self.model.path_dependent
 
+    @property
+    def fineness(self) -> float:
+        """Factor on the number of steps along the path."""
+        return self._whole.fineness
+
     def plan(self, fineness: float) -> None:
         """Choose the steps along the path, `fineness` times as many as by default."""
         self._whole.plan(fineness)

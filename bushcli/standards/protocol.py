@@ -36,8 +36,10 @@ class Protocol:
 
     @property
     def violated(self) -> bool:
-        """Whether a recording does not meet a standard that it names."""
-        return any(clause.met is False for _, _, asked in self.judged for clause in asked)
+        """Whether a recording does not meet a standard that it names; good practice does not count."""
+        return any(
+            clause.met is False and not clause.practice for _, _, asked in self.judged for clause in asked
+        )
 
 
 def protocol(case: Case, curves: Sequence[Recording], coupons: Sequence[Recording]) -> Protocol:

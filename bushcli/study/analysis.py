@@ -196,6 +196,8 @@ def summary(
         one.key: np.array(found.keys[one.key], dtype=float)[there] for one in plan.variables if one.numeric
     }
     moving = {key: x for key, x in numbers.items() if np.ptp(x) > 0.0}
+    if len(y) <= len(moving):
+        moving = {}  # so few designs do not tell the keys apart
     swings, linear = _regression(moving, y)
     indices = _sobol(plan, found, values, seed) if plan.sampling == "saltelli" else {}
     influences = {

@@ -269,7 +269,7 @@ def _conditions(
     missed = [one for one in reached if not one.met]
     bound = [key for key, one in keys.items() if one.at_bound]
     if missed:
-        names = ", ".join(f"{one.target.name} by {100 * one.deviation:+.2g} %" for one in missed)
+        names = ", ".join(f"{one.target.name} by {100 * one.deviation:+.3g} %" for one in missed)
         remedy = f"wider bounds for {', '.join(bound)}" if bound else "more keys to --vary, or --starts"
         found.append(
             Condition("target_missed", f"no design within the bounds reaches the targets: {names}", remedy)

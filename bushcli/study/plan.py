@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import InputError, Problem
+from bushcli.runtime.extras import remedy
 from bushcli.study.variable import Value, Variable, of_values, value_of
 
 Array = NDArray[np.float64]
@@ -187,7 +188,7 @@ def saltelli(keys: int, base: int, seed: int) -> Array:
         from SALib.sample import sobol
     except ImportError:
         what = "needs SALib, which is not installed"
-        raise InputError(Problem("--sampling saltelli", what, "", 'pip install "bushcli[study]"')) from None
+        raise InputError(Problem("--sampling saltelli", what, "", remedy("study"))) from None
     return np.asarray(sobol.sample(problem(keys), base, calc_second_order=False, scramble=True, seed=seed))
 
 

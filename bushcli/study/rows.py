@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Any
 
 from bushcli.errors import InputError, Problem
+from bushcli.runtime.extras import remedy
 from bushcli.study.task import CONDITIONS, DESIGN, KIND, REASON, SECONDS, STATUS, Row
 
 #: Designs of a block.
 BLOCK = 1000
 DEFINITION, JOURNAL = "study.json", "journal.jsonl"
-EXTRA = 'pip install "bushcli[study]"'
 _TEXTS = (STATUS, KIND, REASON, CONDITIONS)
 
 
@@ -37,7 +37,7 @@ def parquet() -> tuple[Any, Any]:
         import pyarrow.parquet
     except ImportError:
         what = "writes Parquet with pyarrow, which is not installed"
-        raise InputError(Problem("study", what, "", EXTRA)) from None
+        raise InputError(Problem("study", what, "", remedy("study"))) from None
     return pyarrow, pyarrow.parquet
 
 

@@ -17,7 +17,17 @@ from bushcli.study.analysis import Failure, Limits, Summary, columns, failures, 
 from bushcli.study.bands import Band, band
 from bushcli.study.plan import Plan
 from bushcli.study.rows import Rows, columns_of
-from bushcli.study.task import CONDITIONS, SECONDS, Row, Task, curve_columns, empty_row, evaluate, failed
+from bushcli.study.task import (
+    CONDITIONS,
+    SECONDS,
+    Row,
+    Task,
+    curve_columns,
+    empty_row,
+    evaluate,
+    failed,
+    settled,
+)
 from bushcli.study.variable import Value
 
 # Seconds that the designs of one question take, about, and the most of them.
@@ -70,8 +80,8 @@ class Study:
 SHOWN = 1000
 
 
-def checked(task: Task, plan: Plan) -> Case:
-    """Return the case of the first design that is valid.
+def checked(task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
+    """Return the case of the first design that is valid, and its values.
 
     Parameters
     ----------
@@ -90,7 +100,7 @@ def checked(task: Task, plan: Plan) -> Case:
     first: Exception | None = None
     for values in plan.rows[:TRIED]:
         try:
-            return task.load(values)[0]
+            return task.load(values)[0], values
         except (InputError, ValueError) as error:
             first = first or error
     if isinstance(first, InputError):
@@ -162,12 +172,14 @@ def study(
     for name in (name for name in limits if name not in known):
         what = "is not an answer of this study"
         raise InputError(Problem(f"--limits {name}", what, nearest(name, known), ", ".join(known)))
-    first = checked(task, plan)
+    first, values = checked(task, plan)
     keys = {variable.key: variable.numeric for variable in plan.variables}
     kinds = columns_of(keys, known, curve_columns(first) if task.curves else ())
     rows = Rows(folder, definition(task, plan, case), kinds, len(plan.rows), resume)
     resumed = len(rows.done)
     with closing(rows):
+        if resumed < len(plan.rows):
+            task = settled(task, values)
         _solve(task, plan, pool, rows, notify)
     return _summed_up(case, task, plan, rows, limits, resumed), rows
 

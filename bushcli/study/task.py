@@ -7,7 +7,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,9 @@ from mpi4py import MPI
 from bushcli.case import Case, Material, load_case
 from bushcli.errors import InputError
 from bushcli.simulate.bodies import Bodies
-from bushcli.simulate.predict import predict
+from bushcli.simulate.kept import Kept
+from bushcli.simulate.measured import Measured
+from bushcli.simulate.predict import fineness_of, predict
 from bushcli.simulate.response import Response
 from bushcli.study.answers import Answer, NoAnswer, answered, quantity_unit
 from bushcli.study.hardness import HARDNESS, hardened
@@ -39,6 +41,7 @@ DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS = (
 FIXED = (DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS)
 
 _bodies = Bodies()
+_measured = Measured()
 # A Dask worker may have threads; PETSc and the models kept here have one.
 _alone = threading.Lock()
 
@@ -65,6 +68,8 @@ class Task:
         Nominal Shore A hardness, a number without a unit, where "hardness" is varied.
     describe : callable or None
         Response -> result as JSON-ready data, at module level; for answers that are keys of the result.
+    fineness : mapping of str to float
+        Of the steps along recorded paths, by channel: found once, so that each design is marched once.
     """
 
     case: Path
@@ -75,6 +80,7 @@ class Task:
     material: Material | None = None
     hardness: float | None = None
     describe: Describe | None = None
+    fineness: Mapping[str, float] = field(default_factory=dict)
 
     def load(self, values: Sequence[Value]) -> tuple[Case, Material]:
         """Return the case of a design, and its material.
@@ -99,6 +105,24 @@ class Task:
         if shore_a is not None and self.hardness is not None:
             material = hardened(material, self.hardness, float(shore_a))
         return replace(case, material=material), material
+
+
+def settled(task: Task, values: Sequence[Value]) -> Task:
+    """Return a task with steps along recorded paths that are fine enough, judged at one design.
+
+    Parameters
+    ----------
+    task : Task
+    values : sequence
+        Of a design that is a valid case, in the order of the keys.
+    """
+    case, material = task.load(values)
+    if not case.effects or not case.recordings:
+        return task
+    try:
+        return replace(task, fineness=fineness_of(case, material, _measured))
+    except (InputError, GeometryError, ValueError):
+        return task  # the row of that design will say what is wrong with it
 
 
 def written(value: Value) -> str:
@@ -165,7 +189,8 @@ def _evaluated(task: Task, number: int, values: Sequence[Value]) -> Row:
 
 def _simulated(task: Task, row: Row, values: Sequence[Value]) -> Row:
     case, material = task.load(values)
-    response = predict(case, material, comm=MPI.COMM_SELF, prepared=_bodies, pictures=False)
+    kept = Kept(_bodies, _measured, task.fineness)
+    response = predict(case, material, comm=MPI.COMM_SELF, kept=kept, pictures=False)
     if task.curves:
         row |= curves(response)
     row[CONDITIONS] = ",".join(dict.fromkeys(condition.name for condition in response.conditions))

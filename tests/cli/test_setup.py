@@ -194,6 +194,16 @@ def test_what_is_there_is_not_taken_from_the_lock_file():
     assert (run.returncode, run.stdout) == (0, ""), run.stderr
 
 
+def test_an_installed_bushcli_has_its_optional_parts():
+    """What `make install` and the container ask for is what the messages of the program promise."""
+    extras = PROJECT["optional-dependencies"]
+    script = (CHECKOUT / "setup" / "venv.sh").read_text()
+    named = re.search(r"extras=\$\{EXTRAS-([\w,]+)\}", script)[1]
+    assert f'"bushcli[{named}]"' in (CHECKOUT / "Dockerfile").read_text()
+    assert set(named.split(",")) == set(extras) - {"dev", "slurm"}
+    assert locked(f"bushcli[{named}]").returncode == 0
+
+
 def test_what_the_lock_file_lacks_is_said():
     run = locked("no-such-package>=2")
     assert run.returncode == 1

@@ -115,6 +115,20 @@ def test_tolerances_of_the_case_are_varied_by_themselves(inside, case, tmp_path)
     assert json.loads(plain.output)["case"]["geometry"]["outer_radius"] == 18.0
 
 
+def test_few_designs_say_no_more_than_they_can(inside, case):
+    """One has its answers; two do not tell two keys apart, nor does a rank correlation of three mean anything."""
+    options = ["--answer", "axial.initial", "--workers", 1, "-q"]
+    one = inside("study", case, "--vary", "geometry.length=34", *options)
+    assert "1 design (grid), all with a result." in one.output
+    assert "axial.initial: 12" in one.output
+    case.with_suffix(".csv").write_text("geometry.length,material.parameters.C10\n30,0.2\n34,0.25\n")
+    two = inside("study", case, "--list", case.with_suffix(".csv"), *options, "--json")
+    assert '"influences": {}' in two.output
+    three = inside("study", case, "--vary", "geometry.length=30,34,38", *options)
+    assert "Effect of each key alone" in three.output
+    assert "grows with" not in three.output
+
+
 def test_designs_that_fail_are_named_and_the_others_go_on(inside, case, tmp_path):
     out = tmp_path / "out"
     done = inside(

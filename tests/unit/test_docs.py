@@ -189,7 +189,7 @@ SOMETIMES = {
     "identifiability.undetermined[].text", "identifiability.undetermined[].weights.NAME",
     "identifiability.undetermined[].singular_value",
     "standards[].channel", "standards[].standard", "standards[].clauses[].text", "standards[].clauses[].found",
-    "standards[].clauses[].met", "remarks[].channel", "remarks[].text",
+    "standards[].clauses[].met", "standards[].clauses[].practice", "remarks[].channel", "remarks[].text",
     "open_questions[].channels", "open_questions[].question", "open_questions[].why", "open_questions[].remedy",
 }  # fmt: skip
 

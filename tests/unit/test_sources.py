@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bushcli.case.again import case_again
 from click.testing import CliRunner, Result
 
 from bushcli.case import load_case, resolved
 from bushcli.cli import main
 from bushcli.errors import CaseError
-from bushcli.recording import read_recording
+from bushcli.recording import read_program, read_recording
 from bushcli.recording.guess import mode_of_name
 
 CASE = """
@@ -137,6 +138,43 @@ def test_machine_units_of_a_case(tmp_path, text):
     assert shown["area"] == pytest.approx(8.0)
 
 
+# -- programs of load cases -------------------------------------------------------------------------------------------
+
+
+def program(tmp_path, text):
+    rows = "".join(f"{q:.4f};{2 * q:.4f}\n".replace(".", ",") for q in Q)
+    (tmp_path / "path.csv").write_text(f"Weg A;Weg B\n{rows}")
+    return case(
+        tmp_path, f'[[load_cases]]\nmode = "axial"\n{text}\n[material.parameters]\nC10=0.5\nC20=0.0\nC30=0.0'
+    )
+
+
+def test_the_file_of_a_program_is_read_as_that_of_a_recording(tmp_path):
+    keys = 'columns = {displacement = "Weg B"}\nunits = {displacement = "cm"}\nreverse = ["displacement"]'
+    path = program(tmp_path, f'file = "path.csv"\n{keys}\nsample_rate = 10.0')
+    used = load_case(path)
+    source = used.load_cases[0].source
+    time, displacement = read_program(source)
+    np.testing.assert_allclose(displacement, -20.0 * Q, atol=1e-2)
+    np.testing.assert_allclose(time, 0.1 * np.arange(len(Q)), atol=1e-12)
+    assert case_again(resolved(used), tmp_path).load_cases[0].source == source
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("amplitude = 3.0\ngroup = 2", r"load_cases\[0\]\.group has no meaning without a file"),
+        (
+            'file = "path.csv"\nunits = {displacement = "kN"}',
+            '"kN" is not a unit of displacement for mode axial',
+        ),
+    ],
+)
+def test_keys_that_say_nothing_of_a_program_are_refused(tmp_path, text, message):
+    with pytest.raises(CaseError, match=message):
+        load_case(program(tmp_path, text))
+
+
 # -- tolerance ---------------------------------------------------------------------------------------------------------
 
 
@@ -159,6 +197,9 @@ def test_a_tolerance_is_read(tmp_path, value, text):
     rig(tmp_path / "axial.csv")
     path = case(tmp_path, '[[recordings]]\nfile = "axial.csv"\n')
     assert load_case(path, [f"tolerance={value}"]).tolerance.text == text
+    shown = run("check", path, "--set", f"tolerance={value}", "--set", 'geometry.length="40 +- 1 %"')
+    assert f"accepted simulations within {text} of" in " ".join(shown.output.split()), shown.output
+    assert "tolerances geometry.length 40 ± 0.4" in " ".join(shown.output.split())
 
 
 @pytest.mark.parametrize(
@@ -227,6 +268,21 @@ def test_stress_and_strain_are_of_a_coupon_whatever_else_is_in_the_file(tmp_path
     np.testing.assert_allclose(recording.displacement, 0.25 * Q, atol=1e-4)
     np.testing.assert_allclose(recording.force, 0.4 * Q, atol=1e-4)
     assert "are identical; one of them is used" in (tmp_path / "case.toml").read_text()
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+def test_columns_without_a_header_are_taken_in_their_usual_order_and_said(tmp_path, columns):
+    rows = "\n".join(
+        ",".join([f"{0.1 * i:.1f}", f"{q:.3f}", f"{100 * q:.3f}"][3 - columns :]) for i, q in enumerate(Q)
+    )
+    (tmp_path / "axial.csv").write_text(rows + "\n")
+    assert run("init", "--from", tmp_path / "axial.csv", tmp_path).exit_code == 0
+    assert "# <-- columns, units: the file has no header" in (tmp_path / "case.toml").read_text()
+    [source] = load_case(tmp_path / "case.toml").recordings
+    recording = read_recording(source)
+    np.testing.assert_allclose(recording.displacement, Q, atol=1e-3)
+    np.testing.assert_allclose(recording.force, 100 * Q, atol=0.1)
+    assert (recording.time is None) == (columns == 2)
 
 
 def test_what_cannot_be_read_is_said_for_each_file(tmp_path):

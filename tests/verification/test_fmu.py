@@ -60,6 +60,81 @@ def bushing(tmp_path_factory):
     return bushing_of(read_source(file), writer_for("fmu2"))
 
 
+SOFTENING = """
+[[effects]]
+name = "mullins"
+parameters = { inverse_r = 0.4, m = 0.05, beta = 0.1 }
+"""
+
+
+@pytest.fixture(scope="module")
+def softened(tmp_path_factory):
+    file = tmp_path_factory.mktemp("softened") / "case.toml"
+    # Without friction, and in one mode: a march with softening and two branches is long enough.
+    axial, _, rest = CASE.partition("[[load_cases]]")[2].partition("[[load_cases]]")
+    assert "torsional" in rest
+    head = CASE.partition("[[load_cases]]")[0]
+    viscous = CASE.partition("[[effects]]")[2].partition("[[effects]]")[0]
+    file.write_text(f"{head}[[load_cases]]{axial}[[effects]]{viscous}{SOFTENING}")
+    return bushing_of(read_source(file), writer_for("fmu2"))
+
+
+def test_a_bushing_that_softens_keeps_within_one_percent(softened):
+    """Half the amplitude first, then all of it, to both sides, fast and slow: none of it took part in the law."""
+    (channel,) = softened.law.channels
+    assert softened.law.summary()["channels"][0]["softens"]
+    assert channel.rms_percent < 1.0
+    assert channel.peak_percent < 3.0
+    plain = follow(dict(channel.data, softening={}), channel.program) - channel.simulated
+    assert np.sqrt(np.mean(plain**2)) > 0.03 * np.ptp(channel.simulated)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_fmpy_finds_the_softening(softened, tmp_path, version):
+    path = tmp_path / "bushing.fmu"
+    order = Order("12/22/40", "case.toml", unit_system("SI"), None, None, softened)
+    path.write_bytes(writer_for(f"fmu{version}").text(order))
+    assert fmpy.validation.validate_fmu(str(path)) == []
+    (channel,) = softened.law.channels
+    time = np.linspace(0.0, 40.0, 401)
+    q = np.interp(time, [0, 5, 10, 15, 20, 25, 30, 35, 40], [0.0, 2.0, 0.0, 2.0, 0.0, 4.0, 0.0, 4.0, 0.0])
+    table = np.zeros(401, dtype=[(n, float) for n in ("time", "axial_displacement", "axial_velocity")])
+    table["time"], table["axial_displacement"] = time, 1e-3 * q
+    table["axial_velocity"][:-1] = 1e-3 * np.diff(q) / 0.1
+    found = fmpy.simulate_fmu(
+        str(path), stop_time=40.0, output_interval=0.1, input=table, output=["axial_force"]
+    )
+    expected = follow(channel.data, np.column_stack([time, q]))
+    force = np.interp(time, found["time"], found["axial_force"])
+    assert np.abs(force - expected).max() < 5e-3 * np.ptp(expected)
+    # The second way to 2 mm is softer than the first, and so is the second to 4 mm.
+    assert force[140] < 0.97 * force[40]
+    assert force[340] < 0.97 * force[240]
+
+
+def test_softening_in_one_dimension_is_what_was_given():
+    """A law whose loss is known: L = a^2 x (1 - x^2) of a displacement a x, exact between the largest ones at hand."""
+    share = np.linspace(-1.0, 1.0, 21)
+    reached = np.linspace(0.0, 2.0, 41)[1:]
+    loss = [a**2 * share * (1 - share**2) for a in reached]
+    slope = [a**2 * (1 - 3 * share**2) for a in reached]
+    data = {"displacement": [-2.0, 2.0], "force": [-20.0, 20.0], "force_slope": [10.0, 10.0], "maxwell": []}
+    data |= {"elastic": [0.0, 0.0], "elastic_slope": [0.0, 0.0], "sliders": []}
+    softening = {"reached": reached.tolist(), "share": share.tolist()}
+    softening |= {"lost": [one.tolist() for one in loss], "lost_slope": [one.tolist() for one in slope]}
+    law = Channel(data | {"softening": softening})
+    assert law.advance(1.0, 1.0) == pytest.approx(10.0)  # a first loading has lost nothing
+    assert law.advance(0.5, 1.0) == pytest.approx(5.0 - 0.5 * 0.75, rel=1e-4)
+    assert law.advance(-0.5, 1.0) == pytest.approx(-5.0 + 0.5 * 0.75, rel=1e-4)
+    assert law.advance(-1.5, 1.0) == pytest.approx(-15.0)  # further than ever, on the other side
+    assert law.advance(1.0, 1.0) == pytest.approx(10.0 - 1.5**2 * (2 / 3) * (1 - 4 / 9), rel=1e-4)
+    assert law.advance(3.0, 1.0) == pytest.approx(30.0)  # beyond all curves
+    kept = list(law.state)
+    law.begin(0.2)
+    assert law.state == [0.2]
+    assert kept == [3.0]
+
+
 @pytest.fixture(scope="module")
 def fmu(bushing, tmp_path_factory):
     def make(version, units):

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+from bushcli.effects.library.mullins import feature as mullins
+from bushcli.effects.library.swaging import feature as swaging
+from bushcli.effects.library.viscoelasticity import feature as viscoelasticity
 from bushcli.simulate.bodies import Bodies
 from bushcli.study.rates import _difference, rates
 from bushcli.study.target import target
 from bushcli.study.task import Task
+from cases.feature import Installed
 from cases.march import march
 from cases.mode import modes
 from cases.program import path
@@ -63,6 +67,32 @@ def test_a_moved_model_is_the_one_that_is_built(shape, mode, q, first, other):
     # Sleeves are so stiff that rounding leaves more.
     assert force[0] == pytest.approx(force[1], rel=1e-9)
     assert moved.volume == pytest.approx(built.volume, rel=1e-12)
+
+
+def test_a_moved_model_remembers_what_its_rubber_does_there_alone():
+    """With effects in the rubber: other values of them, and nothing of what happened in the first shape."""
+    bodies = Bodies()
+    histories = []
+    for dimensions, g in ((FIRST, 0.4), (OTHER, 0.2)):
+        features = [Installed("viscoelasticity", viscoelasticity(), {"g1": g, "tau1": 2.0})]
+        features.append(Installed("mullins", mullins(), {"inverse_r": 0.4, "m": 0.1, "beta": 0.1}))
+        shape = shapes()["plain"](**dimensions)
+        moved = bodies(shape, modes()["axial"], rubber(), COARSE, MPI.COMM_SELF, features)
+        histories.append(march(moved, path((0.0, 4.0, 0.0), 3, 1.0)).force)
+    assert (bodies.made, bodies.moved) == (1, 1)
+    built = prepare(shape, modes()["axial"], rubber(), COARSE, MPI.COMM_SELF, features)
+    force = march(built, path((0.0, 4.0, 0.0), 3, 1.0)).force
+    assert histories[1] == pytest.approx(force, rel=1e-9)
+    assert histories[0][-1] < 0.0 > force[-1]  # it was stretched too fast to come back without a push
+
+
+def test_effects_of_the_assembly_make_another_model():
+    bodies = Bodies()
+    features = [Installed("swaging", swaging(), {"reduction": 0.2})]
+    for dimensions in (FIRST, OTHER):
+        shape = shapes()["plain"](**dimensions)
+        bodies(shape, modes()["axial"], rubber(), COARSE, MPI.COMM_SELF, features)
+    assert (bodies.made, bodies.moved) == (2, 0)
 
 
 def test_other_elements_are_another_model():

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from bushcli.errors import InputError, Problem
+from bushcli.runtime.extras import remedy
 
 _HERE = Path(__file__).parent
 _LIBRARIES = {2: "pythonfmu", 3: "pythonfmu3"}
@@ -39,7 +40,7 @@ def build(data: dict[str, Any], version: Literal[2, 3]) -> bytes:
         builder = importlib.import_module(f"{library}.builder").FmuBuilder
     except ImportError:
         what = f"needs {library}, which is not installed"
-        raise InputError(Problem(f"--to fmu{version}", what, "", 'pip install "bushcli[fmu]"')) from None
+        raise InputError(Problem(f"--to fmu{version}", what, "", remedy("fmu"))) from None
     with tempfile.TemporaryDirectory(prefix="bushcli-fmu-") as folder, _undisturbed():
         text = json.dumps(data)
         # A module of its own name: a program may load several FMUs into one Python.

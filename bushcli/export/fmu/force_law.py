@@ -2,7 +2,8 @@
 
 The force is F = S(q) + sum_i F_i + sum_j f_j: the curve after a long rest S, Maxwell branches F_i' = g_i H(q)' - F_i
 / tau_i and sliders f_j, springs on H(q) that give way at a limit. H is the curve of a branch that neither relaxes
-nor slips. S and H are cubic between points with given slopes, straight beyond. Nothing but the standard library is
+nor slips. S and H are cubic between points with given slopes, straight beyond. Rubber that softens after its first
+loading has lost L(q, a) of S within the largest displacement a that was reached. Nothing but the standard library is
 needed.
 """
 
@@ -45,6 +46,40 @@ class Cubic:
         return self.y[i] + t * rise + t * (1.0 - t) * (a * (1.0 - t) - b * t)
 
 
+class Softening:
+    """Force that is lost within the largest displacement that was reached; none beyond it.
+
+    Parameters
+    ----------
+    data : dict
+        ``reached``: largest displacements, rising; ``share``: displacements over them, from -1 to 1; ``lost`` and
+        ``lost_slope``: force lost there, and its derivative by the share, a list for each largest displacement.
+    """
+
+    def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
+        self.reached = [0.0, *data["reached"]]
+        curves = zip(data["lost"], data["lost_slope"])  # noqa: B905 - of equal length
+        self.lost = [Cubic(data["share"], lost, slope) for lost, slope in curves]
+
+    def __call__(self, q: float, largest: float) -> float:
+        """Return the force lost at a displacement.
+
+        Parameters
+        ----------
+        q, largest : float
+            Displacement now, and the largest so far, mm or rad, or as the data are.
+        """
+        if abs(q) >= largest:
+            return 0.0
+        x = q / largest
+        i = min(bisect_right(self.reached, largest), len(self.lost)) - 1
+        below, above = self.reached[i], self.reached[i + 1]
+        # Linear between two largest displacements, from nothing at rest; as the last one beyond it.
+        at = min(1.0, (largest - below) / (above - below))
+        low = self.lost[i - 1](x) if i > 0 else 0.0
+        return low + at * (self.lost[i](x) - low)
+
+
 class Channel:
     """One channel's force law and its state.
 
@@ -52,7 +87,8 @@ class Channel:
     ----------
     data : dict
         ``displacement``, ``force``, ``force_slope``: the curve S; ``elastic``, ``elastic_slope``: H at the same
-        points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit).
+        points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit); ``softening``, where there is
+        any: data of a `Softening`. The last state is then the largest displacement.
     """
 
     def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
@@ -62,13 +98,22 @@ class Channel:
         self.maxwell = [(float(g), float(tau)) for g, tau in data["maxwell"]]
         self.sliders = [(float(k), float(limit)) for k, limit in data["sliders"]]
         self.range = q[-1] - q[0]
+        self.softening = Softening(data["softening"]) if data.get("softening") else None
         self.q = 0.0
-        self.state = [0.0] * (len(self.maxwell) + len(self.sliders))
+        self.branches = len(self.maxwell) + len(self.sliders)
+        self.state = [0.0] * (self.branches + (self.softening is not None))
 
     @property
     def force(self) -> float:
         """The force now."""
-        return self.static(self.q) + sum(self.state)
+        force = self.static(self.q) + sum(self.state[: self.branches])
+        return force if self.softening is None else force - self.softening(self.q, self.state[-1])
+
+    def begin(self, q: float) -> None:
+        """Start at rest at a displacement, mm or rad, or as the data are: the branches have relaxed there."""
+        self.q = q
+        if self.softening is not None:
+            self.state[-1] = abs(q)
 
     def advance(self, q: float, duration: float) -> float:
         """Move to a displacement at constant speed, and return the force there.
@@ -87,6 +132,8 @@ class Channel:
             self._follow(end - h, duration / parts)
             h = end
         self.q = q
+        if self.softening is not None:
+            self.state[-1] = max(self.state[-1], abs(q))
         return self.force
 
     def _follow(self, rise: float, duration: float) -> None:

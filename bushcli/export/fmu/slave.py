@@ -66,7 +66,7 @@ class Variables:
     def begin(self) -> None:
         """Start at rest, at the displacement that is given: the branches have relaxed there."""
         for name, channel in self.law.channels.items():
-            channel.q = getattr(self, f"{name}_displacement")
+            channel.begin(getattr(self, f"{name}_displacement"))
 
     def _kinds(self) -> list[tuple[str, str]]:
         return [

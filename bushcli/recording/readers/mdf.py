@@ -107,4 +107,5 @@ READER = Reader(
     recognises=lambda head, suffix: head.startswith((b"MDF     ", b"UnFinMF ")),
     opened=_opened,
     library="asammdf",
+    one_clock=True,
 )

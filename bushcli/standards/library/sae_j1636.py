@@ -1,7 +1,7 @@
 """SAE J1636: load and deformation tests of elastomeric components.
 
 It asks for a stated test rather than for one set of numbers: cycles before the one that counts, preload, ramp rates,
-hold times, test levels. Three to ten cycles are usual before a component is steady.
+hold times, test levels. Three to ten cycles are usual, it says, before a component is steady.
 
 References
 ----------
@@ -11,11 +11,13 @@ public; what is used here is in public summaries of it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from bushcli.recording.source import Source
 from bushcli.standards.observed import Observed
 from bushcli.standards.standard import Clause, Standard, cycles_clause
+from cases.mode import modes
 
 #: Cycles before the one that counts.
 FEWEST = 3
@@ -31,15 +33,13 @@ def _judge(seen: Observed, source: Source) -> Iterator[Clause]:
         marked,
         seen.conditioning > 0 or source.cycles is not None,
     )
-    rates = ", ".join(f"{rate:.3g}" for rate in seen.rates)
-    yield Clause(
-        "one ramp rate", f"{rates} per s" if rates else "no time", len(seen.rates) == 1 if rates else None
-    )
-    yield Clause(
-        "the test begins unloaded or at a stated preload",
-        "at rest" if seen.from_rest else "away from rest",
-        seen.from_rest,
-    )
+    turns = modes()[seen.mode].rotational
+    rates = ", ".join(f"{math.degrees(rate) if turns else rate:.3g}" for rate in seen.rates)
+    unit = "degrees/s" if turns else "mm/s"
+    one_rate = len(seen.rates) == 1 if rates else None
+    yield Clause("one ramp rate", f"{rates} {unit}" if rates else "no time", one_rate, practice=True)
+    begun = "at rest" if seen.from_rest else "away from rest"
+    yield Clause("the test begins unloaded or at a stated preload", begun, seen.from_rest, practice=True)
 
 
 STANDARD = Standard(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.errors import RecordingError
-from bushcli.faults.find import _samples
+from bushcli.faults import sample_faults
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
 
@@ -33,7 +33,7 @@ def test_stamps_with_too_few_digits_get_equal_intervals(tmp_path, cut, digit):
     np.testing.assert_allclose(np.diff(recording.time), 0.02, rtol=0.03)
     assert [repair.kind for repair in recording.repairs] == ["time"]
     assert "time stamps repeat the one before" in recording.repairs[0].text
-    faults = [fault for fault in _samples(recording) if fault.kind == "time"]
+    faults = [fault for fault in sample_faults(recording) if fault.kind == "time"]
     assert len(faults) == 1
     assert not faults[0].fatal
 
@@ -140,6 +140,6 @@ def test_a_channel_that_is_stuck_most_of_the_time_is_a_fatal_fault(tmp_path):
         start += length + int(rng.integers(8, 12))
     recording = record(tmp_path / "a.csv", TIME, f=held)
     assert len(recording.force) == N
-    [fault] = [fault for fault in _samples(recording) if fault.kind == "stuck"]
+    [fault] = [fault for fault in sample_faults(recording) if fault.kind == "stuck"]
     assert fault.fatal
     assert fault.samples.mean() > 0.5

@@ -249,7 +249,9 @@ def test_without_the_library_one_sentence_names_the_extra(tmp_path, name, monkey
     if not readers()[opened.format_of(path)].library:
         assert_same(read(path), rtol=1e-6)
         return
-    with pytest.raises(RecordingError, match=r'not installed \(pip install "bushcli\[rig\]"\)'):
+    with pytest.raises(
+        RecordingError, match=r'not installed \(make install .* pip install "bushcli\[rig\]"\)'
+    ):
         read(path)
 
 

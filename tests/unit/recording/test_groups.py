@@ -45,11 +45,84 @@ def test_groups_of_mdf_with_the_same_stamps_are_joined(tmp_path):
     np.testing.assert_allclose(recording.time, TIME, atol=1e-12)
 
 
-def test_groups_of_mdf_with_different_stamps_are_refused_by_name(tmp_path):
-    path = mdf(tmp_path / "a.mf4", [("Weg", "mm", TIME, Q)], [("Kraft", "N", TIME[::2], F[::2])])
-    with pytest.raises(
-        RecordingError, match=r'"raster 1", "raster 2".*different time stamps.*one common raster'
-    ):
+def slow(q: np.ndarray = Q, time: np.ndarray = TIME) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
+    return [("Weg", "mm", time, q)]
+
+
+def said(recording: Recording) -> list[str]:
+    return [repair.text for repair in recording.repairs if repair.kind == "columns"]
+
+
+def test_rasters_of_mdf_are_brought_to_the_stamps_of_the_force(tmp_path):
+    fast = 0.013 + np.arange(900) * 0.0125
+    force = 90.0 * np.interp(fast, TIME, Q)
+    path = mdf(
+        tmp_path / "a.mf4", slow(), [("T_Luft", "°C", TIME[::3], Q[::3])], [("Kraft", "N", fast, force)]
+    )
+    recording = read(path)
+    np.testing.assert_allclose(recording.time, fast, atol=1e-12)
+    np.testing.assert_allclose(recording.force, force, atol=1e-12)  # as it was measured
+    np.testing.assert_allclose(recording.displacement, force / 90.0, atol=1e-12)
+    (text,) = said(recording)
+    assert 'group "raster 1" every 0.1 s, is interpolated at the 900 time stamps' in text
+    assert 'group "raster 3" every 0.0125 s' in text
+
+
+def test_stamps_at_which_the_travel_is_not_known_are_left_out_with_their_count(tmp_path):
+    fast = -1.005 + np.arange(1400) * 0.01
+    force = 90.0 * np.interp(fast, TIME, Q)
+    # 3 s without a travel, while it moves; before and after it there is none either.
+    there = (TIME < 4.0) | (TIME > 7.0)
+    path = mdf(tmp_path / "a.mf4", slow(Q[there], TIME[there]), [("Kraft", "N", fast, force)])
+    recording = read(path)
+    known = (fast >= 0.0) & (fast <= TIME[-1]) & ~((fast > 3.9) & (fast < 7.1))
+    np.testing.assert_allclose(recording.time, fast[known], atol=1e-12)
+    assert f"; {np.count_nonzero(~known)} of them, before" in said(recording)[0]
+    assert "in its 1 gap" in said(recording)[0]
+
+
+def test_a_travel_that_is_logged_only_when_it_changes_has_no_gap(tmp_path):
+    q = np.concatenate([np.linspace(0.0, 3.0, 40), np.full(60, 3.0), np.linspace(3.0, 0.0, 20)])
+    changed = np.concatenate([[True], np.diff(q) != 0.0]) | (np.arange(N) == 100)
+    path = mdf(
+        tmp_path / "a.mf4", slow(q[changed], TIME[changed]), [("Kraft", "N", TIME[::2], 90.0 * q[::2])]
+    )
+    np.testing.assert_allclose(read(path).displacement, q[::2], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("groups", "message"),
+    [
+        ([slow(), [("Kraft", "N", TIME + 100.0, F)]], r'"raster 2".*"raster 1".*do not overlap in time'),
+        (
+            [slow(), slow(Q[::2], TIME[::2]), [("Kraft", "N", TIME + 0.05, F)]],
+            r'displacement could be in "raster 1", "raster 2" \(name the channel .*columns = {displacement',
+        ),
+        (
+            [slow(Q, np.where(TIME > 5.0, TIME - 2.0, TIME)), [("Kraft", "N", TIME + 0.05, F)]],
+            r"raster 1.*the time runs backwards, 3.1 s follows 5 s",
+        ),
+    ],
+)
+def test_rasters_that_cannot_be_brought_together_are_refused(tmp_path, groups, message):
+    with pytest.raises(RecordingError, match=message):
+        read(mdf(tmp_path / "a.mf4", *groups))
+
+
+def test_a_named_channel_decides_among_rasters(tmp_path):
+    other = [("Traverse", "mm", TIME[::2], 2.0 * Q[::2])]
+    path = mdf(tmp_path / "a.mf4", slow(), other, [("Kraft", "N", TIME + 0.05, F)])
+    found = read(path, columns={"displacement": "Traverse"})
+    np.testing.assert_allclose(found.displacement, np.interp(found.time, TIME[::2], 2.0 * Q[::2]), atol=1e-12)
+
+
+def test_groups_without_a_common_clock_are_refused_by_name(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        for name, column, step in (("A", "Weg_mm", 1), ("B", "Kraft_N", 2)):
+            file[f"{name}/time_s"], file[f"{name}/{column}"] = TIME[::step], Q[::step]
+    with pytest.raises(RecordingError, match=r"different time stamps.*one common raster"):
         read(path)
 
 

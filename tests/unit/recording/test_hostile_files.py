@@ -49,6 +49,14 @@ def test_a_head_with_nonsense_behind_it(tmp_path, name, rest):
     refused(path)
 
 
+@pytest.mark.parametrize(("name", "reason"), [("mdf", "not a valid MDF file"), ("xlsx", "not a zip file")])
+def test_the_reason_is_the_parsers_own(tmp_path, name, reason):
+    """And not what it prints while it comes down, or the name of its exception."""
+    path = tmp_path / f"rig.{name}"
+    path.write_bytes(HEADS[name] + b"\x07" * 3000)
+    refused(path, rf"cannot be read as an? [^:]*: [^:]*{reason} \(is it complete")
+
+
 def record(keyword: str, value: object) -> bytes:
     return keyword.encode().ljust(32, b"\0") + str(value).encode().ljust(96, b"\0")
 

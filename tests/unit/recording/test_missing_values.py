@@ -1,4 +1,4 @@
-"""Missing values, codes for them, separators of thousands: refused with their place, never skipped or guessed."""
+"""Missing values, codes for them, separators of thousands: read where they can mean one thing, else refused."""
 
 import numpy as np
 import pytest
@@ -89,6 +89,30 @@ def test_one_number_that_can_only_be_decimal_is_enough(tmp_path, proof):
     found = [[i, i + 1, f"{i + 1},{100 + i}"] for i in range(6)]
     found[3][2] = proof
     assert read(tmp_path, found).force[0] == 1.1
+
+
+@pytest.mark.parametrize(("decimal", "by"), [(",", "."), (".", ","), (",", " "), (".", "'"), (",", "\u00a0")])
+@pytest.mark.parametrize("columns", [2, 3])
+def test_separators_of_thousands_that_can_mean_one_thing_are_left_out(tmp_path, decimal, by, columns):
+    force = np.array([0.5, 250.25, -900.75, 1018.0, -12345.5, 1234567.0, 1000.5])
+    found = [[f"{0.1 * i:.2f}", f"{0.5 * i:.1f}", f"{f:,.2f}".replace(",", "_")] for i, f in enumerate(force)]
+    found[3][2] = "1_018"  # without decimals, it is one thousand because the others are
+    found = [[text.replace(".", decimal).replace("_", by) for text in row][3 - columns :] for row in found]
+    head = ";".join(HEAD.strip().split(";")[3 - columns :]) + "\n"
+    recording = read(tmp_path, found, head)
+    np.testing.assert_allclose(recording.force, force)
+    [said] = [repair.text for repair in recording.repairs if repair.kind == "columns"]
+    assert (
+        f"column {columns}: separators of thousands are left out of 4 numbers: 1{by}018 is read as 1018"
+        in said
+    )
+
+
+def test_groups_of_other_than_three_digits_are_refused(tmp_path):
+    found = [[text.replace(".", ",") for text in row] for row in rows()]
+    found[4][2] = "1.23.456,5"
+    with pytest.raises(RecordingError, match=r'rig\.csv:6: column 3 .*"1\.23\.456,5" is not a number'):
+        read(tmp_path, found)
 
 
 def test_mixed_separators_are_refused(tmp_path):

@@ -120,5 +120,7 @@ def test_one_file_for_all(tmp_path):
 )
 def test_without_a_library_the_message_names_the_extra(monkeypatch, module_name, use):
     monkeypatch.setitem(sys.modules, module_name, None)
-    with pytest.raises(InputError, match=r'which is not installed \(pip install "bushcli\[study\]"\)'):
+    with pytest.raises(
+        InputError, match=r'which is not installed \(make install .* pip install "bushcli\[study\]"\)'
+    ):
         use()

@@ -1,0 +1,89 @@
+"""The simulated curve of a channel: the steps of its march, or the force at the samples of its recording."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.case import Case
+from bushcli.recording import matching
+from bushcli.recording.curve import Curve
+from bushcli.simulate.channels import Channel
+from bushcli.simulate.simulation import Answer
+from cases.march import History
+from cases.mode import modes
+from cases.simulate import is_odd
+
+Array = NDArray[np.float64]
+
+
+def curve_of(case: Case, channel: Channel, history: History, answer: Answer | None) -> Curve:
+    """Return the curve of a channel.
+
+    Parameters
+    ----------
+    case : Case
+    channel : Channel
+    history : History
+        Its march or sweep.
+    answer : Answer or None
+        The force at its samples, where effects act on it.
+    """
+    return _curve(case, channel, history) if answer is None else _along(channel, answer)
+
+
+def _along(channel: Channel, answer: Answer) -> Curve:
+    """Return the force at the samples of the channel."""
+    if channel.recording is None or channel.whole is None:
+        return Curve(channel.mode, channel.displacement, answer.force, channel.time)
+    recording = channel.recording
+    used = matching(channel.whole, recording)
+    return Curve(channel.mode, recording.displacement, answer.force[used], recording.time)
+
+
+def _curve(case: Case, channel: Channel, history: History) -> Curve:
+    """Return the part of the curve that was reached, with at least two points even if the first step failed."""
+    q, force = history.displacement, history.force
+    if len(q) < 2:
+        return Curve(channel.mode, np.array([0.0, 1e-9]), np.zeros(2))
+    recording = channel.recording
+    if recording is None:
+        return Curve(channel.mode, q, force, history.time)
+    both = float(recording.displacement.min()) < 0.0 < float(recording.displacement.max())
+    if both and is_odd(case.geometry, modes()[channel.mode]):
+        _, first = np.unique(np.concatenate([q, -q]), return_index=True)
+        q, force = np.concatenate([q, -q])[first], np.concatenate([force, -force])[first]
+        # Up to the recorded range and one step more: the plot and the stiffness are of the recorded range.
+        low, high = recording.displacement.min(), recording.displacement.max()
+        step = float(np.diff(q).max())
+        in_range = (q >= low - step) & (q <= high + step)
+        q, force = q[in_range], force[in_range]
+    return Curve(channel.mode, q, force)
+
+
+def change(force: Array, fine: Array) -> float:
+    """Return the largest change of a force (n,) over its range.
+
+    Parameters
+    ----------
+    force, fine : (n,) array
+        Before and after.
+    """
+    return float(np.max(np.abs(force - fine)) / np.ptp(fine))
+
+
+def changed(history: History, fine: History) -> float:
+    """Return the largest change of the force over its range; of six reactions, of forces and of moments.
+
+    Parameters
+    ----------
+    history, fine : History
+        Before and after.
+    """
+    if history.reactions is None or fine.reactions is None:
+        return change(history.force, fine.force)
+    groups = [(history.reactions[:, part], fine.reactions[:, part]) for part in (slice(0, 3), slice(3, 6))]
+    # A group that vanishes is the rounding of the other.
+    ranges = [float(np.ptp(ours, axis=0).max()) for _, ours in groups]
+    real = [i for i in (0, 1) if ranges[i] > 1e-6 * max(ranges)]
+    return max(float(np.abs(groups[i][0] - groups[i][1]).max()) / ranges[i] for i in real)

@@ -1,0 +1,74 @@
+"""The recordings of cases with the faults of their samples, read once for as long as their files stay as they are.
+
+A study simulates many designs beside the same recordings. To read a rig's file and to look for its faults takes longer
+than to simulate the bushing.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Hashable
+from dataclasses import dataclass
+from functools import cached_property
+
+from bushcli.case import Case
+from bushcli.effects.active import require_values
+from bushcli.faults import DataFault, find_faults, sample_faults
+from bushcli.recording import Recording, read_recording
+from bushcli.recording.source import Source
+
+# Recordings at a time: those of a case, whole and in part, and of some more.
+MOST = 64
+
+
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """A recording that was read; its faults are looked for when they are asked for."""
+
+    recording: Recording
+
+    @cached_property
+    def faults(self) -> tuple[DataFault, ...]:
+        return tuple(sample_faults(self.recording))
+
+
+class Measured:
+    """Reads the recordings of cases, and keeps what it has read."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[Hashable, _Read] = OrderedDict()
+
+    def __call__(self, case: Case) -> tuple[list[Recording], list[Recording], tuple[DataFault, ...]]:
+        """Return the samples of each recording that are compared, those that are simulated, and faults of the data.
+
+        Parameters
+        ----------
+        case : Case
+
+        Raises
+        ------
+        InputError
+            A recording cannot be read, or an effect of the case has no values.
+        """
+        require_values(case.effects, case.path.name)
+        used = [self._read(source, False) for source in case.recordings]
+        # What depends on the path needs the cycles before those that are compared.
+        whole = [self._read(source, True) for source in case.recordings] if case.effects else used
+        return used, whole, find_faults(case, used, self._of_samples)
+
+    def _read(self, source: Source, whole: bool) -> Recording:
+        try:
+            state = source.file.stat()
+        except OSError:
+            return read_recording(source, whole)  # which says what is wrong
+        key = (repr(source), whole, state.st_mtime_ns, state.st_size, state.st_ino)
+        if key not in self._kept:
+            self._kept[key] = _Read(read_recording(source, whole))
+            if len(self._kept) > MOST:
+                self._kept.popitem(last=False)
+        self._kept.move_to_end(key)
+        return self._kept[key].recording
+
+    def _of_samples(self, recording: Recording) -> tuple[DataFault, ...]:
+        kept = next((one for one in self._kept.values() if one.recording is recording), None)
+        return tuple(sample_faults(recording)) if kept is None else kept.faults
