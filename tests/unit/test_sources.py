@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bushcli.case.again import case_again
 from click.testing import CliRunner, Result
 
 from bushcli.case import load_case, resolved
+from bushcli.case.rebuild import rebuilt_case
 from bushcli.cli import main
 from bushcli.errors import CaseError
 from bushcli.recording import read_program, read_recording
@@ -157,7 +157,7 @@ def test_the_file_of_a_program_is_read_as_that_of_a_recording(tmp_path):
     time, displacement = read_program(source)
     np.testing.assert_allclose(displacement, -20.0 * Q, atol=1e-2)
     np.testing.assert_allclose(time, 0.1 * np.arange(len(Q)), atol=1e-12)
-    assert case_again(resolved(used), tmp_path).load_cases[0].source == source
+    assert rebuilt_case(resolved(used), tmp_path).load_cases[0].source == source
 
 
 @pytest.mark.parametrize(
