@@ -25,6 +25,7 @@ from geometry.blocks import Blocks
 from geometry.errors import GeometryError
 from geometry.structured import mesh_blocks
 from geometry.view import View
+from geometry.wall import Annulus, Wall
 
 Mirrors = frozenset[Literal["x", "y", "z"]]
 #: Young's modulus of what does not deform, MPa.
@@ -119,32 +120,12 @@ class Snubber(BaseModel):
 
 
 @dataclass(frozen=True)
-class Annulus:
-    """The bonded ring of rubber that a bushing is, as closed forms take it.
+class Stops:
+    """Plates before the free ends: the case's, the furthest height of the rubber and its thickness (mm)."""
 
-    Attributes
-    ----------
-    inner_radius, outer_radius : float
-        Radii of the bonds, mm.
-    shortest, longest : float
-        Length of the rubber where it is least and most, mm.
-    bonded : float
-        Length of the shorter bond, mm.
-    whole : bool
-        Whether the rubber has no voids.
-    """
-
-    inner_radius: float
-    outer_radius: float
-    shortest: float
-    longest: float
-    bonded: float
-    whole: bool = True
-
-    @property
-    def thickness(self) -> float:
-        """Radial thickness of the rubber, mm."""
-        return self.outer_radius - self.inner_radius
+    snubber: Snubber
+    height: float
+    thickness: float
 
 
 @dataclass(frozen=True)
@@ -220,6 +201,20 @@ class Shape(BaseModel):
             self.blocks(dimension, mirrors, refinement), order=2 if self.displacement_order > 1 else 1
         )
 
+    def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
+        """About how many cells `generate` will make of a shape that is not `structured`; nothing is meshed for it.
+
+        Parameters
+        ----------
+        dimension, mirrors, refinement
+            As of `generate`.
+
+        Raises
+        ------
+        GeometryError
+        """
+        raise TypeError(f"shape {type(self).__name__} does not say how many cells it has")
+
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
         """Blocks of the half-plane (`dimension` 2, axes s and t) or of the solid cut at the `mirrors` (3).
 
@@ -241,6 +236,30 @@ class Shape(BaseModel):
     @property
     def gap(self) -> float | None:
         """How far the inner sleeve could move radially before it meets the outer one, mm; None where none is known."""
+        return None
+
+    @property
+    def wall(self) -> Wall | None:
+        """The rubber between two coaxial sleeves, for effects of the assembly; None where it has none.
+
+        Raises
+        ------
+        GeometryError
+        """
+        return None
+
+    def sleeved(self, inner: Sleeve, outer: Sleeve) -> Shape | None:
+        """The same with these elastic sleeves where it has rigid ones; None where they are not meshed.
+
+        Parameters
+        ----------
+        inner, outer : Sleeve
+        """
+        return None
+
+    @property
+    def stops(self) -> Stops | None:
+        """The plates before the free ends; None where there are none."""
         return None
 
     @property

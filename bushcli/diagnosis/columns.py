@@ -24,7 +24,6 @@ from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 from cases.march import NotConverged
-from geometry.ring import Ring
 
 Array = NDArray[np.float64]
 
@@ -153,8 +152,9 @@ def _grid(
 
     found = []
     sizes: list[float | None] = [None]
-    if amplitudes[0].sizes and isinstance(case.geometry, Ring):
-        sizes = [share * case.geometry.thickness for share in amplitudes[0].sizes]
+    wall = case.geometry.wall if amplitudes[0].sizes else None
+    if wall is not None:
+        sizes = [share * wall.thickness for share in amplitudes[0].sizes]
     before = {} if present is None else dict(present.values)
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))

@@ -31,7 +31,6 @@ from bushcli.simulate.six_simulation import Reaction
 from cases import local
 from cases.local import Cells, Local
 from cases.program import Program
-from geometry.ring import Ring
 from geometry.shape import Mirrors, Shape
 
 Array = NDArray[np.float64]
@@ -331,7 +330,7 @@ def _zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Arr
     corners = _section(cells.points)
     across = (radius - corners[:, 0].min()) / _thickness(cells)
     end = float(np.abs(corners[:, 1]).max())
-    bonded = isinstance(shape, Ring)
+    bonded = shape.wall is not None
     inside, between, outside = (
         ("near the inner bond", "between the bonds", "near the outer bond")
         if bonded
