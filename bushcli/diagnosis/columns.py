@@ -198,7 +198,9 @@ def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
     # Beside others of its kind it may have another name there.
     there = next(one for one in model.effects if one.identity == trial.active.identity)
     names = [f"{there.name}.{name}" for name in trial.amplitudes]
-    coarse: kept.Coarse = "memory" if trial.effect.acts == "assembly" else "always"
+    # Not of a CAD part: its usual mesh costs ten times as much.
+    usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
+    coarse: kept.Coarse = "memory" if usual else "always"
     channels = kept.channels(model.task(case), HALF, coarse, patience=PATIENCE)
     points = (model.values, _at_own_shape(model, case).values)
     found: list[Array] = []
