@@ -208,8 +208,12 @@ class Shape(BaseModel):
 
         Parameters
         ----------
-        dimension, mirrors, refinement
-            As of `generate`.
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
 
         Raises
         ------
@@ -256,6 +260,7 @@ class Shape(BaseModel):
         Parameters
         ----------
         inner, outer : Sleeve
+            To be put in.
         """
         return None
 

@@ -158,6 +158,17 @@ class Cad(Meets):
 
     @override
     def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
+        """About how many cells `generate` will make.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         from geometry.cad.meshing import part_cells
 
         found = self.found

@@ -157,6 +157,17 @@ class Section(Meets):
 
     @override
     def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
+        """About how many cells `generate` will make.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
         from geometry.section.meshing import section_cells
 
         return section_cells(self.found, dimension, mirrors, refinement)
