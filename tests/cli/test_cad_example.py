@@ -53,7 +53,7 @@ def test_the_file_is_the_part_of_the_truth(tmp_path: Path) -> None:
     area = np.pi * (d["outer_radius"] ** 2 - d["inner_radius"] ** 2) - 2 * kidney
     run([f"bushcli mesh examples/cad/bushing.step -o {tmp_path / 'part'} --json > found.json"], tmp_path)
     text = (tmp_path / "found.json").read_text(encoding="utf-8")
-    assert json.loads(text)["measures"]["rubber"] == pytest.approx(area * d["length"], rel=1e-6)
+    assert json.loads(text)["geometry"]["measures"]["rubber"] == pytest.approx(area * d["length"], rel=1e-6)
 
 
 def test_every_command_of_the_page_does_what_it_says(tmp_path: Path) -> None:

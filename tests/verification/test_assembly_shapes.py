@@ -1,8 +1,7 @@
-"""Effects of the assembly on sections and CAD parts: an outline or a file of a plain ring has what the ring has."""
+"""Effects of the assembly on sections: the outline of a plain ring has what the ring has."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from cases.program import Program
 from cases.simulate import Rubber, prepare
 from forms.law import law
 from geometry.shape import Refinement, Shape, shapes
-from tests.parts import draw_to, ring
 
 YEOH = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 2000.0)
 INNER, OUTER, LENGTH = 10.0, 20.0, 24.0
@@ -40,11 +38,6 @@ VALUES: dict[str, dict[str, float]] = {
 
 def by_outline() -> Shape:
     return shapes()["section"].model_validate({"outline": OUTLINE})
-
-
-def by_file(folder: Path) -> Shape:
-    path = draw_to(folder / "ring.step", lambda: ring(INNER, OUTER, LENGTH) and None)
-    return shapes()["cad"].model_validate({"file": str(path)})
 
 
 def forces(shape: Shape, mode: str, name: str, q: list[float], **mesh: Any) -> np.ndarray:
@@ -78,26 +71,6 @@ def test_an_outline_has_its_sleeve_off_centre_in_space() -> None:
     np.testing.assert_allclose(
         forces(by_outline(), "radial", "misalignment", [-0.5, 0.5], across=2, around=8), ratio, rtol=5e-3
     )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "mode", "q"),
-    [
-        ("misalignment", "radial", [-0.5, 0.5]),
-        ("debonding", "radial", [0.5]),
-        ("swaging", "axial", [1.0]),
-        ("cure_shrinkage", "radial", [0.5]),
-        ("dimension", "torsional", [0.05]),
-    ],
-)
-def test_a_file_has_the_effects_of_the_ring_that_it_draws(
-    name: str, mode: str, q: list[float], tmp_path: Path
-) -> None:
-    """Tetrahedra beside hexahedra: what an effect does to the force agrees where the force itself may be 1 % off."""
-    ratio = forces(PLAIN, mode, name, q)
-    assert np.all(np.abs(ratio - 1.0) > 5e-3)
-    np.testing.assert_allclose(forces(by_file(tmp_path), mode, name, q), ratio, rtol=5e-3)
 
 
 def test_a_contoured_section_turns_no_bond_out_of_shape() -> None:
