@@ -7,7 +7,7 @@ import platform
 import sys
 from pathlib import Path
 
-from benchmarks import compare, direct, effects, processes, real, study
+from benchmarks import compare, direct, effects, processes, real, six, step, study
 
 SECTIONS = {
     "processes": processes.processes,
@@ -18,6 +18,8 @@ SECTIONS = {
     "effects": effects.cost,
     "alike": effects.alike,
     "real": real.real,
+    "six": six.six,
+    "step": step.step,
     "study": study.study,
 }
 

@@ -100,6 +100,8 @@ def march_once(name: str) -> dict[str, float]:
         "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
         "error": float(error),
         "reference": float(reference),
+        "displacement": targets.tolist(),
+        "force": history.force.tolist(),
     }
 
 

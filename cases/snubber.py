@@ -13,12 +13,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-import numpy as np
 import ufl
 
 from cases.feature import Feature, Installed, Place, Values
 from forms.law import Scalar
-from geometry.ring import Ring
 from geometry.shape import Shape
 
 # Stiffness of a plate over mu / thickness: a pressure of mu pushes an end beyond it by a thousandth of the thickness.
@@ -27,12 +25,12 @@ STIFF = 1e3
 
 def plates(shape: Shape) -> tuple[Installed, ...]:
     """Return the contact with a shape's plates; "snubber.gap" is its parameter."""
-    if not isinstance(shape, Ring) or shape.snubber is None:
+    stops = shape.stops
+    if stops is None:
         return ()
-    ends = ("top", "bottom") if shape.snubber.ends == "both" else (shape.snubber.ends,)
-    rides = shape.snubber.fixed_to == "inner"
-    stiffness = STIFF / shape.thickness
-    half = float(shape.half_length(np.linspace(0.0, 1.0, 201, dtype=np.float64)).max())
+    ends = ("top", "bottom") if stops.snubber.ends == "both" else (stops.snubber.ends,)
+    rides = stops.snubber.fixed_to == "inner"
+    stiffness, half = STIFF / stops.thickness, stops.height
 
     def surface(values: Values, place: Place) -> list[Scalar]:
         found = []
@@ -48,7 +46,7 @@ def plates(shape: Shape) -> tuple[Installed, ...]:
         Installed(
             "snubber",
             Feature(surface=surface, follows="inner" if rides else "", breaks=one_end),
-            {"gap": shape.snubber.gap},
+            {"gap": stops.snubber.gap},
         ),
     )
 

@@ -13,7 +13,8 @@ from pydantic import Field, model_validator
 from typing_extensions import override
 
 from geometry.blocks import Array, Blocks, Interval
-from geometry.shape import Annulus, Meets, Metal, Mirrors, Refinement, Sleeve, Snubber
+from geometry.shape import Meets, Metal, Mirrors, Refinement, Shape, Sleeve, Snubber, Stops
+from geometry.wall import Annulus, Wall
 
 # Defaults with which the force stays within 1 % of the converged one (measured: benchmarks/README.md).
 SECTION = Refinement(across=6)
@@ -92,6 +93,34 @@ class Ring(Meets):
             float(min(lengths[0], lengths[-1])),
             not self.voids(),
         )
+
+    @property
+    @override
+    def wall(self) -> Wall:
+        inner, outer = (float(half) for half in self.half_length(np.array([0.0, 1.0])))
+        return Wall(self.inner_radius, self.outer_radius, (-inner, inner), (-outer, outer), straight=True)
+
+    @override
+    def sleeved(self, inner: Sleeve, outer: Sleeve) -> Shape:
+        """The same with these elastic sleeves where it has rigid ones.
+
+        Parameters
+        ----------
+        inner, outer : Sleeve
+            The inner one's thickness is bounded by what there is room for.
+        """
+        # A solid bar is the thickest inside.
+        thinner = inner.model_copy(update={"thickness": min(inner.thickness, 0.8 * self.inner_radius)})
+        both = {"inner_sleeve": self.inner_sleeve or thinner, "outer_sleeve": self.outer_sleeve or outer}
+        return type(self)(**(dict(self) | both))
+
+    @property
+    @override
+    def stops(self) -> Stops | None:
+        if self.snubber is None:
+            return None
+        height = float(self.half_length(np.linspace(0.0, 1.0, 201, dtype=np.float64)).max())
+        return Stops(self.snubber, height, self.thickness)
 
     @property
     @override

@@ -25,6 +25,7 @@ from geometry.blocks import Blocks
 from geometry.errors import GeometryError
 from geometry.structured import mesh_blocks
 from geometry.view import View
+from geometry.wall import Annulus, Wall
 
 Mirrors = frozenset[Literal["x", "y", "z"]]
 #: Young's modulus of what does not deform, MPa.
@@ -119,32 +120,12 @@ class Snubber(BaseModel):
 
 
 @dataclass(frozen=True)
-class Annulus:
-    """The bonded ring of rubber by which closed forms approximate a bushing.
+class Stops:
+    """Plates before the free ends: the case's, the furthest height of the rubber and its thickness (mm)."""
 
-    Attributes
-    ----------
-    inner_radius, outer_radius : float
-        Radii of the bonds, mm.
-    shortest, longest : float
-        Length of the rubber where it is least and most, mm.
-    bonded : float
-        Length of the shorter bond, mm.
-    whole : bool
-        Whether the rubber has no voids.
-    """
-
-    inner_radius: float
-    outer_radius: float
-    shortest: float
-    longest: float
-    bonded: float
-    whole: bool = True
-
-    @property
-    def thickness(self) -> float:
-        """Radial thickness of the rubber, mm."""
-        return self.outer_radius - self.inner_radius
+    snubber: Snubber
+    height: float
+    thickness: float
 
 
 @dataclass(frozen=True)
@@ -190,6 +171,8 @@ class Shape(BaseModel):
     displacement_order: ClassVar[int] = 2
     #: Whether meshes are products of intervals: twice as many elements then halve every one of them.
     structured: ClassVar[bool] = True
+    #: Elements of a mesh for a first look: a tenth of the time, some per cent of the force.
+    coarse: ClassVar[Refinement] = Refinement(2, 4, 8)
     #: Of files that describe such a shape by themselves.
     suffixes: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
@@ -220,6 +203,24 @@ class Shape(BaseModel):
             self.blocks(dimension, mirrors, refinement), order=2 if self.displacement_order > 1 else 1
         )
 
+    def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
+        """About how many cells `generate` will make of a shape that is not `structured`; nothing is meshed for it.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+
+        Raises
+        ------
+        GeometryError
+        """
+        raise TypeError(f"shape {type(self).__name__} does not say how many cells it has")
+
     def blocks(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> Blocks:
         """Blocks of the half-plane (`dimension` 2, axes s and t) or of the solid cut at the `mirrors` (3).
 
@@ -241,6 +242,31 @@ class Shape(BaseModel):
     @property
     def gap(self) -> float | None:
         """Radial travel of the inner sleeve until it touches the outer one, mm; None if unknown."""
+        return None
+
+    @property
+    def wall(self) -> Wall | None:
+        """The rubber between two coaxial sleeves, for effects of the assembly; None where it has none.
+
+        Raises
+        ------
+        GeometryError
+        """
+        return None
+
+    def sleeved(self, inner: Sleeve, outer: Sleeve) -> Shape | None:
+        """The same with these elastic sleeves where it has rigid ones; None where they are not meshed.
+
+        Parameters
+        ----------
+        inner, outer : Sleeve
+            To be put in.
+        """
+        return None
+
+    @property
+    def stops(self) -> Stops | None:
+        """The plates before the free ends; None where there are none."""
         return None
 
     @property

@@ -285,7 +285,9 @@ class Builder:
         named = zip(load_case_names(loads, recordings), loads, strict=True)
         channels = [
             effects.Channel(
-                name, load.mode, ("load_cases", i) if load.source is None and load.rate is None else ()
+                name,
+                load.mode,
+                ("load_cases", i) if load.source is None and load.rate is None and load.six is None else (),
             )
             for i, (name, load) in enumerate(named)
         ]

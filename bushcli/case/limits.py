@@ -8,7 +8,7 @@ from typing import Any
 
 from bushcli.case.case import MeshOptions
 from bushcli.case.finding import Finding
-from cases.mode import modes
+from cases.mode import modes, setting_for
 from geometry.shape import Shape
 
 #: Bytes of a case file. The largest in use has some ten thousand.
@@ -19,6 +19,8 @@ DEEPEST = 20
 MOST_ENTRIES, MOST_PROBLEMS = 500, 20
 #: Elements of a section, of a solid. The factorisation of so large a solid needs some 10 GB.
 LARGEST_MESH = {2: 200_000, 3: 50_000}
+#: Tetrahedra: five of them have the unknowns of a hexahedron.
+MOST_TETRAHEDRA = 250_000
 
 _QUOTED = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'")
 _DOT = re.compile(r"[\w\"'-][ \t]*\.(?=[ \t]*[\w\"'-])")
@@ -63,7 +65,7 @@ def is_too_deep(data: Any) -> bool:
 
 
 def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[Finding]:
-    """Refuse a mesh that is larger than `LARGEST_MESH`.
+    """Refuse a mesh that is larger than `LARGEST_MESH`; of a free one the size is estimated.
 
     Parameters
     ----------
@@ -71,11 +73,16 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
     mesh : MeshOptions
     used : iterable of str
         Modes that the case simulates; if empty, all modes of the specimen.
+
+    Raises
+    ------
+    GeometryError
+        An outline or a CAD file is no bushing.
     """
-    if not shape.structured:
-        # Nobody knows how many elements a free mesh has before it is made.
-        return
     names = set(used) or {mode.name for mode in modes().values() if mode.specimen == shape.specimen}
+    if not shape.structured:
+        yield from _free_mesh_size(shape, mesh, names)
+        return
     for name in sorted(names):
         dimension = 2 if modes()[name].section is not None and shape.axisymmetric else 3
         axes = shape.blocks(dimension, frozenset(), mesh.refinement).axes
@@ -90,6 +97,23 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
             expected = (
                 f"at most {LARGEST_MESH[dimension]}: smaller elements_... in [mesh], or check that the dimensions of "
                 "[geometry] are in mm; the default has elements twice as long as thick"
+            )
+            yield Finding(("mesh",), what, expected=expected)
+            return
+
+
+def _free_mesh_size(shape: Shape, mesh: MeshOptions, names: Iterable[str]) -> Iterator[Finding]:
+    for name in sorted(names):
+        mode = modes()[name]
+        dimension = 2 if mode.section is not None and shape.axisymmetric else 3
+        mirrors = setting_for(mode, dimension).mirrors & shape.mirror_planes
+        about = shape.cells(dimension, mirrors, mesh.refinement)
+        most = LARGEST_MESH[dimension] if shape.axisymmetric else MOST_TETRAHEDRA
+        if about > most:
+            what = f"the mesh for mode {name} would have about {about:.2g} elements"
+            expected = (
+                f"at most {most}: smaller elements_... in [mesh], or see that all dimensions are in mm (one that is "
+                "in another unit makes the part long and thin) and that it has no tiny edges and faces"
             )
             yield Finding(("mesh",), what, expected=expected)
             return

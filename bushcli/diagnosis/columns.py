@@ -24,7 +24,6 @@ from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording
 from cases.march import NotConverged
-from geometry.ring import Ring
 
 Array = NDArray[np.float64]
 
@@ -167,8 +166,9 @@ def _grid(
 
     found = []
     sizes: list[float | None] = [None]
-    if amplitudes[0].sizes and isinstance(case.geometry, Ring):
-        sizes = [share * case.geometry.thickness for share in amplitudes[0].sizes]
+    wall = case.geometry.wall if amplitudes[0].sizes else None
+    if wall is not None:
+        sizes = [share * wall.thickness for share in amplitudes[0].sizes]
     before = {} if present is None else dict(present.values)
     for point in product(*(values(p) for p in shapes)):
         shape = dict(zip((p.name for p in shapes), point, strict=True))
@@ -226,7 +226,9 @@ def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
     # Beside others of its kind it may have another name there.
     there = next(one for one in model.effects if one.identity == trial.active.identity)
     names = [f"{there.name}.{name}" for name in trial.amplitudes]
-    coarse: model_cache.Coarse = "memory" if trial.effect.acts == "assembly" else "always"
+    # Not of a CAD part: its default mesh costs ten times as much.
+    usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
+    coarse: model_cache.Coarse = "memory" if usual else "always"
     channels = model_cache.channels(model.task(case), HALF, coarse, patience=PATIENCE)
     points = (model.values, _at_own_shape(model, case).values)
     found: list[Array] = []

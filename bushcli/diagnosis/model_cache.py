@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from bushcli.effects.active import ActiveEffect
 from bushcli.inverse.channel import Channel
-from bushcli.inverse.task import COARSE, Task
+from bushcli.inverse.task import Task
 from bushcli.runtime.canonical import canonical
 from cases.feature import Installed
 from cases.mode import Mode
@@ -147,7 +147,7 @@ def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) 
         acting = [one for one in task.effects if one.name in {item.name for item in features}]
         assembled = any(one.effect.acts == "assembly" for one in acting)
         if coarse == "always" or (coarse == "memory" and remembers and (solid or not assembled)):
-            refinement = COARSE.refinement
+            refinement = shape.coarse
             if modes is not None:
                 modes.add(mode.name)
         path = None if mode.solid.six is None else mode.solid.six.identity

@@ -42,7 +42,6 @@ from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.simulation import Simulation
 from cases.march import NotConverged
 from cases.mode import modes
-from geometry.ring import Ring
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
@@ -179,9 +178,9 @@ def _menu(problem: Problem) -> list[Proposal]:
         path = float(np.abs(np.diff(one.displacement)).sum())
         rate[one.mode] = path / float(one.time[-1] - one.time[0]) if one.time is not None else reach / SECONDS
     found = list(menu(amplitudes, rate, mounted)[:PROPOSALS])
-    shape = problem.case.geometry
-    if isinstance(shape, Ring):
-        others = {name: share * shape.thickness for name, share in SHARE.items() if name not in mounted}
+    wall = problem.case.geometry.wall
+    if wall is not None:
+        others = {name: share * wall.thickness for name, share in SHARE.items() if name not in mounted}
         if "torsional" not in mounted:
             others["torsional"] = TURN
         rates = {name: reach / SECONDS for name, reach in others.items()}

@@ -16,7 +16,6 @@ from bushcli.case import Case
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.prior import Prior, Scales
 from bushcli.recording import Recording
-from geometry.ring import Ring
 
 # Odds that an effect is there in a size that shows beside all that formulas get wrong. Engineering judgement, in three
 # classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some; the
@@ -119,9 +118,9 @@ def scales_of(case: Case, shear: float, recordings: Sequence[Recording]) -> Scal
         ),
         default=1.0,
     )
-    shape = case.geometry
-    thickness = shape.thickness if isinstance(shape, Ring) else 10.0
-    length = 2.0 * float(shape.half_length(np.zeros(1))[0]) if isinstance(shape, Ring) else 4.0 * thickness
+    wall = case.geometry.wall
+    thickness = wall.thickness if wall is not None else 10.0
+    length = wall.inner[1] - wall.inner[0] if wall is not None else 4.0 * thickness
     return {
         "duration": max((float(t[-1] - t[0]) for t in times), default=1.0),
         "interval": max((float(np.median(np.diff(t))) for t in times), default=1.0),

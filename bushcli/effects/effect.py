@@ -26,14 +26,14 @@ from bushcli.effects.change import RigChange
 from bushcli.effects.prior import Prior
 from cases.mode import modes
 from forms.law import UnknownName
-from geometry.shape import Mirrors, Shape
+from geometry.shape import Mirrors, Shape, Sleeve
 
 if TYPE_CHECKING:
     from cases.feature import Feature
 
 Array = NDArray[np.float64]
 
-
+_SLEEVE = Sleeve(thickness=1.0)
 # Separates the name of an effect from the rig where the same effect occurs more than once.
 _AT = "@"
 
@@ -116,11 +116,11 @@ class EffectParameter:
 
     def bounds(self, shape: Shape | None) -> tuple[float, float]:
         """Return the lowest and the highest value that a specimen can have; of any where it is None."""
-        annulus = None if shape is None else shape.annulus
-        if self.within is None or annulus is None:
+        wall = None if shape is None or self.within is None else shape.wall
+        if self.within is None or wall is None:
             return self.lower, self.upper
         name, share = self.within
-        size = annulus.bonded if name == "length" else annulus.thickness
+        size = wall.bonded if name == "length" else wall.thickness
         return max(self.lower, -share * size), min(self.upper, share * size)
 
     def choice(self, value: float) -> str:
@@ -173,6 +173,8 @@ class Effect:
         "bushing", "coupon".
     needs_sleeves : bool
         Whether it acts on two coaxial sleeves, which not every bushing has.
+    adds_sleeves : bool
+        Whether it puts elastic sleeves in the place of rigid ones, which not every shape can have meshed.
     rigid : tuple of (str, tuple of str)
         Sleeves that must not be elastic, by their key in the case file, each with the choices for which that holds;
         without choices for all of them.
@@ -200,6 +202,7 @@ class Effect:
     modes: frozenset[str] | None = None
     specimens: frozenset[str] = frozenset({"bushing"})
     needs_sleeves: bool = False
+    adds_sleeves: bool = False
     rigid: tuple[tuple[str, tuple[str, ...]], ...] = ()
     needs_time: bool = False
     needs_fixed_law: bool = False
@@ -301,9 +304,13 @@ def unsuited(
     """
     if shape.specimen != "bushing":
         return ()
-    if effect.needs_sleeves and shape.annulus is None:
+    if effect.needs_sleeves and shape.wall is None:
         what = f"a {type(shape).name} has no coaxial sleeves"
         return ((what, "another shape, or without this effect"),)
+    if effect.adds_sleeves and shape.sleeved(_SLEEVE, _SLEEVE) is None:
+        what = f"the sleeves of a {type(shape).name} are its own"
+        expected = "sleeves as bodies of the section or the CAD file, with [geometry.plates.inner_sleeve]"
+        return ((what, expected),)
     given = values or {}
     chosen = {p.choice(given.get(p.name, p.start)) for p in effect.parameters if p.choices}
     found = [
@@ -312,7 +319,7 @@ def unsuited(
         if (not choices or chosen & set(choices))
         and (name in shape.elastic_sleeves or "sleeve_compliance" in others)
     ]
-    if effect.name == "sleeve_compliance" and len(shape.elastic_sleeves) == 2:
+    if effect.adds_sleeves and len(shape.elastic_sleeves) == 2:
         expected = "[geometry] without them; or change their youngs_modulus"
         found.append(("both sleeves are elastic already", expected))
     return tuple(found)

@@ -28,8 +28,6 @@ Array = NDArray[np.float64]
 
 # Bounds of the bulk modulus's inverse, 1/MPa, when it is identified: from incompressible to kappa = 10 MPa.
 COMPLIANCE = (0.0, 0.1)
-# Mesh on which starts are screened: a tenth of the time, some per cent of the force.
-COARSE = MeshOptions(2, 4, 8)
 # Principal stretches that a coupon of a bushing's rubber is taken to reach at least, for the law's stability.
 STRETCHES = (0.6, 1.7)
 
@@ -173,7 +171,10 @@ class Task:
         InputError
             A file cannot be read, or nothing is left to fit.
         """
-        case = replace(self.case, mesh=COARSE) if coarse else self.case
+        case = self.case
+        if coarse:
+            few = case.geometry.coarse
+            case = replace(case, mesh=MeshOptions(few.across, few.along, few.around))
         material = self.material
         rubber = Rubber(self.law, dict(material.parameters), material.bulk_modulus)
         if self.source == "coupons":

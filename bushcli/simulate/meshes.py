@@ -15,7 +15,6 @@ from cases.fields import write_mesh
 from cases.mode import modes, setting_for
 from cases.stretches import Surface, mesh_surface
 from geometry.mesh import build
-from geometry.ring import Ring
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def _build(
     comm: MPI.Comm,
 ) -> Meshed:
     mesh = build(case.geometry, dimension, mirrors, case.mesh.refinement, comm)  # type: ignore[arg-type]
-    kind = "solid" if dimension == 3 else "section" if isinstance(case.geometry, Ring) else "half-plane"
+    kind = "solid" if dimension == 3 else "section" if case.geometry.annulus is not None else "half-plane"
     name = "-".join([kind, *(f"cut-{plane}" for plane in sorted(mirrors))])
     file = directory / f"mesh-{name}.xdmf"
     try:

@@ -24,6 +24,7 @@ from geometry.errors import GeometryError
 from geometry.session import model, session
 from geometry.symmetry import balanced, moments, same_points
 from geometry.view import View
+from geometry.wall import Wall, cylindrical, wall_of
 
 Planes = frozenset[Literal["x", "y", "z"]]
 #: Principal moments in the plane normal to the axis that differ by more than this share have directions.
@@ -67,12 +68,18 @@ class FoundPart:
         Of the rubber across and along the bonds, mm.
     narrow : mapping
         Face -> distance to the face opposite, where that is less than the thickness, mm.
+    curved : mapping
+        Face -> its area (mm^2) and least radius of curvature, mm.
+    edges
+        Length of the curves around the bonds, mm.
     scale
         mm per unit of the session.
     notes : tuple of str
         What was found and how, in sentences.
     view
         For a picture, in the bushing's coordinates.
+    wall
+        The rubber between two coaxial sleeves; None where it has none.
     """
 
     roles: Mapping[int, str]
@@ -84,9 +91,12 @@ class FoundPart:
     thickness: float
     length: float
     narrow: Mapping[int, float]
+    curved: Mapping[int, tuple[float, float]]
+    edges: float
     scale: float
     notes: tuple[str, ...]
     view: View | None
+    wall: Wall | None
 
     @property
     def regions(self) -> tuple[str, ...]:
@@ -206,10 +216,41 @@ def _described(
         thickness=thickness,
         length=high - low,
         narrow=local_thickness(faces, thickness),
+        curved={face.tag: (face.area, part.scale * _least_radius(face.tag)) for face in faces},
+        edges=part.scale * _around([tag for bond in BONDS for tag in groups[bond]]),
         scale=part.scale,
         notes=_notes(wanted, part, roles, meshed, frame, how, bonds, areas, planes),
         view=view,
+        wall=_wall(groups, by_tag, frame, axis, part.scale),
     )
+
+
+def _least_radius(face: int) -> float:
+    """Least radius of curvature in the middle of a face, in the session's unit; inf where it is flat."""
+    low, high = (np.array(bound) for bound in model().getParametrizationBounds(2, face))
+    middle = (0.5 * (low + high)).tolist()
+    curvature = float(model().getCurvature(2, face, middle)[0])
+    return 1.0 / curvature if curvature > 0.0 else np.inf
+
+
+def _around(faces: Sequence[int]) -> float:
+    """Length of the curves around faces, in the session's unit."""
+    curves = {int(t) for _, t in model().getBoundary([(2, f) for f in faces], combined=False, oriented=False)}
+    return float(sum(model().occ.getMass(1, tag) for tag in curves))
+
+
+def _wall(
+    groups: Mapping[str, Sequence[int]],
+    faces: Mapping[int, Sampled],
+    frame: Frame,
+    axis: Axis,
+    scale: float,
+) -> Wall | None:
+    points = {name: np.concatenate([faces[tag].points for tag in groups[name]]) for name in BONDS}
+    middle = float(np.array(frame.centre) @ axis.direction)
+    ends = {name: _extent(groups[name], axis, scale, points[name] @ axis.direction) for name in BONDS}
+    spans = {name: (low - middle, high - middle) for name, (low, high) in ends.items()}
+    return wall_of({name: cylindrical(frame.local(own)) for name, own in points.items()}, spans)
 
 
 def _extent(tags: Sequence[int], axis: Axis, scale: float, along: Array) -> tuple[float, float]:

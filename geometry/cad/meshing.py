@@ -14,6 +14,7 @@ from geometry.cad.cut import cut
 from geometry.cad.found import FoundPart
 from geometry.cad.part import Unit, open_part
 from geometry.cad.roles import RUBBER
+from geometry.estimate import Fine, tetrahedra
 from geometry.grading import Sizes, grade
 from geometry.raw import RawMesh, from_gmsh, mirrored, to_gmsh
 from geometry.session import model, refusing
@@ -54,6 +55,35 @@ def generate(
     return to_gmsh(raw)
 
 
+def part_cells(found: FoundPart, mirrors: Mirrors, refinement: Refinement) -> float:
+    """About how many tetrahedra `generate` will make.
+
+    Parameters
+    ----------
+    found : FoundPart
+        What was found in the file.
+    mirrors : Mirrors
+        Planes of symmetry at which the solid is cut, by their normals.
+    refinement : Refinement
+        Number of elements in each direction.
+    """
+    factor = _factor(refinement)
+    inside = found.thickness / (ACROSS * factor)
+    fine = [Fine(1, found.edges, inside / GRADING)]
+    for face, (area, radius) in found.curved.items():
+        around = 2.0 * math.pi * radius / (PER_CIRCLE * math.sqrt(factor))
+        between = max(found.narrow.get(face, math.inf) / (BETWEEN * factor), 0.25 * inside)
+        # A face has an element at least, whatever its size.
+        fine.append(Fine(2, area, max(min(around, between, math.sqrt(area)), 0.2 * inside / GRADING)))
+    volume = sum(found.measures[name] for name in found.regions)
+    cut = len(found.planes & mirrors)
+    return tetrahedra(volume, inside, GROWTH, fine) / 2**cut
+
+
+def _factor(refinement: Refinement) -> float:
+    return refinement.factor * (1.0 if refinement.across is None else refinement.across / ACROSS)
+
+
 def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refinement) -> RawMesh:
     """Mesh the part that remains after cutting at all planes of symmetry.
 
@@ -70,7 +100,7 @@ def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refin
     """
     open_part(path, unit)
     regions, boundaries = cut(found)
-    factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / ACROSS)
+    factor = _factor(refinement)
     inside = found.thickness / (ACROSS * factor) / found.scale
     near = {}
     for face, name in ((f, n) for n, faces in boundaries.items() for f, n in ((f, n) for f in faces)):

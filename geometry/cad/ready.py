@@ -21,6 +21,7 @@ from geometry.cad.frame import frame_of
 from geometry.errors import GeometryError
 from geometry.raw import HEXAHEDRON8, TETRAHEDRON4, TETRAHEDRON10, RawMesh
 from geometry.view import View
+from geometry.wall import Wall, cylindrical, wall_of
 
 Ints = NDArray[np.int64]
 Vector = tuple[float, float, float]
@@ -48,6 +49,7 @@ class ReadyMesh:
     measures: Mapping[str, float]
     view: View
     notes: tuple[str, ...]
+    wall: Wall | None
     planes: frozenset[Literal["x", "y", "z"]] = frozenset()
 
     @property
@@ -75,11 +77,7 @@ def read_mesh(
         Time of the file's last change, s since 1970: a file that was changed is read again.
     scale : float
         mm per unit of the file.
-    axis : Vector | None
-        As in the case; the axis is otherwise fitted to the inner bond.
-    origin : Vector | None
-        As in the case; the axis is otherwise fitted to the inner bond.
-    direction : Vector | None
+    axis, origin, direction : Vector | None
         As in the case; the axis is otherwise fitted to the inner bond.
 
     Raises
@@ -116,7 +114,8 @@ def read_mesh(
         f"{_shown(frame.centre)} mm, the bushing's centre",
         f"a radial load acts along {_shown(frame.rows[0])}",
     )
-    return ReadyMesh(raw, measures, _view(points, facets), notes)
+    bonds = {name: cylindrical(points[np.unique(facets[name])]) for name in ("inner", "outer")}
+    return ReadyMesh(raw, measures, _view(points, facets), notes, wall_of(bonds))
 
 
 def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:

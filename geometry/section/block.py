@@ -135,7 +135,7 @@ def _sides(drawn: Drawn) -> tuple[_Side, _Side, _Side, _Side] | None:
         groups[-1][1].append(tag)
     if len(groups) != 4 or [groups[0][0], groups[2][0]] != ["inner", "outer"]:
         return None
-    inner, one, outer, other = (_followed(name, tags) for name, tags in groups)
+    inner, one, outer, other = _chained([_followed(name, tags) for name, tags in groups])
     if inner.points[0, 1] > inner.points[-1, 1]:
         # Round the other way: downward inside, outward below, upward outside, inward above.
         return _reversed(inner), _reversed(other), outer, one
@@ -156,6 +156,18 @@ def _followed(name: str, tags: list[int]) -> _Side:
         lengths.append(float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()))
     ends = np.cumsum(lengths)[:-1] / sum(lengths)
     return _Side(name, np.concatenate(parts), tuple(float(end) for end in ends))
+
+
+def _chained(sides: list[_Side]) -> list[_Side]:
+    """Turn each side so that it ends where the next one is: of a cut face the signs of the curves do not tell."""
+
+    def nearest(point: Array, other: _Side) -> float:
+        return float(np.linalg.norm(other.points[[0, -1]] - point, axis=1).min())
+
+    return [
+        side if nearest(side.points[-1], after) <= nearest(side.points[0], after) else _reversed(side)
+        for side, after in zip(sides, [*sides[1:], sides[0]], strict=True)
+    ]
 
 
 def _reversed(side: _Side) -> _Side:

@@ -19,6 +19,7 @@ from geometry.section.plates import with_plates
 from geometry.session import model, options, session
 from geometry.symmetry import balanced
 from geometry.view import View
+from geometry.wall import Wall, wall_of
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,14 @@ class FoundSection:
         Of the rubber across and along the bonds, mm: twice its volume over the bonds' area, and the longer bond.
     smallest_radius
         mm; 0 where the section touches the axis.
+    areas : mapping
+        Area of each region in the half-plane, mm^2.
+    curved : tuple of (float, float)
+        Length and least radius of curvature of every edge, mm.
     view
         For a picture, in the plane (r, 0, z).
+    wall
+        The rubber between two coaxial sleeves; None where it has none.
     """
 
     loops: tuple[Loop, ...]
@@ -53,7 +60,10 @@ class FoundSection:
     thickness: float
     length: float
     smallest_radius: float
+    areas: Mapping[str, float]
+    curved: tuple[tuple[float, float], ...]
     view: View
+    wall: Wall | None
 
 
 @lru_cache(maxsize=64)
@@ -125,8 +135,27 @@ def _measured(loops: tuple[Loop, ...], centre: float, drawn: Drawn) -> FoundSect
         thickness=2.0 * volumes[RUBBER] / bonded,
         length=max(lengths),
         smallest_radius=max(0.0, float(boxes[:, 0].min()) if boxes[:, 0].min() > 1e-5 * size else 0.0),
+        areas={name: sum(model().occ.getMass(2, t) for t in tags) for name, tags in drawn.regions.items()},
+        curved=tuple(_curved(tag) for _, tag in model().getEntities(1)),
         view=_view(drawn),
+        wall=wall_of({name: _along(drawn.boundaries[name]) for name in ("inner", "outer")}),
     )
+
+
+def _curved(curve: int) -> tuple[float, float]:
+    """Length and least radius of curvature of a curve, mm; inf where it is straight."""
+    low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, curve))
+    sharpest = float(np.max(model().getCurvature(1, curve, np.linspace(low, high, 9).tolist())))
+    return float(model().occ.getMass(1, curve)), 1.0 / sharpest if sharpest > 0.0 else math.inf
+
+
+def _along(curves: Sequence[int]) -> Array:
+    """Points (r, z) of curves, their ends among them, mm."""
+    found = []
+    for tag in curves:
+        low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, tag))
+        found.append(np.array(model().getValue(1, tag, np.linspace(low, high, 65).tolist())).reshape(-1, 3))
+    return np.concatenate(found)[:, :2]
 
 
 def _swept(dimension: int, tags: Sequence[int]) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 
 from geometry.blocks import Array
 from geometry.errors import GeometryError
+from geometry.estimate import Fine, triangles
 from geometry.grading import Sizes, grade
 from geometry.raw import RawMesh, from_gmsh, mirrored, revolved, to_gmsh
 from geometry.section.block import block
@@ -67,6 +68,42 @@ def _angles(mirrors: Mirrors, refinement: Refinement) -> Array:
     around = max(2, math.ceil(share * refinement.elements(refinement.around, AROUND)))
     first = -0.5 * math.pi if "x" in mirrors and "y" not in mirrors else 0.0
     return first + np.linspace(0.0, share * 2 * math.pi, 2 * around + 1)
+
+
+def section_cells(found: FoundSection, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
+    """About how many triangles, or hexahedra of the revolved solid, `generate` will make.
+
+    Parameters
+    ----------
+    found : FoundSection
+        What was found in the file.
+    dimension : int
+        2 for the half-plane, 3 for the solid.
+    mirrors : Mirrors
+        Planes of symmetry at which the solid is cut, by their normals.
+    refinement : Refinement
+        Number of elements in each direction.
+    """
+    solid = dimension == 3
+    across, grading, growth = (
+        (SOLID_ACROSS, SOLID_GRADING, SOLID_GROWTH) if solid else (ACROSS, GRADING, GROWTH)
+    )
+    factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)
+    inside = found.thickness / (across * factor)
+    per_circle = PER_CIRCLE * math.sqrt(factor)
+    # Four ends of bonds: a section with more has as many cells in its plates.
+    fine = [Fine(0, 4.0, inside / grading)]
+    for length, radius in found.curved:
+        size = min(2.0 * math.pi * radius / per_circle, length)
+        fine.append(Fine(1, length, max(size, 0.2 * inside / grading)))
+    total = triangles(found.areas[RUBBER], inside, growth, fine)
+    # Plates have sizes of their own, between these (`_narrow`).
+    total += sum(
+        triangles(area, 0.5 * inside, growth, ()) for name, area in found.areas.items() if name != RUBBER
+    )
+    if found.symmetric and "z" in mirrors:
+        total /= 2.0
+    return 0.5 * total * 0.5 * (len(_angles(mirrors, refinement)) - 1) if solid else total
 
 
 def section_mesh(

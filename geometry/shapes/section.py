@@ -14,6 +14,7 @@ from geometry.section.found import FoundSection, find_section
 from geometry.section.outline import Edge, Loop, loops_of
 from geometry.shape import Meets, Metal, Mirrors, Names, Plate, Refinement, metals
 from geometry.view import View
+from geometry.wall import Wall
 
 Edges = Annotated[tuple[Edge, ...], BeforeValidator(lambda v: tuple(v) if isinstance(v, list) else v)]
 
@@ -129,6 +130,11 @@ class Section(Meets):
 
     @property
     @override
+    def wall(self) -> Wall | None:
+        return self.found.wall
+
+    @property
+    @override
     def mirror_planes(self) -> Mirrors:
         return frozenset({"x", "y", "z"}) if self.found.symmetric else frozenset({"x", "y"})
 
@@ -148,6 +154,23 @@ class Section(Meets):
         from geometry.section.meshing import generate
 
         return generate(self.found, self.where, dimension, mirrors, refinement)
+
+    @override
+    def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
+        """About how many cells `generate` will make.
+
+        Parameters
+        ----------
+        dimension : int
+            2 for the half-plane, 3 for the solid.
+        mirrors : Mirrors
+            Planes of symmetry at which the solid is cut, by their normals.
+        refinement : Refinement
+            Number of elements in each direction.
+        """
+        from geometry.section.meshing import section_cells
+
+        return section_cells(self.found, dimension, mirrors, refinement)
 
     @override
     def measures(self) -> Mapping[str, float]:

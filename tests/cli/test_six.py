@@ -133,6 +133,14 @@ def test_what_is_wrong_with_a_path_is_said(key: str, said: str, case: Path) -> N
     assert said in done.output
 
 
+def test_a_path_has_the_time_that_an_effect_needs(case: Path) -> None:
+    case.write_text(
+        CASE + PATH + '[[effects]]\nname = "viscoelasticity"\nparameters = { g1 = 0.3, tau1 = 2.0 }\n'
+    )
+    done = CliRunner().invoke(main, ["check", str(case)])
+    assert done.exit_code == 0, done.output
+
+
 def test_effects_of_the_assembly_act_and_those_of_the_rig_are_refused(cli: Cli, case: Path) -> None:
     stiffer = '[[effects]]\nname = "swaging"\n[effects.parameters]\nreduction = 0.2\n'
     forces = []

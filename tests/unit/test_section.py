@@ -5,6 +5,7 @@ from __future__ import annotations
 import ezdxf
 import numpy as np
 import pytest
+from dolfinx.mesh import compute_midpoints
 
 from geometry.errors import GeometryError
 from geometry.mesh import build
@@ -80,6 +81,26 @@ def test_four_sides_make_quadrilaterals_and_others_triangles():
     assert build(SECTION(outline=RING), 2).simplices is False
     assert build(SECTION(**SECTION.examples[1]), 2).simplices
     assert build(SECTION(**SECTION.examples[1]), 3, frozenset("y")).simplices is False
+
+
+@pytest.mark.parametrize("length", [40.0, 12.0])
+def test_bonds_are_where_the_outline_has_them(length):
+    """A symmetric section is meshed by halves, a revolved one too: the inner bond is the one inside."""
+    half = length / 2
+    outline = [
+        {"from": [10.0, -half], "to": [20.0, -half]},
+        {"to": [20.0, half], "name": "outer"},
+        {"to": [10.0, half]},
+        {"to": [10.0, -half], "name": "inner"},
+    ]
+    for dimension, mirrors in ((2, ""), (3, "yz"), (3, "y")):
+        mesh = build(SECTION(outline=outline), dimension, frozenset(mirrors))
+        for name, radius in (("inner", 10.0), ("outer", 20.0)):
+            facets = mesh.facets.find(mesh.boundary[name])
+            x = compute_midpoints(mesh.mesh, dimension - 1, facets)
+            across = x[:, 0] if dimension == 2 else np.hypot(x[:, 0], x[:, 1])
+            # Facets around the axis are curved, 30 degrees each: their corners' mean lies inside.
+            assert across == pytest.approx(radius, rel=0.05), (name, dimension, mirrors)
 
 
 def test_metal_is_given_to_what_is_there():

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from cases.local import Cells
-from geometry.ring import Ring
 from geometry.shape import Mirrors, Shape
 
 Array = NDArray[np.float64]
@@ -74,7 +73,7 @@ def zones(cells: Cells, mirrors: Mirrors, shape: Shape) -> tuple[list[str], Arra
     corners = _section(cells.points)
     across = (radius - corners[:, 0].min()) / thickness(cells)
     end = float(np.abs(corners[:, 1]).max())
-    bonded = isinstance(shape, Ring)
+    bonded = shape.wall is not None
     inside, between, outside = (
         ("near the inner bond", "between the bonds", "near the outer bond")
         if bonded

@@ -14,11 +14,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
-from geometry.ring import Ring
 
 if TYPE_CHECKING:
     from cases.feature import Feature, Place, Values
@@ -47,16 +44,16 @@ def _bond(values: Values, place: Place, bond: str) -> list[Scalar]:
     """
     import ufl
 
-    shape = place.shape
-    if not isinstance(shape, Ring):
-        raise TypeError(f"a {type(shape).__name__} has no bond on a sleeve")
+    wall = place.shape.wall
+    if wall is None:
+        raise TypeError(f"a {type(place.shape).__name__} has no bond on a sleeve")
     sleeve, _, end = bond.partition("_")
-    mu, width = place.shear_modulus, EDGE * shape.thickness
+    mu, width = place.shear_modulus, EDGE * wall.thickness
     height = place.x[2 if place.kinematics == "cartesian" else 1]
-    half = float(shape.half_length(np.array([0.0 if sleeve == "inner" else 1.0]))[0])
-    s = half - height if end == "top" else half + height
+    low, high = wall.span(sleeve)
+    s = high - height if end == "top" else height - low
     growth = ufl.exp(ufl.min_value((values["length"] - s) / width, FREE)) - ufl.exp(-s / width)
-    stiffness = 1 / (shape.thickness / (BOND * mu) + width / mu * growth)
+    stiffness = 1 / (wall.thickness / (BOND * mu) + width / mu * growth)
     slip = [u - m for u, m in zip(place.u, place.motion[sleeve], strict=True)]
     if place.kinematics == "axisymmetric_twist":
         slip[1] *= place.x[0]

@@ -15,11 +15,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
-from geometry.ring import Ring
 from geometry.shape import Shape
 
 if TYPE_CHECKING:
@@ -34,15 +31,16 @@ def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
 
     from forms.kinematics import Moved
 
-    if not isinstance(shape, Ring):
-        raise TypeError(f"a {type(shape).__name__} has no rubber of one thickness and length")
+    wall = shape.wall
+    if wall is None:
+        raise TypeError(f"a {type(shape).__name__} has no rubber of a thickness and a length")
     solid = len(x) == 3
     r, z = (ufl.sqrt(x[0] ** 2 + x[1] ** 2), x[2]) if solid else (x[0], x[1])
-    share, steep = (r - shape.inner_radius) / shape.thickness, 1 / shape.thickness
-    if shape.elastic_sleeves:
+    share, steep = (r - wall.inner_radius) / wall.thickness, 1 / wall.thickness
+    if shape.elastic_sleeves or not wall.straight:
         steep = ufl.conditional(ufl.And(share > 0, share < 1), steep, 0)
         share = ufl.min_value(ufl.max_value(share, 0), 1)
-    longest = 2 * float(shape.half_length(np.array([0.0, 1.0])).max())
+    longest = wall.longest
     # Stretches from the mesh along r, around the axis, and along z.
     across, along = 1 + values["thickness"] * steep, 1 + values["length"] / longest
     around = 1 + values["thickness"] * share / r

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
-from geometry.ring import Ring
 from geometry.shape import Shape
 
 if TYPE_CHECKING:
@@ -31,11 +30,12 @@ def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
 
     from forms.kinematics import Moved
 
-    if not isinstance(shape, Ring):
+    wall = shape.wall
+    if wall is None:
         raise TypeError(f"a {type(shape).__name__} has no inner sleeve to be off centre")
     r = ufl.sqrt(x[0] ** 2 + x[1] ** 2)
-    share, steep = (shape.outer_radius - r) / shape.thickness, -1 / (shape.thickness * r)
-    if shape.elastic_sleeves:
+    share, steep = (wall.outer_radius - r) / wall.thickness, -1 / (wall.thickness * r)
+    if shape.elastic_sleeves or not wall.straight:
         steep = ufl.conditional(ufl.And(share > 0, share < 1), steep, 0)
         share = ufl.min_value(ufl.max_value(share, 0), 1)
     # M = I + offset e_x (x) grad(share), whose inverse is Sherman and Morrison's.

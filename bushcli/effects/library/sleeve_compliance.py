@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 
 from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
-from geometry.ring import Ring
 from geometry.shape import Metal, Shape, Sleeve
 
 if TYPE_CHECKING:
@@ -36,13 +35,12 @@ class Compliant(Sleeve):
 
 
 def _sleeves(shape: Shape, values: Mapping[str, float]) -> Shape:
-    """Give a bushing the sleeves that it has not, held at their ends; a solid bar is the thickest inside."""
-    if not isinstance(shape, Ring):
+    """Give a bushing the sleeves that it has not, held at their ends."""
+    sleeve = Compliant(thickness=values["thickness"], grip="ends")
+    found = shape.sleeved(sleeve, sleeve)
+    if found is None:
         raise TypeError(f"a {type(shape).__name__} has no sleeves")
-    inner = Compliant(thickness=min(values["thickness"], 0.8 * shape.inner_radius), grip="ends")
-    outer = Compliant(thickness=values["thickness"], grip="ends")
-    both = {"inner_sleeve": shape.inner_sleeve or inner, "outer_sleeve": shape.outer_sleeve or outer}
-    return type(shape)(**(dict(shape) | both))
+    return found
 
 
 def _modulus(values: Values, sleeve: Metal) -> Scalar | None:
@@ -100,5 +98,6 @@ EFFECT = Effect(
     rivals=("compressibility", "rig_compliance"),
     source="Adkins and Gent (1954), Load-deflexion relations of rubber bushes, doi:10.1088/0508-3443/5/10/303",
     needs_sleeves=True,
+    adds_sleeves=True,
     feature=feature,
 )

@@ -1,0 +1,107 @@
+"""What effects of the assembly need to know of a bushing of any form: the rubber between two coaxial sleeves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.blocks import Array
+
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Wall:
+    """The rubber between two coaxial bonds.
+
+    Attributes
+    ----------
+    inner_radius, outer_radius : float
+        Largest radius of the inner bond and smallest one of the outer bond, mm.
+    inner, outer : (float, float)
+        Least and largest z of each bond, mm.
+    straight : bool
+        Whether all rubber lies between these two radii.
+    """
+
+    inner_radius: float
+    outer_radius: float
+    inner: Span
+    outer: Span
+    straight: bool = False
+
+    @property
+    def thickness(self) -> float:
+        """From radius to radius, mm."""
+        return self.outer_radius - self.inner_radius
+
+    @property
+    def longest(self) -> float:
+        """From the lowest to the highest point of the bonds, mm."""
+        return max(self.inner[1], self.outer[1]) - min(self.inner[0], self.outer[0])
+
+    @property
+    def bonded(self) -> float:
+        """Length of the shorter bond along the axis, mm."""
+        return min(self.inner[1] - self.inner[0], self.outer[1] - self.outer[0])
+
+    def span(self, bond: str) -> Span:
+        """Least and largest z of the bond "inner" or "outer", mm."""
+        return self.inner if bond == "inner" else self.outer
+
+
+@dataclass(frozen=True)
+class Annulus:
+    """The bonded ring of rubber that a bushing is, as closed forms take it.
+
+    Attributes
+    ----------
+    inner_radius, outer_radius : float
+        Radii of the bonds, mm.
+    shortest, longest : float
+        Length of the rubber where it is least and most, mm.
+    bonded : float
+        Length of the shorter bond, mm.
+    whole : bool
+        Whether the rubber has no voids.
+    """
+
+    inner_radius: float
+    outer_radius: float
+    shortest: float
+    longest: float
+    bonded: float
+    whole: bool = True
+
+    @property
+    def thickness(self) -> float:
+        """Radial thickness of the rubber, mm."""
+        return self.outer_radius - self.inner_radius
+
+
+def wall_of(bonds: Mapping[str, Array], spans: Mapping[str, Span] | None = None) -> Wall | None:
+    """Return the wall between bonds of any form; None where no cylinder about the axis lies between them.
+
+    Parameters
+    ----------
+    bonds : mapping of str to (n, 2) array
+        Points (r, z) of "inner" and "outer", mm.
+    spans : mapping of str to (float, float) or None
+        Least and largest z of each, where they are known better than from the points.
+    """
+    inner, outer = bonds["inner"], bonds["outer"]
+    ends = {name: (float(points[:, 1].min()), float(points[:, 1].max())) for name, points in bonds.items()}
+    ends |= spans or {}
+    low, high = float(inner[:, 0].max()), float(outer[:, 0].min())
+    # A bond that is a plane across the axis has no length along it.
+    lengths = [ends[name][1] - ends[name][0] for name in ("inner", "outer")]
+    if high - low <= 1e-3 * high or min(lengths) <= 1e-3 * high:
+        return None
+    return Wall(low, high, ends["inner"], ends["outer"])
+
+
+def cylindrical(points: Array) -> Array:
+    """Radius and height (n, 2) of points (n, 3) about the axis z, mm."""
+    return np.column_stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]])
