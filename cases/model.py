@@ -306,7 +306,7 @@ class Model:
     def assemble_tangent(self, matrix: PETSc.Mat) -> None:
         """Tangent at the present state; constrained rows and columns are those of the identity."""
         self.stiffen()
-        contact = self.surfaces.contact
+        contact = self.surfaces.acting
         if contact is not None:
             self._pattern = contact.fitted(self._pattern, matrix)
         pattern = self._pattern

@@ -281,7 +281,7 @@ class Meets(Shape):
     """A shape with surfaces that can meet."""
 
     contact: Meeting = Field(
-        default=False,
+        default=True,
         description="surfaces that meet push each other back, without friction; "
         '"sleeves" = the rigid sleeves beyond the bonds do so too; false = they pass through each other',
     )

@@ -10,6 +10,7 @@ other. Rubber that lies between two surfaces, as in a thin wall or at a sharp ed
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from cases.contact.bodies import Bodies
 from cases.contact.facets import Nearest, nearest
 from cases.contact.surface import normals
+from cases.kernels import loops, pointer
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -35,6 +37,8 @@ FACING, MAYBE = -0.5, -0.1
 THROUGH, BOTH = 0.7, 0.3
 # Cosine between the way to the nearest point and the facet's normal; less at an edge means that the point is beside it.
 BESIDE = 0.7
+# Numbers that `near.c` keeps of a facet.
+FRAME = 9
 # Distances to an edge of two facets are one.
 TIE = 1e-6
 
@@ -89,9 +93,22 @@ class Search:
         self._N = basis.values(self._xi)
         self._slopes = basis.slopes(self._xi)
         self._middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
+        self._surface, self._kept = self._given()
         self._listed: Array | None = None
         self._pairs = np.zeros((0, 2), dtype=np.int64)
         self._room = SKIN * float(np.median(bodies.size[: bodies.soft])) if bodies.soft else 0.0
+
+    def meeting(self, x: Array, reach: float) -> bool:
+        """Whether any facets come near enough to each other for `inside` to find a point; it takes microseconds.
+
+        Parameters
+        ----------
+        x : Array
+            Places of the nodes, mm, shape (nodes, d).
+        reach : float
+            As of `inside`.
+        """
+        return bool(loops().lib.meeting(self._surface, pointer(x), reach, MAYBE))
 
     def inside(self, x: Array, reach: float = REACH) -> Inside:
         """Points that are inside of other facets, with the nodes at x (nodes, d), no deeper than ``reach``.
@@ -140,6 +157,17 @@ class Search:
         span = self._span(s, m)
         near = (np.abs(apart) < span) & (side < 2.0 * span) & (m < self.bodies.soft)
         return np.column_stack([s[near], m[near]])
+
+    def _given(self) -> tuple[Any, Sequence[Any]]:
+        """The surface as `near.c` has it, and the arrays that have to live as long."""
+        b = self.bodies
+        points, nodes = self._N.shape
+        tables = (b.sign, b.breadth, self._N, self._slopes, self._middle, np.zeros((len(b.facets), FRAME)))
+        kept = [np.ascontiguousarray(one, dtype=np.float64) for one in tables]
+        facets = np.ascontiguousarray(b.facets, dtype=np.int64)
+        rows = [pointer(facets, "int64_t"), *map(pointer, kept)]
+        sizes = (len(facets), b.soft, nodes, b.X.shape[1], points)
+        return loops().ffi.new("surface *", (*sizes, *rows)), (facets, kept, rows)
 
     # -- few of many ---------------------------------------------------------------------------------------------
 
