@@ -46,6 +46,7 @@ typedef struct
     const int64_t *facet;
     const double *sign, *breadth, *values, *slopes, *middle;
     double *frame;
+    const int64_t *fold, *folded;
 } surface;
 int meeting(const surface *s, const double *x, double reach, double maybe);
 """

@@ -13,10 +13,20 @@ typedef struct
     const double *values, *slopes;     /* shape functions at the points: [points][nodes], [points][d - 1][nodes] */
     const double *middle;              /* slopes in the facet's middle: [d - 1][nodes] */
     double *frame;                     /* room: [facets][FRAME] */
+    const int64_t *fold, *folded;      /* facets that each of the first does not meet: [soft + 1], and their numbers */
 } surface;
 
 /* Of a facet: centre, unit normal in the middle, radius, and its highest and lowest node along that normal. */
 #define FRAME 9
+
+/* Whether soft facet f does not meet facet m, because both are parts of a fold (`folds.py`). */
+static int folded(const surface *s, long f, long m)
+{
+    for (int64_t i = s->fold[f]; i < s->fold[f + 1]; ++i)
+        if (s->folded[i] == m)
+            return 1;
+    return 0;
+}
 
 static double dot(int d, const double *a, const double *b)
 {
@@ -111,6 +121,8 @@ int meeting(const surface *s, const double *x, double reach, double maybe)
             for (int k = 0; k < s->d; ++k)
                 square += (one[k] - other[k]) * (one[k] - other[k]);
             if (!(square < room * room) || (m < s->soft && dot(s->d, one + 3, other + 3) >= maybe))
+                continue;
+            if (folded(s, f, m))
                 continue;
             if (enters(s, f, m, x, deep, maybe) || (m < s->soft && enters(s, m, f, x, deep, maybe)))
                 return 1;

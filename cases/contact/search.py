@@ -5,7 +5,8 @@ Of those, few are left by tests of whole facets, and the nearest points of these
 the distance is a function of the state alone, and its derivatives are exact.
 
 A point is inside where the facet nearest to it lies before it, no further than `REACH`, and both surfaces face each
-other. Rubber that lies between two surfaces, as in a thin wall or at a sharp edge, separates them: `THROUGH`.
+other. Rubber that lies between two surfaces, as in a thin wall or at a sharp edge, separates them: `THROUGH`. Facets
+within a fold of the surface do not meet (`cases.contact.folds`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from cases.contact.bodies import Bodies
 from cases.contact.facets import Nearest, nearest
+from cases.contact.folds import MAYBE, folds
 from cases.contact.surface import normals
 from cases.kernels import loops, pointer
 
@@ -30,8 +32,8 @@ Ints = NDArray[np.int64]
 REACH = 0.5
 # Room to spare of the list, in sizes of the facets.
 SKIN = 1.0
-# Cosine of the normals of surfaces that face each other, and of facets that may contain such (they are curved).
-FACING, MAYBE = -0.5, -0.1
+# Cosine of the normals of surfaces that face each other.
+FACING = -0.5
 # Where the way from one point to the other leads into the rubber, in the stress-free body, there is rubber between
 # them: with a cosine above the first at one end, or above the second at both. In a fold of a flat face they are zero.
 THROUGH, BOTH = 0.7, 0.3
@@ -93,6 +95,7 @@ class Search:
         self._N = basis.values(self._xi)
         self._slopes = basis.slopes(self._xi)
         self._middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
+        self._folds = folds(bodies)
         self._surface, self._kept = self._given()
         self._listed: Array | None = None
         self._pairs = np.zeros((0, 2), dtype=np.int64)
@@ -165,7 +168,8 @@ class Search:
         tables = (b.sign, b.breadth, self._N, self._slopes, self._middle, np.zeros((len(b.facets), FRAME)))
         kept = [np.ascontiguousarray(one, dtype=np.float64) for one in tables]
         facets = np.ascontiguousarray(b.facets, dtype=np.int64)
-        rows = [pointer(facets, "int64_t"), *map(pointer, kept)]
+        numbers = [pointer(one, "int64_t") for one in (facets, *self._folds)]
+        rows = [numbers[0], *map(pointer, kept), *numbers[1:]]
         sizes = (len(facets), b.soft, nodes, b.X.shape[1], points)
         return loops().ffi.new("surface *", (*sizes, *rows)), (facets, kept, rows)
 
@@ -184,7 +188,10 @@ class Search:
         strips = np.column_stack([np.repeat(np.arange(b.soft), len(hard)), np.tile(hard, b.soft)])
         pairs = np.concatenate([pairs, strips])
         apart = np.linalg.norm(centre[pairs[:, 0]] - centre[pairs[:, 1]], axis=1)
-        self._pairs = pairs[apart < radius[pairs].sum(axis=1) + self._room]
+        pairs = pairs[apart < radius[pairs].sum(axis=1) + self._room]
+        count = len(b.facets)
+        folded = np.repeat(np.arange(b.soft), np.diff(self._folds[0])) * count + self._folds[1]
+        self._pairs = pairs[~np.isin(pairs[:, 0] * count + pairs[:, 1], folded)]
         self._listed = x.copy()
 
     def _spheres(self, x: Array) -> tuple[Array, Array]:
