@@ -123,7 +123,9 @@ def _contact(shape: Shape) -> str:
     if not shape.meeting:
         return "not modelled (geometry.contact = false): surfaces that meet pass through each other"
     metal = shape.elastic_sleeves
-    surfaces = "free surfaces of the rubber" + (f" and of {', '.join(map(_words, metal))}" if metal else "")
+    surfaces = "between the free surfaces of the rubber" + (
+        f" and of {', '.join(map(_words, metal))}" if metal else ""
+    )
     if shape.meeting == "sleeves":
         surfaces += ", and the rigid sleeves beyond their bonds"
     return f"{surfaces}, without friction; takes part from the step on in which surfaces meet"
