@@ -47,6 +47,11 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
         Generalised displacement, mm or rad.
     start : Array
         `Equilibrium.unknowns` at an equilibrium nearby.
+
+    Returns
+    -------
+    Outcome
+        With the reason "DIVERGED_FLOW" where the flow came to no rest.
     """
     drag = Drag(solver.model)
     drag.viscosity = FIRST
@@ -69,9 +74,9 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
                 drag.viscosity /= THINNER
             easy = outcome.found
             here = solver.unknowns() if outcome.found else here
-        if not free:
+        if not (free and outcome.found):
             # What balances with a drag alone is no equilibrium.
-            outcome = replace(outcome, reason="DIVERGED_MAX_IT")
+            outcome = replace(outcome, reason="DIVERGED_FLOW")
         return replace(outcome, iterations=corrections)
     finally:
         drag.destroy()

@@ -71,6 +71,8 @@ class Stepper:
         Time of the program's beginning, s.
     widest
         Largest step of the program, mm or rad.
+    flows
+        Whether a short step that fails may be taken by a flow, which takes up to a hundred solutions.
 
     Attributes
     ----------
@@ -82,8 +84,11 @@ class Stepper:
         Reactions (N, N mm) and pose (mm, rad) of the sleeve there; None but for a path of six motions.
     """
 
-    def __init__(self, model: Model, solver: Equilibrium, began: float, widest: float) -> None:
+    def __init__(
+        self, model: Model, solver: Equilibrium, began: float, widest: float, flows: bool = True
+    ) -> None:
         self._model, self._solver, self._widest = model, solver, widest
+        self._flows = flows and solver.border is None
         self._known = Known()
         self._known.add(0.0, solver.unknowns())
         self.q, self.time = 0.0, began
@@ -144,7 +149,7 @@ class Stepper:
     def _may_settle(self, goal: float) -> bool:
         """Whether a step that failed is short enough for a flow."""
         short = abs(goal - self.q) <= SETTLING * self._widest
-        return short and not self._restless and self._solver.border is None
+        return short and self._flows and not self._restless
 
     def accept(self, step: Step) -> None:
         """Go on from where a step led: the model's state is an equilibrium there."""

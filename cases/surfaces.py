@@ -59,7 +59,6 @@ class SurfaceForms:
         self._direction = fem.Function(state.function_space)
         self._slopes: dict[str, Any] = {}
         self._formed = bool(energies)
-        self.present = self._formed or contact is not None
         if self._formed:
             self._energy = _compiled(self._surfaces.energy)
             self._residual = _compiled(self._surfaces.residual)
@@ -70,6 +69,12 @@ class SurfaceForms:
         self._shear_constant.value = shear_modulus
         if self.contact is not None:
             self.contact.take(shear_modulus)
+
+    @property
+    def present(self) -> bool:
+        """Whether any surfaces have an energy at the present state."""
+        self.look()
+        return self._formed or (self.acting is not None and self.acting.touching)
 
     @contextmanager
     def resting(self) -> Iterator[bool]:
