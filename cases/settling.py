@@ -46,7 +46,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
     q : float
         Generalised displacement, mm or rad.
     start : Array
-        `Equilibrium.unknowns` at an equilibrium nearby.
+        `Equilibrium.unknowns` at an equilibrium nearby, shape (n,).
 
     Returns
     -------

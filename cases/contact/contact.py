@@ -136,7 +136,15 @@ class Contact:
         return float(np.max(found.depth / self.bodies.size[found.facet], initial=0.0))
 
     def places(self, facet: Ints, point: Ints) -> Array:
-        """Where points of quadrature of facets are at the state of `look`, mm, shape (p, d)."""
+        """Where points of quadrature of facets are at the state of `look`, mm, shape (p, d).
+
+        Parameters
+        ----------
+        facet : shape (p,)
+            Numbers of soft facets.
+        point : shape (p,)
+            Of the points of each facet's quadrature.
+        """
         xi, _ = self.bodies.points
         shape = self.bodies.basis.values(xi)[point]
         return np.asarray(np.einsum("pn,pnd->pd", shape, self._x[self.bodies.facets[facet]]))

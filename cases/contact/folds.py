@@ -35,12 +35,12 @@ def folds(bodies: Bodies) -> tuple[Ints, Ints]:
     others : shape (n,)
         Numbers of facets, in order for each.
     """
-    soft = bodies.facets[: bodies.soft]
+    soft: list[list[int]] = [[int(node) for node in nodes] for nodes in bodies.facets[: bodies.soft]]
     around: dict[int, set[int]] = {}
-    for facet, nodes in enumerate(soft.tolist()):
+    for facet, nodes in enumerate(soft):
         for node in nodes:
             around.setdefault(node, set()).add(facet)
-    first = [set().union(*(around[node] for node in nodes)) for nodes in soft.tolist()]
+    first: list[set[int]] = [set().union(*(around[node] for node in nodes)) for nodes in soft]
     second = [sorted(set().union(*(first[other] for other in ring))) for ring in first]
     upright = _upright(bodies)
     rows = []

@@ -109,7 +109,7 @@ class Search:
         x : Array
             Places of the nodes, mm, shape (nodes, d).
         reach : float
-            As of `inside`.
+            Deepest penetration that is looked for, as a ratio to the breadth of the facets.
         """
         return bool(loops().lib.meeting(self._surface, pointer(x), reach, MAYBE))
 

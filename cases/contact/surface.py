@@ -150,7 +150,15 @@ def _names(mesh: NamedMesh, facets: Ints) -> NDArray[np.str_]:
 
 
 def places(mesh: NamedMesh, of: Patch) -> Array:
-    """Where the nodes of a patch are on a mesh of the same elements, mm, shape (nodes, d)."""
+    """Where the nodes of a patch are on a mesh of the same elements, mm, shape (nodes, d).
+
+    Parameters
+    ----------
+    mesh : NamedMesh
+        The mesh, whose nodes may have moved.
+    of : Patch
+        Facets of that mesh.
+    """
     X = _coordinates(mesh, of.cells.astype(np.int64), of.points)
     return X[of.where[:, 0], of.where[:, 1]]
 
