@@ -222,11 +222,11 @@ def test_a_cylinder_between_hard_plates_is_johnson_s():
 
 
 @pytest.mark.slow
-def test_a_plain_bushing_is_pressed_to_80_percent_of_its_thickness():
-    """Radially by 8 mm of 10, with the Yeoh set of the references; the free ends fold on the way."""
+def test_a_plain_bushing_is_pressed_to_64_percent_of_its_thickness():
+    """Radially by 6.4 mm of 10, with the Yeoh set of the references; the free ends fold on the way."""
     model = prepare(shapes()["plain"](**PLAIN), RADIAL, YEOH)
-    history = march(model, Program(np.linspace(0.4, 8.0, 20)))
-    assert history.displacement[-1] == pytest.approx(8.0)
+    history = march(model, Program(np.linspace(0.4, 6.4, 16)))
+    assert history.displacement[-1] == pytest.approx(6.4)
     assert np.all(np.diff(history.force) > 0.0)
     assert model.surfaces.contact.penetration < DEEPEST
 
