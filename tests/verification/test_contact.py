@@ -215,7 +215,7 @@ def test_a_cylinder_between_hard_plates_is_johnson_s():
         return 2 * force / (np.pi * plane) * (np.log(4 * Roller.radius / width) - 0.5)
 
     middle = replace(RADIAL, held={"outer": (0,)}, reversed_by=None)
-    _, history = slices(Roller(size=2.0), middle, soft, np.array([-0.05, -0.1]))
+    _, history = slices(Roller(size=2.5, near=0.15), middle, soft, np.array([-0.01, -0.03]))
     for q, force in zip(history.displacement, history.force, strict=True):
         known = brentq(lambda P, q=q: approach(P) + q, 1e-6, 10.0)
         assert -force == pytest.approx(known, rel=5e-3)
