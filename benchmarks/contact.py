@@ -1,53 +1,157 @@
-"""Contact in slices of the kidney bushing against CalculiX and NGSolve.
+"""Contact: against other codes, its cost where nothing meets, and random marches.
 
-``setup/enter python benchmarks/contact.py bump``, or ``void``.
-The table goes to docs/contact.md. Data: tests/verification/data/real.
+``setup/enter python benchmarks/contact.py bump``, ``void``, ``speed``, or ``random 30`` (seeds 0 to 29; ``random 30 7``
+begins with seed 7). The numbers go to docs/contact.md and benchmarks/README.md. Data: tests/verification/data/real.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 import numpy as np  # noqa: E402
 
-from cases.march import NotConverged  # noqa: E402
+from cases.equilibrium import Equilibrium  # noqa: E402
+from cases.march import NotConverged, march  # noqa: E402
 from cases.mode import modes  # noqa: E402
-from cases.simulate import Rubber  # noqa: E402
+from cases.program import Program  # noqa: E402
+from cases.simulate import Rubber, prepare  # noqa: E402
 from forms.law import laws  # noqa: E402
+from geometry.shape import Shape, shapes  # noqa: E402
 from tests.slices import LAYER, KidneySlice, slices  # noqa: E402
 
 YEOH = Rubber(laws()["yeoh"], {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 2000.0)
 CASES = {
-    "bump": ("slice_Abump_contact.csv", np.linspace(0.2, 2.0, 10)),
-    "void": ("slice_A_void_closing.csv", np.linspace(0.25, 5.0, 20)),
+    "bump": ("slice_Abump_contact.csv", KidneySlice(bump=True, size=2.2), np.linspace(0.2, 2.0, 10)),
+    "void": ("slice_A_void_closing.csv", KidneySlice(size=2.2, tip=0.5), np.linspace(0.25, 6.0, 24)),
 }
-# Of the elements in the plane, mm: 7,337 unknowns.
-SIZE = 2.2
 
 
-def main(name: str) -> None:
-    """March one slice and print its deviation from the reference at each point."""
-    file, path = CASES[name]
+def compared(name: str) -> None:
+    """March one slice and print its deviation from the reference at each point, as it comes."""
+    file, shape, path = CASES[name]
     q, force = np.loadtxt(ROOT / "tests/verification/data/real" / file, delimiter=",", skiprows=1)[:, :2].T
-    begin = time.perf_counter()
+    begin = time.process_time()
+
+    def tell(solver: Equilibrium) -> None:
+        own, known = solver.force / (2 * LAYER), np.flatnonzero(np.abs(q - solver.q) < 1e-9)
+        off = f"{100 * (own / force[known[0]] - 1):+.2f} %" if len(known) else ""
+        print(f"{solver.q:.3f} mm  {own:.4f} N/mm  {off}  {time.process_time() - begin:.1f} s", flush=True)
+
     try:
-        _, history = slices(KidneySlice(bump=name == "bump", size=SIZE), modes()["radial"], YEOH, path)
-        found = history.force
+        model, history = slices(shape, modes()["radial"], YEOH, path, observer=tell)
+        print(f"{model.space.dofmap.index_map.size_global} unknowns")
     except NotConverged as stopped:
         print(stopped)
         history = stopped.history
-        found = history.force / (2 * LAYER)
-    print(f"{time.perf_counter() - begin:.1f} s, {len(history.attempts)} steps tried")
-    for here, own in zip(history.displacement, found, strict=True):
-        known = np.flatnonzero(np.abs(q - here) < 1e-9)
-        off = f"{100 * (own / force[known[0]] - 1):+.2f} %" if len(known) else ""
-        print(f"{here:.3f} mm  {own:.4f} N/mm  {off}")
+    rejected = sum(not one.accepted for one in history.attempts)
+    seconds = time.process_time() - begin
+    print(f"{seconds:.1f} s of processor, {len(history.attempts)} steps tried, {rejected} cut back")
+
+
+def speed(runs: int = 7) -> None:
+    """March a plain bushing with and without contact by turns, and print the least time of the processor of each."""
+    for mode, end in (("axial", 8.0), ("radial", 4.0)):
+        shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+        made = {
+            on: prepare(shape.model_copy(update={"contact": on}), modes()[mode], YEOH) for on in (False, True)
+        }
+        times: dict[bool, list[float]] = {False: [], True: []}
+        for _ in range(runs):
+            for on, model in made.items():
+                begin = time.process_time()
+                march(model, Program(np.linspace(end / 20, end, 20)))
+                times[on].append(time.process_time() - begin)
+        without, with_ = min(times[False]), min(times[True])
+        change = 100 * (with_ / without - 1)
+        print(f"{mode}: {1e3 * without:.1f} ms without, {1e3 * with_:.1f} ms with contact, {change:+.1f} %")
+
+
+def slot(rng: np.random.Generator) -> tuple[str, Shape, str, float]:
+    """Return a spring between two plates with a slot in its outside, pressed to 1.5 times its closing travel."""
+    z, half, depth = rng.uniform(4.0, 6.0), rng.uniform(0.2, 0.6), rng.uniform(13.5, 17.5)
+    outline: list[dict[str, Any]] = [
+        {"from": [10.0, 0.0], "to": [20.0, 0.0], "name": "outer"},
+        {"to": [20.0, z - half]},
+        {"to": [depth, z - half]},
+        {"to": [depth, z + half], "arc_through": [depth - half * rng.uniform(1.0, 2.5), z]},
+        {"to": [20.0, z + half]},
+        {"to": [20.0, 10.0]},
+        {"to": [10.0, 10.0], "name": "inner"},
+        {"to": [10.0, 0.0]},
+    ]
+    return "slot", shapes()["section"](outline=outline), "axial", -3.0 * half
+
+
+def thick(rng: np.random.Generator) -> tuple[str, Shape, str, float]:
+    """Return a plain bushing, pressed to between 60 and 80 % of its thickness."""
+    inner, wall = rng.uniform(10.0, 14.0), rng.uniform(6.0, 12.0)
+    shape = shapes()["plain"](inner_radius=inner, outer_radius=inner + wall, length=rng.uniform(25.0, 50.0))
+    return "plain", shape, "radial", wall * rng.uniform(0.6, 0.8)
+
+
+def stop(rng: np.random.Generator) -> tuple[str, Shape, str, float]:
+    """Return a slice with a bump stop in its void, pressed beyond where it meets."""
+    return "bump stop", KidneySlice(bump=True, size=rng.uniform(2.0, 2.4)), "radial", rng.uniform(1.0, 1.6)
+
+
+FAMILIES: tuple[Callable[[np.random.Generator], tuple[str, Shape, str, float]], ...] = (
+    slot,
+    slot,
+    thick,
+    stop,
+)
+
+
+def drawn(seed: int) -> tuple[float, float]:
+    """March one random bushing in ten steps, print a line, and return its deepest penetration (%) and the time (s)."""
+    rng = np.random.default_rng(seed)
+    name, shape, mode, end = FAMILIES[seed % len(FAMILIES)](rng)
+    law = Rubber(
+        YEOH.law, {"C10": rng.uniform(0.3, 0.8), "C20": -0.05, "C30": rng.uniform(0.005, 0.02)}, 2000.0
+    )
+    begin = time.process_time()
+    model = prepare(shape, modes()[mode], law)
+    program = Program(np.linspace(end / 10, end, 10))
+    try:
+        history, why = march(model, program, keep_states=True), ""
+    except NotConverged as stopped:
+        history, why = stopped.history, stopped.reason
+    seconds = time.process_time() - begin
+    contact, deepest, met = model.surfaces.contact, 0.0, 0
+    assert contact is not None
+    assert history.states is not None
+    for state in history.states:
+        contact.look(state)
+        deepest, met = max(deepest, 100 * contact.penetration), met + contact.touching
+    share = history.displacement[-1] / end if len(history.displacement) else 0.0
+    tried, cut = len(history.attempts), sum(not one.accepted for one in history.attempts)
+    print(
+        f"seed {seed:3d} {name:9s} {100 * share:5.1f} % of {abs(end):5.2f} mm, {met:2d} of {len(history.states)} steps "
+        f"in contact, {tried} steps tried ({cut} cut back), {seconds:6.1f} s, deepest {deepest:.3f} % {why}",
+        flush=True,
+    )
+    return deepest, seconds
+
+
+def marches(count: int, first: int = 0) -> None:
+    """March random bushings, and print the worst of them."""
+    found = np.array([drawn(seed) for seed in range(first, first + count)])
+    deepest, longest = found.max(axis=0)
+    print(f"{count} marches: deepest penetration {deepest:.3f} % of a facet, longest {longest:.1f} s")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    what, *numbers = sys.argv[1:]
+    if what in CASES:
+        compared(what)
+    elif what == "speed":
+        speed()
+    else:
+        marches(*map(int, numbers))

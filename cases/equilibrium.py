@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,9 @@ from petsc4py import PETSc
 
 from cases.border import Border
 from cases.broyden import broyden_step
+from cases.drag import Drag
 from cases.model import Model
+from cases.outcome import Outcome
 from cases.ranks import summed
 from cases.rates import Found, Rates, ghosted
 from cases.reaction import reaction
@@ -28,32 +29,12 @@ from cases.rounding import REASONS, rounding
 
 Array = NDArray[np.float64]
 
-MAX_NEWTON = 25
-MAX_BROYDEN = 25
+MAX_NEWTON, MAX_BROYDEN = 25, 25
 # Broyden's method is given up where SPAN iterations have not brought the residual down to this share.
 SPAN, SHARE = 4, 0.5
 # A factorisation that took more iterations than this is renewed before the next step: with 4 to 10 the measured
 # times of a mode differ by 15 % (benchmarks/README.md).
 TIRED = 8
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Result of one solution.
-
-    Attributes
-    ----------
-    iterations
-        Corrections of the state: Broyden's and Newton's.
-    newton
-        Newton's alone, by SNES; 0 where Broyden's were enough.
-    reason
-        SNES's, by name.
-    """
-
-    iterations: int
-    newton: int
-    reason: str
 
 
 class Equilibrium:
@@ -83,8 +64,7 @@ class Equilibrium:
         self._interrupt: KeyboardInterrupt | None = None
         self.x, self.b = model.system.create_vector(), model.system.create_vector()
         self.matrix = model.system.create_matrix()
-        self.reactions = 0.0
-        self.force = self.energy = 0.0
+        self.reactions = self.force = self.energy = 0.0
         self.six: Array | None = None if model.motion.six is None else np.zeros(6)
         self.tangents = 0
         self.q, self.rate = 0.0, model.rate(0.0)
@@ -92,6 +72,7 @@ class Equilibrium:
         # Iterations that the last solution took with the factorisation at hand; None where there is none.
         self._fatigue: int | None = None
         self._factorised = False
+        self._drag: Drag | None = None
         self.floor = rounding(model)
         snes = PETSc.SNES().create(model.comm)
         snes.setFunction(self._function, self.b)
@@ -127,22 +108,41 @@ class Equilibrium:
         guess
             Unknowns to start from, shape (n,): this rank's, and the free motions of the sleeve after them.
         """
+        surfaces = self.model.surfaces
+        with surfaces.resting() as rested:
+            outcome = self._solved(q, guess)
+        if rested and not outcome.found and surfaces.near():
+            # Surfaces meet that did not before: the same step with contact.
+            return self._solved(q, guess, outcome.iterations)
+        return outcome
+
+    def _solved(self, q: float, guess: Array, corrections: int = 0) -> Outcome:
+        """Bring the model's state into equilibrium with what is in contact now."""
         self.q, self.rate = q, self.model.rate(q)
-        corrections = 0
         for renew in (self._fatigue is None or self._fatigue > TIRED, True):
             self._begin(guess)
             tangents = self.tangents
             balanced, iterations = self._broyden(renew)
             corrections += iterations
             if balanced:
-                newton, reason = self._newton()
-                if not reason.startswith("DIVERGED"):
-                    return Outcome(corrections + newton, newton, reason)
+                outcome = self._newton(corrections)
+                if outcome.found:
+                    return outcome
             if renew:
                 break
         self._begin(guess)
-        newton, reason = self._newton(factorised=self.tangents > tangents)
-        return Outcome(corrections + newton, newton, reason)
+        return self._newton(corrections, factorised=self.tangents > tangents)
+
+    @contextmanager
+    def dragged(self, drag: Drag, origin: Array, most: int) -> Iterator[None]:
+        """Hold the model by a drag towards a state, given by its `unknowns`, with fewer iterations of Newton."""
+        self._begin(origin)
+        drag.begin(self.x)
+        self._drag, self._fatigue, usual, self.most = drag, None, self.most, most
+        try:
+            yield
+        finally:
+            self._drag, self._fatigue, self.most = None, None, usual
 
     @property
     def factor(self) -> PETSc.KSP:
@@ -250,8 +250,8 @@ class Equilibrium:
 
     # -- Newton's method, and the judgement ----------------------------------------------------------------------
 
-    def _newton(self, factorised: bool = False) -> tuple[int, str]:
-        """Solve by SNES from `x`, whose tangent may be the one factorised last; iterations and reason."""
+    def _newton(self, corrections: int, factorised: bool = False) -> Outcome:
+        """Solve by SNES from `x`, after some corrections; the tangent there may be the one factorised last."""
         self._factorised = factorised
         self._interrupt = None
         try:
@@ -263,8 +263,8 @@ class Equilibrium:
             raise
         # SNES leaves the last trial of the line search in the state: put the accepted iterate there.
         self._to_state(self.x)
-        reason = self.snes.getConvergedReason()
-        return self.snes.getIterationNumber(), REASONS.get(reason, str(reason))
+        reason, newton = self.snes.getConvergedReason(), self.snes.getIterationNumber()
+        return Outcome(corrections + newton, newton, REASONS.get(reason, str(reason)))
 
     def _begin(self, guess: Array) -> None:
         self._take(guess)
@@ -297,6 +297,8 @@ class Equilibrium:
             if self.six is not None:
                 self.six = reactions(self.model, b, self.q)
             self.reactions = self.model.system.clear_constrained(b)
+            if self._drag is not None:
+                self._drag.add_forces(x, b)
             if self.border is not None and self.six is not None:
                 self.border.write_forces(b, self.six)
 
@@ -311,6 +313,8 @@ class Equilibrium:
 
     def _assemble(self, matrix: PETSc.Mat) -> None:
         self.model.system.tangent(matrix)
+        if self._drag is not None:
+            self._drag.add_stiffness(matrix)
         if self.border is not None:
             self.border.at(self.q)
 
@@ -338,7 +342,7 @@ class Equilibrium:
             # A locking law (Gent) has a residual beyond its limit too, but no energy there.
             self.energy = self.model.energy()
             # A step that is too long may end behind a surface.
-            if not np.isfinite(self.energy) or self.model.surfaces.passed_through:
+            if not np.isfinite(self.energy) or self.model.surfaces.refuted():
                 return int(PETSc.SNES.ConvergedReason.DIVERGED_FUNCTION_DOMAIN)
             return int(PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE)
         if iteration >= self.most:

@@ -1,7 +1,7 @@
 """Compiled functions of a point, and the loops over all points that call them.
 
 A kernel is compiled by the form compiler from a `forms.point.PointFunction`: no mesh, no element and no quadrature
-rule is in it. The loops are C (`evaluate.c`, `points.c`), compiled once for all.
+rule is in it. The loops are C (`evaluate.c`, `points.c`, `contact/near.c`), compiled once for all.
 """
 
 from __future__ import annotations
@@ -39,13 +39,23 @@ void stiffness(const group *s, const double *A, const int32_t *place, double *va
 void locate(long cells, int n, const int32_t *unknown, const uint8_t *fixed, const int32_t *start,
             const int32_t *column, int32_t nowhere, int32_t *place);
 void contract(long n, int rows, const double *A, const double *g, double *P);
+typedef struct
+{
+    long facets, soft;
+    int nodes, d, points;
+    const int64_t *facet;
+    const double *sign, *breadth, *values, *slopes, *middle;
+    double *frame;
+    const int64_t *fold, *folded;
+} surface;
+int meeting(const surface *s, const double *x, double reach, double maybe);
 """
 
 
 @cache
 def loops() -> Any:
-    """The loops of `evaluate.c` and `points.c`: a cffi module with ``lib`` and ``ffi``."""
-    sources = [Path(__file__).with_name(name) for name in ("evaluate.c", "points.c")]
+    """The loops of `evaluate.c`, `points.c` and `contact/near.c`: a cffi module with ``lib`` and ``ffi``."""
+    sources = [Path(__file__).parent / name for name in ("evaluate.c", "points.c", "contact/near.c")]
     return jit.compiled_source("points", sources, DECLARATIONS)
 
 

@@ -87,7 +87,8 @@ def march(
     observer
         Called at each target; leaves the model's state as it is.
     patience
-        Failed steps after which the march is given up; None = only when the step cannot be cut back any more.
+        Failed steps after which the march is given up, none of which is taken by a flow (`cases.settling`); None = only
+        when the step cannot be cut back any more.
 
     Raises
     ------
@@ -129,7 +130,7 @@ def _started(
     span = float(np.abs(program.displacement).max())
     shared = None if series is None else Shared(series, span, began)
     widest = max(float(np.abs(np.diff(program.displacement, prepend=0.0)).max()), 1e-12)
-    stepper = Stepper(model, solver, began, widest)
+    stepper = Stepper(model, solver, began, widest, flows=patience is None)
     return _Run(model, solver, program, derivatives, recorder, stepper, shared, observer, patience)
 
 

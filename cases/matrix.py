@@ -67,6 +67,12 @@ class Pattern:
         self._owned: tuple[Any, Any] | None = None
         self._keys: NDArray[np.int64] | None = None
 
+    def bare(self) -> Pattern:
+        """The cells' pattern, without any further couplings."""
+        bare = copy(self)
+        bare._take(*self._base)
+        return bare
+
     def widened(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Pattern:
         """Return the pattern of the cells with further couplings, except those of negative or constrained numbers.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cases.contact.contact import contact_of
 from cases.model import Array, Model
 from geometry.mesh import NamedMesh
 
@@ -29,6 +30,9 @@ def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
     for part in model.body.parts:
         part.points.locate(mesh)
     model.motion.relocate(constrained)
+    contact = model.surfaces.contact
+    if contact is None or not contact.relocated(mesh):
+        model.surfaces.contact = contact_of(mesh, model.space, model.mode, None)
     # What was computed of the shape before.
     model.__dict__.pop("volume", None)
     model.system.take_parameters(moved=True)

@@ -7,7 +7,7 @@ rest. A step that does not converge is cut back and grows again.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from cases.equilibrium import Equilibrium
 from cases.history import Attempt
 from cases.model import Model
 from cases.predictor import Known
+from cases.settling import settle
 
 Array = NDArray[np.float64]
 
@@ -23,6 +24,8 @@ Array = NDArray[np.float64]
 SMALLEST_CUT = 1.0 / 256
 # Before that, so many times per target, a whole step is tried from the last state without looking back.
 LEAPS = 1
+# A step cut back to this share of the program's largest one that still fails is taken by a flow (`cases.settling`).
+SETTLING = 1.0 / 8
 # Few iterations of Newton, by SNES, mean that a step was easy, and the next may grow.
 EASY_NEWTON = 4
 
@@ -43,6 +46,8 @@ class Step:
         Iterations of Newton's method, by SNES.
     attempt : Attempt
         Its record.
+    settled : bool
+        Whether the rubber flowed there, so that what was before says nothing about what lies ahead.
     """
 
     goal: float
@@ -50,6 +55,7 @@ class Step:
     duration: float
     newton: int
     attempt: Attempt
+    settled: bool = False
 
 
 class Stepper:
@@ -65,6 +71,8 @@ class Stepper:
         Time of the program's beginning, s.
     widest
         Largest step of the program, mm or rad.
+    flows
+        Whether a short step that fails may be taken by a flow, which takes up to a hundred solutions.
 
     Attributes
     ----------
@@ -76,8 +84,11 @@ class Stepper:
         Reactions (N, N mm) and pose (mm, rad) of the sleeve there; None but for a path of six motions.
     """
 
-    def __init__(self, model: Model, solver: Equilibrium, began: float, widest: float) -> None:
+    def __init__(
+        self, model: Model, solver: Equilibrium, began: float, widest: float, flows: bool = True
+    ) -> None:
         self._model, self._solver, self._widest = model, solver, widest
+        self._flows = flows and solver.border is None
         self._known = Known()
         self._known.add(0.0, solver.unknowns())
         self.q, self.time = 0.0, began
@@ -86,6 +97,8 @@ class Stepper:
         self._rate: Array | None = None
         self._length = np.inf
         self._leaps = 0
+        # Whether the last flow came to no rest; the next is tried after another step.
+        self._restless = False
 
     @property
     def state(self) -> Array:
@@ -123,9 +136,20 @@ class Stepper:
         model.duration.value = duration = share * (until - self.time)
         begin = time.perf_counter()
         outcome = self._solver.solve(goal, guess)
+        settled = False
+        if not outcome.found and self._may_settle(goal):
+            flown = settle(self._solver, goal, self._known.x[-1])
+            settled = flown.found
+            self._restless = not settled
+            outcome = replace(flown, iterations=outcome.iterations + flown.iterations)
         seconds = time.perf_counter() - begin
         tried = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
-        return Step(goal, share, duration, outcome.newton, tried)
+        return Step(goal, share, duration, outcome.newton, tried, settled)
+
+    def _may_settle(self, goal: float) -> bool:
+        """Whether a step that failed is short enough for a flow."""
+        short = abs(goal - self.q) <= SETTLING * self._widest
+        return short and self._flows and not self._restless
 
     def accept(self, step: Step) -> None:
         """Accept a step: the state of the model is an equilibrium at its end."""
@@ -135,6 +159,10 @@ class Stepper:
         self.force, self.energy = self._solver.force, self._solver.energy
         self.six, self.pose = self._solver.six, self._solver.pose
         self._known.add(self.q, self._solver.unknowns())
+        self._restless = False
+        if step.settled:
+            self._known.forget()
+            self._rate = None
 
     def reject(self, step: Step) -> None:
         """Make the next step half as long."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
@@ -51,12 +52,13 @@ class SurfaceForms:
         contact: Contact | None = None,
     ) -> None:
         self._state, self._parameters, self.contact = state, parameters, contact
+        # Whether no surfaces met in the last equilibrium, and whether contact is left out at present.
+        self.apart, self._resting = True, False
         self._shear, self._shear_constant = shear
         self._surfaces = Surfaces(state, energies)
         self._direction = fem.Function(state.function_space)
         self._slopes: dict[str, Any] = {}
         self._formed = bool(energies)
-        self.present = self._formed or contact is not None
         if self._formed:
             self._energy = _compiled(self._surfaces.energy)
             self._residual = _compiled(self._surfaces.residual)
@@ -68,32 +70,75 @@ class SurfaceForms:
         if self.contact is not None:
             self.contact.take(shear_modulus)
 
-    def look(self) -> None:
-        """Find what is in contact at the present state."""
-        if self.contact is not None:
-            self.contact.look(self._state.x.array)
+    @property
+    def present(self) -> bool:
+        """Whether any surfaces have an energy at the present state."""
+        self.look()
+        return self._formed or (self.acting is not None and self.acting.touching)
+
+    @contextmanager
+    def resting(self) -> Iterator[bool]:
+        """Leave contact out where the last equilibrium had none; `refuted` says whether the next one has it.
+
+        An equilibrium without contact in which no surfaces meet is one with contact: its energy is zero around that
+        state. So surfaces that stay apart cost one look at each equilibrium, and nothing at states tried on the way.
+        """
+        self._resting = self.contact is not None and self.apart
+        try:
+            yield self._resting
+        finally:
+            self._resting = False
 
     @property
-    def passed_through(self) -> bool:
-        """Whether a surface lies deeper in another at the present state than contact allows."""
-        self.look()
-        return self.contact is not None and self.contact.penetration > DEEPEST
+    def acting(self) -> Contact | None:
+        """Contact at the present state, where it takes part."""
+        return None if self._resting else self.contact
+
+    def refuted(self) -> bool:
+        """Whether the present state, which balances, is no equilibrium.
+
+        That is where a surface lies deeper in another than contact allows, or where surfaces meet and contact was left
+        out (`resting`), which it is not any more then.
+        """
+        contact = self.contact
+        if contact is None:
+            return False
+        contact.look(self._state.x.array)
+        deep = contact.penetration > DEEPEST
+        if self._resting:
+            self.apart = not (contact.touching or deep)
+            return not self.apart
+        # Where surfaces are about to meet, contact goes on to take part.
+        self.apart = not contact.near
+        return deep
+
+    def near(self) -> bool:
+        """Whether surfaces are near each other at the present state; contact takes part from then on."""
+        if self.contact is not None:
+            self.contact.look(self._state.x.array)
+            self.apart = not self.contact.near
+        return not self.apart
+
+    def look(self) -> None:
+        """Find what is in contact at the present state."""
+        if self.acting is not None:
+            self.acting.look(self._state.x.array)
 
     def energy(self) -> float:
         """Return the energy on this rank, N mm."""
         total = float(fem.assemble_scalar(self._energy)) if self._formed else 0.0
-        if self.contact is not None:
+        if self.acting is not None:
             self.look()
-            total += self.contact.energy()
+            total += self.acting.energy()
         return total
 
     def add_forces(self, forces: Array) -> None:
         """Add the derivative of the energy at the present state, over all local unknowns."""
         if self._formed:
             fem.assemble_vector(forces, self._residual)
-        if self.contact is not None:
+        if self.acting is not None:
             self.look()
-            self.contact.add_forces(forces)
+            self.acting.add_forces(forces)
 
     def add_stiffness(self, matrix: PETSc.Mat, bc: Any) -> None:
         """Add the second derivative of the forms to a matrix, but for constrained unknowns.
@@ -121,8 +166,8 @@ class SurfaceForms:
         if self._formed:
             self._direction.x.array[:] = direction
             fem.assemble_vector(forces, self._action)
-        if self.contact is not None:
-            self.contact.add_action(direction, forces)
+        if self.acting is not None:
+            self.acting.add_action(direction, forces)
 
     def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
         """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes.

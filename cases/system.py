@@ -124,10 +124,24 @@ class System:
         """Return a new matrix for `tangent`, marked symmetric."""
         return self._pattern.matrix()
 
+    def tangent_at_rest(self) -> PETSc.Mat:
+        """Return the stiffness of the displacements at no deformation, without surfaces; zero for other unknowns."""
+        pattern = self._pattern.bare()
+        matrix = pattern.matrix()
+        self.take_parameters()
+        self._body.stiffen(np.zeros_like(self._state.x.array))
+        self._body.add_stiffness(pattern.places, pattern.values)
+        pattern.add_to(matrix)
+        matrix.assemble()
+        first, _ = matrix.getOwnershipRange()
+        others = first + np.concatenate([self.owned_pressures, self.owned_constrained])
+        matrix.zeroRowsColumns(others.astype(PETSc.IntType), diag=0.0)
+        return matrix
+
     def tangent(self, matrix: PETSc.Mat) -> None:
         """Assemble the tangent at the present state; constrained rows and columns are those of the identity."""
         self.stiffen()
-        contact = self._surfaces.contact
+        contact = self._surfaces.acting
         if contact is not None:
             self._pattern = contact.fitted(self._pattern, matrix)
         pattern = self._pattern

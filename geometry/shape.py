@@ -307,7 +307,7 @@ class Meets(Shape):
     """A shape with surfaces that can come into contact."""
 
     contact: Meeting = Field(
-        default=False,
+        default=True,
         description="frictionless contact of the surfaces; "
         '"sleeves" = also with the rigid sleeves beyond the bonds; false = surfaces pass through each other',
     )

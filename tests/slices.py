@@ -9,7 +9,7 @@ import gmsh
 import numpy as np
 from typing_extensions import override
 
-from geometry.shape import Meeting, Meets
+from geometry.shape import Meeting, Meets, Sleeve
 
 # Half of the model's thickness; the force of a whole one is divided by twice that (mm).
 LAYER = 1.0
@@ -65,10 +65,15 @@ class Slice(Meets):
     def grade(self, size: float) -> None:
         """Refine where it is wanted."""
 
+    def regions(self, volumes: list[int]) -> dict[str, list[int]]:
+        """Return the volumes of each body."""
+        return {"rubber": volumes}
+
     def groups(self):
         names: dict[int, dict[str, int]] = {2: {}, 3: {}}
         volumes = [tag for _, tag in gmsh.model.getEntities(3)]
-        names[3]["rubber"] = gmsh.model.addPhysicalGroup(3, volumes)
+        for region, tags in self.regions(volumes).items():
+            names[3][region] = gmsh.model.addPhysicalGroup(3, tags)
         parts: dict[str, list[int]] = {}
         for _, tag in gmsh.model.getBoundary([(3, v) for v in volumes], oriented=False):
             _, _, z0, _, y1, z1 = gmsh.model.getBoundingBox(2, tag)
@@ -91,6 +96,8 @@ class KidneySlice(Slice):
 
     name: ClassVar[str] = "kidney_slice"
     bump: bool = False
+    # Of the elements around the voids' tips, mm; None = like all others.
+    tip: float | None = None
 
     @override
     def draw(self) -> int:
@@ -102,6 +109,24 @@ class KidneySlice(Slice):
             out, _ = occ.fuse(out, [(2, self._bump())])
         assert len(out) == 1
         return int(out[0][1])
+
+    @override
+    def grade(self, size):
+        if self.tip is None:
+            return
+        half = math.radians(42.81924421854172)
+        balls = []
+        for side in (-1, 1):
+            ball = gmsh.model.mesh.field.add("Ball")
+            values = {"Radius": 2.5, "Thickness": 4.0, "VIn": self.tip * size / self.size, "VOut": size}
+            values |= {"XCenter": side * 16 * math.cos(half), "YCenter": 16 * math.sin(half)}
+            for key, value in values.items():
+                gmsh.model.mesh.field.setNumber(ball, key, value)
+            balls.append(ball)
+        least = gmsh.model.mesh.field.add("Min")
+        gmsh.model.mesh.field.setNumbers(least, "FieldsList", balls)
+        gmsh.model.mesh.field.setAsBackgroundMesh(least)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
 
     def _void(self, side: float) -> int:
         occ, half = gmsh.model.occ, math.radians(42.81924421854172)
@@ -175,6 +200,52 @@ class Pillow(Slice):
         if abs(y - self.height) < 1e-3:
             return "mirror_y"
         return "inner" if abs(x + 10) < 1e-3 else "outer" if abs(x - 10) < 1e-3 else "void"
+
+
+class Roller(Slice):
+    """Half of a rubber cylinder, R 10, its middle plane held along x alone, before a hard plate at x = 10."""
+
+    name: ClassVar[str] = "roller"
+    radius: ClassVar[float] = 10.0
+    near: float = 0.1
+
+    @property
+    @override
+    def elastic_sleeves(self):
+        return {"plate": Sleeve(thickness=0.5, youngs_modulus=1e5, poissons_ratio=0.3)}
+
+    @override
+    def generate(self, dimension, mirrors, refinement):
+        occ, R = gmsh.model.occ, self.radius
+        quarter = occ.addRectangle(0, 0, 0, R, R)
+        body, _ = occ.intersect([(2, occ.addDisk(0, 0, 0, R, R))], [(2, quarter)])
+        plate = occ.addRectangle(R, 0, 0, 0.5, 3.0)
+        occ.synchronize()
+        ball = gmsh.model.mesh.field.add("Ball")
+        values = {"Radius": 1.1, "Thickness": 8.0, "VIn": self.near, "VOut": self.size, "XCenter": R}
+        for key, value in values.items():
+            gmsh.model.mesh.field.setNumber(ball, key, value)
+        gmsh.model.mesh.field.setAsBackgroundMesh(ball)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        gmsh.option.setNumber("Mesh.Algorithm", 8)
+        gmsh.option.setNumber("Mesh.RecombinationAlgorithm", 3)
+        for _, face in (*body, (2, plate)):
+            gmsh.model.mesh.setRecombine(2, face)
+        occ.extrude([*body, (2, plate)], 0, 0, LAYER, numElements=[1], recombine=True)
+        occ.synchronize()
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        return self.groups()
+
+    @override
+    def regions(self, volumes):
+        at = {tag: gmsh.model.occ.getCenterOfMass(3, tag)[0] for tag in volumes}
+        hard = [tag for tag in volumes if at[tag] > self.radius]
+        return {"rubber": [tag for tag in volumes if tag not in hard], "plate": hard}
+
+    @override
+    def boundary(self, x, y):
+        return "outer" if x < 1e-3 else "inner" if x > self.radius + 0.5 - 1e-3 else "void"
 
 
 def slices(shape: Slice, mode: Any, rubber: Any, q: Any, **more: Any) -> tuple[Any, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 from bushcli.case import Case, resolved
 from bushcli.faults import DataFault, condition
 from bushcli.recording import Recording, branches, force_noise
+from bushcli.report.contact import contact_json
 from bushcli.report.cycles import (
     by_name,
     energy_unit,
@@ -60,9 +61,8 @@ def direct_json(
     document["verdict"] = _verdict(judge(response, misfits), misfits)
     document["load_cases"] = [_channel(c, misfits.get(c.name)) for c in response.channels]
     histories = by_name(response_histories(response, misfits))
-    for entry in document["load_cases"]:
-        if entry["name"] in histories:
-            entry |= history_json(histories[entry["name"]])
+    for entry in (one for one in document["load_cases"] if one["name"] in histories):
+        entry |= history_json(histories[entry["name"]])
     if fit is not None:
         document["fit"] = fit_part(fit)
     return cleaned(document)
@@ -80,8 +80,8 @@ def fit_json(case: Case, fit: Fit, timings: Mapping[str, float]) -> dict[str, An
     timings : mapping of str to float
         Seconds by stage.
     """
-    faults = {"data_faults": faults_json(fit.faults)}
-    return cleaned(head("fit", case, fit.conditions, timings) | faults | fit_part(fit))
+    document = head("fit", case, fit.conditions, timings) | {"data_faults": faults_json(fit.faults)}
+    return cleaned(document | fit_part(fit))
 
 
 def case_json(
@@ -266,7 +266,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
     if channel.six is not None:
         # Of the motion that leads: six motions have no one displacement.
         document.pop("displacement")
-    return document | six_json(channel)
+    return document | six_json(channel) | contact_json(channel)
 
 
 def _recording(channel: Simulated, found: Misfit) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from markupsafe import Markup
 
 from bushcli.case import Case, Material
 from bushcli.inverse import Fit
+from bushcli.report.contact import contact_tables
 from bushcli.report.cycles import History, response_histories
 from bushcli.report.cycles_tables import history_tables
 from bushcli.report.figures.picture import Picture
@@ -100,6 +101,8 @@ def direct_html(
     sections += history_sections(response_histories(response, misfits), kinds)
     if fit is not None:
         sections.append(_fitted(fit, kinds))
+    if met := contact_tables(response):
+        sections.append(Section("Contact", tables=met))
     sections.append(Section("Deformed shape at the largest displacement", kinds.get("deformed", [])))
     sections.append(Section("Mesh and solution", kinds.get("mesh", []), [solution_table(response)]))
     return page(

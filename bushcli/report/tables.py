@@ -95,13 +95,15 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
     shape = case.geometry
     entries = shape.model_dump()
     numbers = {k: v for k, v in entries.items() if isinstance(v, int | float) and not isinstance(v, bool)}
-    words = {k: v for k, v in entries.items() if isinstance(v, str)}
+    words = {k: v for k, v in entries.items() if isinstance(v, str) and k != "contact"}
     sizes = [f"{_words(k)} {v:g} {'degrees' if 'angle' in k else 'mm'}" for k, v in numbers.items()]
     sizes += [f"{_words(k)} {v}" for k, v in words.items()]
     rows = [("geometry", ": ".join([type(shape).name, ", ".join(sizes)]) if sizes else type(shape).name)]
     sleeves = [(k, v) for k, v in entries.items() if k.endswith("sleeve")]
     for name, sleeve in sleeves:
         rows.append((_words(name), "rigid" if sleeve is None else _sleeve(sleeve)))
+    if "contact" in entries:
+        rows.append(("contact", _contact(shape)))
     used = material or case.material
     parameters = ", ".join(f"{name} = {value:.4g}" for name, value in used.parameters.items())
     if not parameters:
@@ -125,6 +127,19 @@ def _limits(case: Case) -> list[tuple[str, str]]:
     if case.tolerance != type(case.tolerance)():  # the usual one goes without saying
         rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
     return rows
+
+
+def _contact(shape: Shape) -> str:
+    """Return whether contact is modelled, between which surfaces, and when it takes part."""
+    if not shape.meeting:
+        return "not modelled (geometry.contact = false): surfaces that meet pass through each other"
+    metal = shape.elastic_sleeves
+    surfaces = "between the free surfaces of the rubber" + (
+        f" and of {', '.join(map(_words, metal))}" if metal else ""
+    )
+    if shape.meeting == "sleeves":
+        surfaces += ", and the rigid sleeves beyond their bonds"
+    return f"{surfaces}, without friction; takes part from the step on in which surfaces meet"
 
 
 def _words(key: str) -> str:

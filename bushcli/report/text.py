@@ -17,6 +17,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from bushcli.faults import DataFault, condition
+from bushcli.report.contact import contact_tables
 from bushcli.report.cycles import History, response_histories
 from bushcli.report.cycles_tables import history_tables
 from bushcli.report.document import problems_of
@@ -87,7 +88,8 @@ def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | No
     if fit is not None:
         parts += [*_fit_parts(fit), Text()]
     parts.append(Shown(channel_table(response, misfits)))
-    parts += [part for table in six_tables(response) for part in (Text(), Shown(table))]
+    tables = [*six_tables(response), *contact_tables(response)]
+    parts += [part for table in tables for part in (Text(), Shown(table))]
     checked = [channel for channel in response.channels if channel.mesh_error is not None]
     if checked:
         errors = ", ".join(f"{channel.name} {percent(channel.mesh_error)}" for channel in checked)

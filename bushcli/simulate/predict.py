@@ -33,6 +33,7 @@ from bushcli.simulate.six import mode_of, six_curve
 from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
 from bushcli.simulate.stiffness import check_state, matrices
 from bushcli.simulate.stretched import stretched
+from bushcli.simulate.touching import parallel_contact, touched
 from cases.march import History, NotConverged, unsolved
 from cases.mode import Mode, modes
 from cases.model import Model
@@ -96,11 +97,13 @@ def predict(
     kept = kept or Kept()
     channels, faults = _channels(case, kept.measured)
     check_state(channels, stiffness_at)
+    left_out = parallel_contact(case, comm)
     rubber = rubber_of(material)
     run = _Run(case, rubber, mesh_check, fields, progress, comm, kept, pictures, stiffness, stiffness_at)
     simulated = tuple(run.simulate(channel) for channel in channels)
     found = tuple(condition for channel in simulated for condition in conditions(channel))
-    return Response(case, material, simulated, (*map(fault_condition, faults), *found), faults)
+    doubts = (*map(fault_condition, faults), *left_out, *found)
+    return Response(case, material, simulated, doubts, faults)
 
 
 def _channels(case: Case, measured: Measured) -> tuple[list[Channel], tuple[DataFault, ...]]:
@@ -174,12 +177,6 @@ class _Run:
     paths: dict[tuple[str, float], SixSimulation] = field(default_factory=dict)
 
     def model(self, channel: Channel, factor: float = 1.0, mode: Mode | None = None) -> Model:
-        if self.comm.size > 1 and self.case.geometry.meeting:
-            # Pairs of facets on different ranks have no place in a distributed matrix yet.
-            what = f"contact = {self.case.geometry.meeting!r} needs all of the mesh in one process"
-            raise InputError(
-                Problem("mpirun", what.lower(), "", "run it without mpirun, or with contact = false")
-            )
         refinement = replace(self.case.mesh.refinement, factor=factor)
         features = installed(acting(self.case.effects, channel.name, channel.mode))
         mode = mode or mode_of(channel.mode, channel.six)
@@ -251,6 +248,7 @@ class _Run:
             unwritten=unwritten,
             six=six,
             stiffness=self.matrices(channel),
+            touched=touched(model, history),
         )
 
     def _steps(self, channel: Channel, simulation: Simulation | Reaction) -> float | None:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from bushcli.recording import Recording
     from bushcli.recording.curve import Curve
     from bushcli.simulate.six import SixCurve
+    from bushcli.simulate.touching import Touched
     from cases.march import Attempt
     from cases.stretches import Surface
 
@@ -75,6 +76,8 @@ class Simulated:
     stiffness : mapping of str to (float, (6, 6) array), or None
         Displacement (mm, rad; s of a path) and stiffness matrix (N, mm, rad) by state, "start", "end" and "at"; None
         where the march without planes of symmetry did not get through.
+    touched : tuple of Touched
+        Surfaces that met at the steps of the march.
     """
 
     name: str
@@ -96,6 +99,7 @@ class Simulated:
     unwritten: str = ""
     six: SixCurve | None = None
     stiffness: Mapping[str, tuple[float, Array]] | None = field(default_factory=dict)
+    touched: tuple[Touched, ...] = ()
 
     @property
     def in_time(self) -> bool:

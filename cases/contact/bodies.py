@@ -38,10 +38,12 @@ class Bodies:
         Number of the facets that belong to the mesh; they come first.
     dofs : shape (k, d)
         Unknowns of the nodes that the others follow: those of the mesh, which come first, and of the bonds.
-    follow : sparse matrix, shape (nodes, k)
-        Displacements of all nodes from theirs.
+    follow : sparse matrix, shape (nodes, k), or None
+        Displacements of all nodes from theirs; None where they are the same.
     axisymmetric : bool
         Whether they are lines in the half-plane, which stand for surfaces of revolution.
+    names : shape (f,)
+        Of the boundary that each facet belongs to.
     """
 
     basis: Basis
@@ -50,8 +52,9 @@ class Bodies:
     X: Array
     soft: int
     dofs: Ints
-    follow: csr_matrix
+    follow: csr_matrix | None
     axisymmetric: bool
+    names: NDArray[np.str_]
 
     @classmethod
     def of(cls, free: Patch, strips: Sequence[Strip], axisymmetric: bool) -> Bodies:
@@ -67,9 +70,12 @@ class Bodies:
             Whether the mesh is the half-plane.
         """
         count = len(free.X)
-        from scipy.sparse import block_diag, identity  # 0.1 s: only where there is contact
+        follow = None
+        if strips:
+            from scipy.sparse import block_diag, identity  # 0.1 s: only where sleeves go on
 
-        follow = [identity(count, format="csr")] + [one.weights for one in strips]
+            parts = [identity(count, format="csr")] + [one.weights for one in strips]
+            follow = block_diag(parts, format="csr")
         starts = count + np.cumsum([0, *(len(one.X) for one in strips)])
         return cls(
             free.basis,
@@ -78,18 +84,23 @@ class Bodies:
             np.concatenate([free.X, *(one.X for one in strips)]),
             len(free.facets),
             np.concatenate([free.dofs, *(one.anchors.dofs for one in strips)]),
-            block_diag(follow, format="csr"),
+            follow,
             axisymmetric,
+            np.concatenate([free.names, *(np.repeat(one.name, len(one.facets)) for one in strips)]),
         )
 
     def without(self, facets: Ints) -> Bodies:
         """Return the bodies without some of the rigid facets."""
         keep = np.setdiff1d(np.arange(len(self.facets)), facets)
-        return replace(self, facets=self.facets[keep], sign=self.sign[keep])
+        return replace(self, facets=self.facets[keep], sign=self.sign[keep], names=self.names[keep])
 
     def displacements(self, unknowns: Array) -> Array:
         """Return the displacements of the nodes, shape (nodes, d)."""
-        return np.asarray(self.follow @ unknowns[self.dofs])
+        return self.followed(unknowns[self.dofs])
+
+    def followed(self, values: Array) -> Array:
+        """Return values at all nodes, (nodes, d), from those at the nodes that are followed, (k, d)."""
+        return values if self.follow is None else np.asarray(self.follow @ values)
 
     def gathered(self, nodes: Ints, values: Array) -> Array:
         """Sum of what is at nodes (p, m), values (p, m, d), over the nodes that are followed, shape (k, d).
@@ -103,7 +114,7 @@ class Bodies:
         """
         total = np.zeros(self.X.shape)
         np.add.at(total, nodes, values)
-        return np.asarray(self.follow.T @ total)
+        return total if self.follow is None else np.asarray(self.follow.T @ total)
 
     @cached_property
     def points(self) -> tuple[Array, Array]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from cases.contact.bodies import Bodies
 from cases.contact.energy import Pressed
 from cases.contact.search import Search
 from cases.contact.sleeves import Strip, strip
-from cases.contact.surface import Patch, exterior, on_rubber, patch, tagged
+from cases.contact.surface import Patch, exterior, on_rubber, patch, places, tagged
 from cases.matrix import Pattern
 from cases.mode import Mode
 from cases.moved import MovedPoints, StressFree
@@ -63,28 +63,41 @@ class Contact:
     Attributes
     ----------
     bodies : Bodies
+    near : bool
+        Whether any surfaces come near each other at the state of `look`.
     """
 
     def __init__(
         self, free: Patch, strips: Sequence[Strip], axisymmetric: bool, stress_free: StressFree | None = None
     ) -> None:
-        bodies = Bodies.of(free, strips, axisymmetric)
-        # A sleeve goes on beyond its bond where there is no rubber.
-        blocked = Search(bodies).inside(bodies.X, BEYOND).other
-        self.bodies = bodies.without(np.unique(blocked[blocked >= bodies.soft]))
+        self.bodies = Bodies.of(free, strips, axisymmetric)
+        if strips:
+            # A sleeve goes on beyond its bond where there is no rubber.
+            blocked = Search(self.bodies).inside(self.bodies.X, BEYOND).other
+            self.bodies = self.bodies.without(np.unique(blocked[blocked >= self.bodies.soft]))
         self._search = Search(self.bodies)
-        self._free = len(free.X)
+        self._patch, self._free = free, len(free.X)
         self._moved = None if stress_free is None else _surroundings(free, strips, stress_free)
         self._shift = np.zeros(self.bodies.X.shape)
         self.shear_modulus = 0.0
         self._state: Array | None = None
+        self._pressed: Pressed | None = None
         self._blocks: Array | None = None
+        self.near = False
+
+    def relocated(self, mesh: NamedMesh) -> bool:
+        """Go on with other coordinates of the mesh; False where sleeves beyond the bonds have to be made anew."""
+        if self.bodies.follow is not None or self._moved is not None or mesh.shape.meeting is not True:
+            return False
+        self.bodies = replace(self.bodies, X=places(mesh, self._patch))
+        self._search, self._state = Search(self.bodies), None
+        return True
 
     def take(self, shear_modulus: float) -> None:
         """Take the law's present shear modulus (MPa), and the stress-free body's place."""
         self.shear_modulus = shear_modulus
         if self._moved is not None:
-            self._shift = self.bodies.follow @ self._moved.displacement()
+            self._shift = self.bodies.followed(self._moved.displacement())
         self._state = None
 
     # -- at a state ----------------------------------------------------------------------------------------------
@@ -94,25 +107,51 @@ class Contact:
         if self._state is not None and np.array_equal(state, self._state):
             return
         self._state, self._blocks = state.copy(), None
-        self._x = self.bodies.X + self._shift + self.bodies.displacements(state)
         # A line search may try what is no state; the body says so.
-        found = self._search.inside(np.nan_to_num(self._x, posinf=0.0, neginf=0.0))
-        self.pressed = Pressed.of(self.bodies, found, self._x)
+        moved = np.nan_to_num(self.bodies.displacements(state), posinf=0.0, neginf=0.0)
+        self._x = self.bodies.X + self._shift + moved
+        self._pressed, self.near = None, self._search.meeting(self._x, BEYOND)
+        if self.near:
+            found = self._search.inside(self._x)
+            if len(found):
+                self._pressed = Pressed.of(self.bodies, found, self._x)
+
+    @property
+    def pressed(self) -> Pressed:
+        """Points in contact at the state of `look`."""
+        assert self._pressed is not None
+        return self._pressed
 
     @property
     def touching(self) -> bool:
         """Whether any surfaces meet at the state of `look`."""
-        return len(self.pressed.found) > 0
+        return self._pressed is not None
 
     @property
     def penetration(self) -> float:
         """Deepest penetration at the state of `look`, relative to the size of the facets, however deep."""
+        if not self.near:
+            return 0.0
         found = self._search.inside(self._x, BEYOND)
         return float(np.max(found.depth / self.bodies.size[found.facet], initial=0.0))
 
+    def places(self, facet: Ints, point: Ints) -> Array:
+        """Where points of quadrature of facets are at the state of `look`, mm, shape (p, d).
+
+        Parameters
+        ----------
+        facet : shape (p,)
+            Numbers of soft facets.
+        point : shape (p,)
+            Of the points of each facet's quadrature.
+        """
+        xi, _ = self.bodies.points
+        shape = self.bodies.basis.values(xi)[point]
+        return np.asarray(np.einsum("pn,pnd->pd", shape, self._x[self.bodies.facets[facet]]))
+
     def energy(self) -> float:
         """Return the energy, N mm."""
-        return self.shear_modulus * self.pressed.energy()
+        return self.shear_modulus * self.pressed.energy() if self.touching else 0.0
 
     def add_forces(self, forces: Array) -> None:
         """Add the derivative of the energy to a vector over this rank's unknowns."""
@@ -149,7 +188,7 @@ class Contact:
         self._add(shear_rate * self.pressed.forces(), forces)
         rate = None if self._moved is None else self._moved.rate(name)
         if rate is not None:
-            self._add_change(np.asarray(self.bodies.follow @ rate), forces)
+            self._add_change(self.bodies.followed(rate), forces)
 
     def entries(self) -> tuple[Ints, Ints, Array]:
         """Second derivative by the unknowns: rows, columns (of rigid facets none), and values."""

@@ -114,6 +114,11 @@ class Pressed:
         share, _ = self._slopes()
         return np.asarray(np.einsum("p,pn,pd->pnd", share, self.A, self.found.r))
 
+    def own_forces(self) -> Array:
+        """Of each point's pressure on its own area, per shear modulus, shape (p, d)."""
+        share, _ = self._slopes()
+        return np.asarray(share[:, None] * self.found.r)
+
     def stiffness(self) -> Array:
         """Return the second derivative by the positions of `nodes`, per shear modulus, shape (p, 2 n d, 2 n d)."""
         r, depth = self.found.r, self.found.depth

@@ -5,11 +5,13 @@ Of those, few are left by tests of whole facets, and the nearest points of these
 the distance is a function of the state alone, and its derivatives are exact.
 
 A point is inside where the facet nearest to it lies before it, no further than `REACH`, and both surfaces face each
-other. Rubber that lies between two surfaces, as in a thin wall or at a sharp edge, separates them: `THROUGH`.
+other. Rubber that lies between two surfaces, as in a thin wall or at a sharp edge, separates them: `THROUGH`. Facets
+within a fold of the surface do not meet (`cases.contact.folds`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +20,9 @@ from numpy.typing import NDArray
 
 from cases.contact.bodies import Bodies
 from cases.contact.facets import Nearest, nearest
+from cases.contact.folds import MAYBE, folds
 from cases.contact.surface import normals
+from cases.kernels import loops, pointer
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -28,13 +32,15 @@ Ints = NDArray[np.int64]
 REACH = 0.5
 # Room to spare of the list, in sizes of the facets.
 SKIN = 1.0
-# Cosine of the normals of surfaces that face each other, and of facets that may contain such (they are curved).
-FACING, MAYBE = -0.5, -0.1
+# Cosine of the normals of surfaces that face each other.
+FACING = -0.5
 # Where the way from one point to the other leads into the rubber, in the stress-free body, there is rubber between
 # them: with a cosine above the first at one end, or above the second at both. In a fold of a flat face they are zero.
 THROUGH, BOTH = 0.7, 0.3
 # Cosine between the way to the nearest point and the facet's normal; less at an edge means that the point is beside it.
 BESIDE = 0.7
+# Numbers that `near.c` keeps of a facet.
+FRAME = 9
 # Distances to an edge of two facets are one.
 TIE = 1e-6
 
@@ -89,9 +95,23 @@ class Search:
         self._N = basis.values(self._xi)
         self._slopes = basis.slopes(self._xi)
         self._middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
+        self._folds = folds(bodies)
+        self._surface, self._kept = self._given()
         self._listed: Array | None = None
         self._pairs = np.zeros((0, 2), dtype=np.int64)
         self._room = SKIN * float(np.median(bodies.size[: bodies.soft])) if bodies.soft else 0.0
+
+    def meeting(self, x: Array, reach: float) -> bool:
+        """Whether any facets come near enough to each other for `inside` to find a point; it takes microseconds.
+
+        Parameters
+        ----------
+        x : Array
+            Places of the nodes, mm, shape (nodes, d).
+        reach : float
+            Deepest penetration that is looked for, as a ratio to the breadth of the facets.
+        """
+        return bool(loops().lib.meeting(self._surface, pointer(x), reach, MAYBE))
 
     def inside(self, x: Array, reach: float = REACH) -> Inside:
         """Return the points that penetrate other facets by at most ``reach``, with the nodes at x (nodes, d).
@@ -141,6 +161,18 @@ class Search:
         near = (np.abs(apart) < span) & (side < 2.0 * span) & (m < self.bodies.soft)
         return np.column_stack([s[near], m[near]])
 
+    def _given(self) -> tuple[Any, Sequence[Any]]:
+        """The surface as `near.c` has it, and the arrays that have to live as long."""
+        b = self.bodies
+        points, nodes = self._N.shape
+        tables = (b.sign, b.breadth, self._N, self._slopes, self._middle, np.zeros((len(b.facets), FRAME)))
+        kept = [np.ascontiguousarray(one, dtype=np.float64) for one in tables]
+        facets = np.ascontiguousarray(b.facets, dtype=np.int64)
+        numbers = [pointer(one, "int64_t") for one in (facets, *self._folds)]
+        rows = [numbers[0], *map(pointer, kept), *numbers[1:]]
+        sizes = (len(facets), b.soft, nodes, b.X.shape[1], points)
+        return loops().ffi.new("surface *", (*sizes, *rows)), (facets, kept, rows)
+
     # -- few of many ---------------------------------------------------------------------------------------------
 
     def _list(self, x: Array) -> None:
@@ -156,7 +188,10 @@ class Search:
         strips = np.column_stack([np.repeat(np.arange(b.soft), len(hard)), np.tile(hard, b.soft)])
         pairs = np.concatenate([pairs, strips])
         apart = np.linalg.norm(centre[pairs[:, 0]] - centre[pairs[:, 1]], axis=1)
-        self._pairs = pairs[apart < radius[pairs].sum(axis=1) + self._room]
+        pairs = pairs[apart < radius[pairs].sum(axis=1) + self._room]
+        count = len(b.facets)
+        folded = np.repeat(np.arange(b.soft), np.diff(self._folds[0])) * count + self._folds[1]
+        self._pairs = pairs[~np.isin(pairs[:, 0] * count + pairs[:, 1], folded)]
         self._listed = x.copy()
 
     def _spheres(self, x: Array) -> tuple[Array, Array]:

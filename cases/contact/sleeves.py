@@ -46,6 +46,8 @@ class Strip:
         Nodes of the bond.
     weights : shape (nodes, k)
         Displacement of a node by those of the anchors.
+    name : str
+        Of the bond.
     """
 
     facets: Ints
@@ -53,6 +55,7 @@ class Strip:
     X: Array
     anchors: Anchors
     weights: Array
+    name: str
 
 
 def strip(
@@ -97,7 +100,7 @@ def strip(
     places = np.concatenate(X)
     anchors, weights = _anchored(bond.X, places)
     held = Anchors(bond.dofs[anchors], bond.where[anchors], bond.cells)
-    return Strip(np.array(facets), np.array(sign), places, held, weights)
+    return Strip(np.array(facets), np.array(sign), places, held, weights, str(bond.names[0]))
 
 
 def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:

@@ -48,6 +48,8 @@ class Patch:
         Cells that the facets belong to.
     points : shape (m, d)
         Nodes of the displacement's element in the reference cell.
+    names : shape (f,)
+        Of the boundary that each facet belongs to; empty where it has none.
     """
 
     basis: Basis
@@ -58,6 +60,7 @@ class Patch:
     where: Ints
     cells: NDArray[np.int32]
     points: Array
+    names: NDArray[np.str_]
 
 
 def exterior(mesh: NamedMesh) -> Ints:
@@ -134,7 +137,30 @@ def patch(mesh: NamedMesh, space: Any, facets: Ints, components: tuple[int, ...]
         where,
         own.astype(np.int32),
         element.points,
+        _names(mesh, facets),
     )
+
+
+def _names(mesh: NamedMesh, facets: Ints) -> NDArray[np.str_]:
+    """Boundary of each facet."""
+    names = np.full(len(facets), "", dtype="<U64")
+    for name in mesh.boundary:
+        names[np.isin(facets, tagged(mesh, [name]))] = name
+    return names
+
+
+def places(mesh: NamedMesh, of: Patch) -> Array:
+    """Where the nodes of a patch are on a mesh of the same elements, mm, shape (nodes, d).
+
+    Parameters
+    ----------
+    mesh : NamedMesh
+        The mesh, whose nodes may have moved.
+    of : Patch
+        Facets of that mesh.
+    """
+    X = _coordinates(mesh, of.cells.astype(np.int64), of.points)
+    return X[of.where[:, 0], of.where[:, 1]]
 
 
 def normals(slope: Array) -> Array:
@@ -177,7 +203,12 @@ def _nodes_of_cells(mesh: NamedMesh, space: Any, cells: Ints, points: Array) -> 
     part = space.sub(0)
     found = np.array([part.dofmap.cell_dofs(int(cell)) for cell in cells], dtype=np.int64)
     dofs = found.reshape(len(cells), len(points), -1)
+    return dofs, _coordinates(mesh, cells, points)
+
+
+def _coordinates(mesh: NamedMesh, cells: Ints, points: Array) -> Array:
+    """Coordinates of points of the reference cell in cells, shape (cells, points, d)."""
     coordinate = mesh.mesh.ufl_domain().ufl_coordinate_element().sub_elements[0].basix_element
     N = coordinate.tabulate(0, points)[0, :, :, 0]
     corners = mesh.mesh.geometry.x[cell_nodes(mesh.mesh)[cells]][..., : mesh.dimension]
-    return dofs, np.asarray(np.einsum("mn,cnd->cmd", N, corners), dtype=np.float64)
+    return np.asarray(np.einsum("mn,cnd->cmd", N, corners), dtype=np.float64)

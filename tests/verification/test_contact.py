@@ -5,23 +5,32 @@ The references of the slices (CalculiX and NGSolve) and how they were made: benc
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from mpi4py import MPI
+from scipy.optimize import brentq
 
+from bushcli.case import load_case
+from bushcli.errors import InputError
+from bushcli.simulate.bodies import Bodies
+from bushcli.simulate.touching import parallel_contact, touched
 from cases.contact.contact import DEEPEST
+from cases.contact.search import Search
 from cases.march import march
 from cases.mode import modes
 from cases.program import Program
 from cases.simulate import Rubber, prepare
 from forms.law import laws
-from geometry.shape import shapes
-from tests.slices import KidneySlice, Pillow, slices
+from geometry.shape import Refinement, shapes
+from tests.slices import KidneySlice, Pillow, Roller, slices
 
 DATA = Path(__file__).parent / "data" / "real"
 YEOH = Rubber(laws()["yeoh"], {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 2000.0)
 RADIAL = modes()["radial"]
+PLAIN = {"inner_radius": 12.0, "outer_radius": 22.0, "length": 40.0}
 # A spring between two plates, with a slot in its outside; its mouth closes before the round bottom creases.
 SLOT = shapes()["section"](
     contact=True,
@@ -148,13 +157,103 @@ def test_a_uniform_pressure_passes_through_an_interface():
     assert spread[1] < 0.02
 
 
-def test_surfaces_that_cannot_meet_change_nothing():
-    shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0, contact=True)
-    forces = [
-        march(prepare(one, AXIAL, YEOH), Program(np.array([1.0, 2.0]))).force
-        for one in (shape.model_copy(update={"contact": False}), shape)
+@pytest.mark.parametrize(("mode", "q"), [("axial", [4.0, 8.0]), ("radial", [2.0, 4.0])])
+def test_surfaces_that_stay_apart_are_not_searched(mode, q, monkeypatch):
+    """Contact is on by default; of a plain bushing no pair of points is looked at, and no entry of the tangent made."""
+    shape = shapes()["plain"](**PLAIN)
+    assert shape.contact is True
+    free = prepare(shape.model_copy(update={"contact": False}), modes()[mode], YEOH)
+    known = march(free, Program(np.array(q))).force
+
+    def never(*_, **__):
+        raise AssertionError("searched")
+
+    for name in ("inside", "near"):
+        monkeypatch.setattr(Search, name, never)
+    model = prepare(shape, modes()[mode], YEOH)
+    np.testing.assert_allclose(march(model, Program(np.array(q))).force, known, rtol=1e-12)
+    assert model.surfaces.contact is not None
+    assert model.surfaces.apart
+
+
+def test_surfaces_that_come_near_are_looked_at_once_for_each_equilibrium(monkeypatch):
+    """Until they meet: the states that Newton's method tries on the way are not searched."""
+    calls = []
+    usual = Search.inside
+    monkeypatch.setattr(Search, "inside", lambda self, *more: calls.append(1) or usual(self, *more))
+    _, history = closed([-0.1, -0.2, -0.3])
+    assert len(calls) <= 2 * len(history.attempts)
+
+
+def test_a_model_moved_to_another_shape_has_its_surfaces_there():
+    prepared, rubber = Bodies(), YEOH
+    made = [
+        prepared(shapes()["plain"](**PLAIN | {"length": length}), AXIAL, rubber, Refinement(), MPI.COMM_SELF)
+        for length in (40.0, 40.5)
     ]
-    np.testing.assert_allclose(forces[1], forces[0], rtol=1e-12)
+    assert made[0] is made[1]
+    assert prepared.moved == 1
+    fresh = prepare(shapes()["plain"](**PLAIN | {"length": 40.5}), AXIAL, rubber).surfaces.contact.bodies
+    moved = made[1].surfaces.contact.bodies
+    np.testing.assert_allclose(moved.X, fresh.X, atol=1e-9)
+    np.testing.assert_allclose(moved.size, fresh.size, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_a_cylinder_between_hard_plates_is_johnson_s():
+    """Hertz's contact, with the approach of a plate to the middle of a cylinder that both of its sides press.
+
+    Johnson (1985), Contact Mechanics, section 5.6, doi:10.1017/CBO9781139171731: 2 P / (pi E*) (ln(4 R / a) - 1/2).
+    """
+    soft = Rubber(laws()["neo_hookean"], {"C10": 0.5}, 2000.0)
+    bulk, shear = 2000.0, 1.0
+    plane = 2 * shear / (1 - (3 * bulk - 2 * shear) / (2 * (3 * bulk + shear)))
+
+    def approach(force):
+        width = np.sqrt(4 * force * Roller.radius / (np.pi * plane))
+        return 2 * force / (np.pi * plane) * (np.log(4 * Roller.radius / width) - 0.5)
+
+    middle = replace(RADIAL, held={"outer": (0,)}, reversed_by=None)
+    _, history = slices(Roller(size=2.5, near=0.15), middle, soft, np.array([-0.01, -0.03]))
+    for q, force in zip(history.displacement, history.force, strict=True):
+        known = brentq(lambda P, q=q: approach(P) + q, 1e-6, 10.0)
+        assert -force == pytest.approx(known, rel=5e-3)
+
+
+@pytest.mark.slow
+def test_a_plain_bushing_is_pressed_to_64_percent_of_its_thickness():
+    """Radially by 6.4 mm of 10, with the Yeoh set of the references; the free ends fold on the way."""
+    model = prepare(shapes()["plain"](**PLAIN), RADIAL, YEOH)
+    history = march(model, Program(np.linspace(0.4, 6.4, 16)))
+    assert history.displacement[-1] == pytest.approx(6.4)
+    assert np.all(np.diff(history.force) > 0.0)
+    assert model.surfaces.contact.penetration < DEEPEST
+
+
+def test_what_met_is_told_with_its_force(touching):
+    """The walls' force is what the slot's spring takes more with contact than without, by order of size."""
+    model, history = touching
+    (found,) = touched(model, history)
+    assert found.surfaces == ("free", "free")
+    assert found.first == pytest.approx(-0.6)
+    assert found.at == pytest.approx(-0.7)
+    assert 15.16 < found.radius < 20.1
+    # The section's origin is its lower end's bond; its centre is at z = 10.
+    assert found.height == pytest.approx(-5.35, abs=0.5)
+    assert found.force > 0.0
+
+
+def test_a_mesh_shared_by_processes_has_no_contact_and_says_so(tmp_path):
+    class Two:
+        size = 2
+
+    case = load_case(Path(__file__).parents[2] / "examples" / "concealed" / "case.toml", [])
+    (said,) = parallel_contact(case, Two())
+    assert said.name == "no_contact"
+    asked = load_case(case.path, ["geometry.contact=true"])
+    with pytest.raises(InputError, match="without mpirun"):
+        parallel_contact(asked, Two())
+    assert parallel_contact(load_case(case.path, ["geometry.contact=false"]), Two()) == []
 
 
 def test_sleeves_beyond_the_bond_hold_what_bulges_over_them():

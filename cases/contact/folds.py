@@ -1,0 +1,60 @@
+"""Pairs of facets that are so near to each other along the surface that the mesh cannot tell a fold between them.
+
+Where a compressed surface creases, it folds within an element or two, whatever the mesh. Facets there lie in each other
+by half an element at once, and their contact would stop the march. Facets of a slot's two walls, which share its
+bottom, are as near; but they face each other in the body at rest, and meet.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.contact.bodies import Bodies
+from cases.contact.surface import normals
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Cosine of the normals of facets that may hold points that face each other; facets are curved.
+MAYBE = -0.1
+
+
+def folds(bodies: Bodies) -> tuple[Ints, Ints]:
+    """Return the facets that each soft facet does not meet: those it shares a node with, and the next ones.
+
+    Parameters
+    ----------
+    bodies : Bodies
+        The surfaces.
+
+    Returns
+    -------
+    start : shape (soft + 1,)
+        Where the numbers of each facet begin in `others`.
+    others : shape (n,)
+        Numbers of facets, in order for each.
+    """
+    soft: list[list[int]] = [[int(node) for node in nodes] for nodes in bodies.facets[: bodies.soft]]
+    around: dict[int, set[int]] = {}
+    for facet, nodes in enumerate(soft):
+        for node in nodes:
+            around.setdefault(node, set()).add(facet)
+    first: list[set[int]] = [set().union(*(around[node] for node in nodes)) for nodes in soft]
+    second = [sorted(set().union(*(first[other] for other in ring))) for ring in first]
+    upright = _upright(bodies)
+    rows = []
+    for facet, ring in enumerate(second):
+        others = np.array(ring, dtype=np.int64)
+        rows.append(others[upright[others] @ upright[facet] >= MAYBE])
+    start = np.concatenate([[0], np.cumsum([len(row) for row in rows])]).astype(np.int64)
+    return start, np.concatenate([np.zeros(0, dtype=np.int64), *rows])
+
+
+def _upright(bodies: Bodies) -> Array:
+    """Outward unit normals of the soft facets in their middles, in the body at rest."""
+    basis, soft = bodies.basis, bodies.soft
+    middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
+    slopes = np.einsum("an,fnd->fad", middle, bodies.X[bodies.facets[:soft]])
+    found = normals(slopes) * bodies.sign[:soft, None]
+    return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])

@@ -1,0 +1,63 @@
+"""Which surfaces are pressed upon each other at a state, where, and how hard."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.contact.contact import Contact
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Two surfaces in contact.
+
+    Attributes
+    ----------
+    surfaces : tuple of str
+        Names of the boundaries, in alphabetical order; twice the same where one meets itself.
+    force : float
+        Pressure integrated over the area in contact of the modelled part, N.
+    radius, height : float
+        Where the force acts, in the deformed body: mean distance from the axis, and mean z, mm.
+    """
+
+    surfaces: tuple[str, str]
+    force: float
+    radius: float
+    height: float
+
+
+def touches(contact: Contact, state: Array) -> list[Touch]:
+    """Return what is in contact at a state, by pairs of boundaries.
+
+    Parameters
+    ----------
+    contact : Contact
+        Of the model, which has this state's parameters.
+    state : Array
+        This rank's unknowns, shape (n,).
+    """
+    contact.look(state)
+    if not contact.touching:
+        return []
+    pressed, bodies = contact.pressed, contact.bodies
+    found = pressed.found
+    # Of a pair of soft facets each holds half of the energy, and both have points: together they make one force.
+    force = contact.shear_modulus * np.linalg.norm(pressed.own_forces(), axis=1)
+    place = contact.places(found.facet, found.point)
+    radius = place[:, 0] if place.shape[1] == 2 else np.hypot(place[:, 0], place[:, 1])
+    names = np.sort(np.column_stack([bodies.names[found.facet], bodies.names[found.other]]), axis=1)
+    answer = []
+    for pair in np.unique(names, axis=0):
+        here = np.all(names == pair, axis=1) & (force > 0.0)
+        if not here.any():
+            continue
+        share = force[here] / force[here].sum()
+        total, mean = float(force[here].sum()), float(share @ radius[here])
+        answer.append(Touch((str(pair[0]), str(pair[1])), total, mean, float(share @ place[here, -1])))
+    return answer

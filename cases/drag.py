@@ -1,0 +1,55 @@
+"""A drag on the displacements: what a state that is not in balance by itself is held by (`cases.settling`)."""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+from cases.model import Model
+
+
+class Drag:
+    """Resistance of the displacements to change.
+
+    Parameters
+    ----------
+    model
+        Its state is left as it is.
+
+    Attributes
+    ----------
+    viscosity : float
+        Ratio of the drag's stiffness to that of the displacements at rest.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.viscosity = 0.0
+        self._stiffness = model.system.tangent_at_rest()
+        self._origin, self._way = model.system.create_vector(), model.system.create_vector()
+
+    def begin(self, x: PETSc.Vec) -> None:
+        """Hold the state in a vector of unknowns."""
+        x.copy(self._origin)
+
+    def add_forces(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Add the drag at a state.
+
+        Parameters
+        ----------
+        x : PETSc.Vec
+            Unknowns.
+        b : PETSc.Vec
+            Out-of-balance force, N; changed in place.
+        """
+        self._origin.copy(self._way)
+        self._way.aypx(-1.0, x)
+        self._way.scale(self.viscosity)
+        self._stiffness.multAdd(self._way, b, b)
+
+    def add_stiffness(self, matrix: PETSc.Mat) -> None:
+        """Add its derivative to the tangent, which has entries wherever two unknowns share a cell."""
+        matrix.axpy(self.viscosity, self._stiffness, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+
+    def destroy(self) -> None:
+        """Free the PETSc objects."""
+        for item in (self._stiffness, self._origin, self._way):
+            item.destroy()

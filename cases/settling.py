@@ -1,0 +1,82 @@
+"""Over a snap: rubber that has no equilibrium nearby flows to the next one, as if it were viscous.
+
+A concave surface that is compressed beyond Biot's limit creases all at once: the path of equilibria turns back there,
+and Newton's method finds nothing ahead, however short the step. Rubber in a test rig does not wait: it jumps, and comes
+to rest where its energy has a minimum again. So does the model, with the sleeve held: each state of the flow is in
+balance with a drag, c S (x - the state before), with S the stiffness of the displacements at rest (none in the
+pressures). The drag falls as the flow goes on, and the state that is accepted balances without any.
+
+References
+----------
+Kelley and Keyes (1998), Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35:508-523,
+doi:10.1137/S0036142996304796.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cases.drag import Drag
+from cases.equilibrium import Equilibrium
+from cases.outcome import Outcome
+
+Array = NDArray[np.float64]
+
+# The drag to begin with, in stiffnesses at rest: more than the negative stiffness of a crease, which is a part of it.
+FIRST = 1.0
+# It is raised by the first where a state is not found, and divided by the second after two that were found.
+THICKER, THINNER = 4.0, 3.0
+# States of a flow, after which it is given up, and the most drag that is tried. Below the least a state is sought
+# without any.
+STATES, MOST, LEAST = 100, 1e2, 1e-2
+# Iterations of Newton for a state of the flow: a thicker drag finds one sooner than more of them.
+IMPATIENT = 8
+
+
+def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
+    """Bring the model's state into the equilibrium at q to which the rubber flows from a state.
+
+    Parameters
+    ----------
+    solver : Equilibrium
+        Of the model.
+    q : float
+        Generalised displacement, mm or rad.
+    start : Array
+        `Equilibrium.unknowns` at an equilibrium nearby, shape (n,).
+
+    Returns
+    -------
+    Outcome
+        With the reason "DIVERGED_FLOW" where the flow came to no rest.
+    """
+    drag = Drag(solver.model)
+    drag.viscosity = FIRST
+    corrections, here, easy = 0, start, True
+    outcome = Outcome(0, 0, "DIVERGED_MAX_IT")
+    try:
+        for _ in range(STATES):
+            free = drag.viscosity < LEAST
+            if free:
+                outcome = solver.solve(q, here)
+            else:
+                with solver.dragged(drag, here, IMPATIENT):
+                    outcome = solver.solve(q, here)
+            corrections += outcome.iterations
+            if (free and outcome.found) or (drag.viscosity > MOST and not outcome.found):
+                break
+            if not outcome.found:
+                drag.viscosity *= THICKER
+            elif easy:
+                drag.viscosity /= THINNER
+            easy = outcome.found
+            here = solver.unknowns() if outcome.found else here
+        if not (free and outcome.found):
+            # What balances with a drag alone is no equilibrium.
+            outcome = replace(outcome, reason="DIVERGED_FLOW")
+        return replace(outcome, iterations=corrections)
+    finally:
+        drag.destroy()
