@@ -91,9 +91,7 @@ def diagnose(
     case = run.load()
     several = ranks_there_are() > 1
     if several and workers > 1:
-        raise InputError(
-            Problem("--workers", "cannot be combined with mpirun", "", "mpirun -n N starts N - 1 workers")
-        )
+        raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
     if scheduler and (several or workers > 1):
         other = "mpirun" if several else "--workers"
         raise InputError(Problem("--scheduler", f"cannot be combined with {other}", "", "one or the other"))
