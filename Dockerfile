@@ -1,4 +1,5 @@
-# docker build -t bushcli . && docker run --rm -v "$PWD:/case" bushcli direct case.toml -o out
+# docker build -t bushcli . && docker run --rm --user "$(id -u):$(id -g)" -v "$PWD:/case" bushcli direct case.toml -o out
+# With --user the results belong to whoever runs it, and not to root.
 FROM debian:trixie-slim
 
 COPY setup/packages.txt /tmp/packages.txt
@@ -24,7 +25,13 @@ ENV PATH=/opt/bushcli/bin:$PATH \
     OMP_NUM_THREADS=1 \
     OMPI_ALLOW_RUN_AS_ROOT=1 \
     OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 \
-    OMPI_MCA_btl=self,sm
+    OMPI_MCA_btl=self,sm \
+    BUSHCLI_CACHE=/opt/bushcli/kernels \
+    MPLCONFIGDIR=/tmp/matplotlib
+
+# Kernels are part of the image: a container that is removed after its run would compile them each time. On another kind
+# of processor they are compiled again, by whatever user runs it.
+RUN python -m cases.precompile && chmod -R a+rwX /opt/bushcli/kernels
 
 WORKDIR /case
 ENTRYPOINT ["bushcli"]

@@ -108,11 +108,10 @@ class Remembered:
 
 @dataclass(frozen=True)
 class PointState:
-    """A state at which derivatives are computed: strains, [W, W_a] of the law and of the whole material."""
+    """A state at which derivatives are computed: strains, and the law's [W, W_a] there."""
 
     strain: Array
     law: Array
-    total: Array
 
 
 @dataclass(frozen=True)
@@ -285,11 +284,10 @@ class Rubber:
 
     def point_state(self) -> PointState:
         """Return the state at `strain`, as the functions for derivatives need it."""
-        total = self.answer(moduli=False).copy()
         function = answers.law_answer(self._setting, self._law, self._names, moduli=False)
         strain = self.strain.copy()
         law = kernel(function)(self._points, {"strain": strain, "parameters": self._parameters["law"]})
-        return PointState(strain, law, total)
+        return PointState(strain, law)
 
     def slopes(self, at: PointState) -> Array:
         """Derivatives of the law's [W, W_a] by each of its parameters, shape (parameters, points, 1 + variables)."""

@@ -151,7 +151,7 @@ class Slopes:
         strains = [self._strain_change(name, one) for name, one in zip(names, directions, strict=True)]
         slopes = self._at.law[:, 1 : 1 + n]
         energies = [
-            np.einsum("pa,pa->p", slopes, strain) + self._law_change(change)[:, 0]
+            np.einsum("pa,pa->p", slopes, strain) + self._law_energy_change(change)
             for strain, change in zip(strains, rates, strict=True)
         ]
         after: list[list[Array]] = [[] for _ in names]
@@ -214,6 +214,10 @@ class Slopes:
         if not rates.law.any():
             return np.zeros((len(self._at.strain), 1 + self._body.material.variables))
         return np.asarray(np.einsum("i,ipa->pa", rates.law, self._law_slopes))
+
+    def _law_energy_change(self, rates: Numbers) -> Array | float:
+        """Return the derivative of the law's W; 0 where it does not change."""
+        return rates.law @ self._law_slopes[:, :, 0] if rates.law.any() else 0.0
 
     @cached_property
     def _law_slopes(self) -> Array:

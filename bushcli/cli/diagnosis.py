@@ -127,9 +127,7 @@ def diagnose(
 def _one_way_to_share(several: bool, workers: int, scheduler: str | None) -> None:
     """Refuse more than one of mpirun, --workers and --scheduler."""
     if several and workers > 1:
-        raise InputError(
-            Problem("--workers", "cannot be combined with mpirun", "", "mpirun -n N starts N - 1 workers")
-        )
+        raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
     if scheduler and (several or workers > 1):
         other = "mpirun" if several else "--workers"
         raise InputError(Problem("--scheduler", f"cannot be combined with {other}", "", "one or the other"))

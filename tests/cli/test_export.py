@@ -139,7 +139,7 @@ WRONG = {
         ["--to", "calculix", "--set", "material.bulk_modulus=inf"],
         "an exactly incompressible",
     ),
-    "no such effect": (["--to", "abaqus", "--without", "mullins"], "no effect of this case"),
+    "no such effect": (["--to", "abaqus", "--without", "mullins"], "not an effect of this case"),
     "no matrix": (["--to", "chrono"], "--stiffness-matrix"),
     "no radial curve": (["--to", "adams"], 'mode = "radial"'),
     "a folder": (["--to", "abaqus", "-o", "/tmp"], "is a folder"),

@@ -55,4 +55,4 @@ def test_processes_of_one_machine_are_not_asked_for_beside_ranks():
         check=False,
     )
     assert done.returncode == 2
-    assert "mpirun -n N starts N - 1" in done.stderr
+    assert "--workers: cannot be used under mpirun" in done.stderr

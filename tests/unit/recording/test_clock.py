@@ -87,7 +87,7 @@ def test_rate_makes_the_time_of_the_way(tmp_path):
 
 
 def test_rate_is_refused_in_a_hold_and_in_noise(tmp_path):
-    with pytest.raises(RecordingError, match="stands still"):
+    with pytest.raises(RecordingError, match="does not move"):
         headless(
             tmp_path / "a.csv",
             np.concatenate([Q[:50], np.full(20, Q[49]), Q[50:]]),
