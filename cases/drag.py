@@ -1,10 +1,14 @@
-"""A drag on the displacements: what a state that is not in balance by itself is held by (`cases.settling`)."""
+"""A drag on the displacements: it holds a state that is not in balance by itself (`cases.settling`)."""
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import Model
+
+Array = NDArray[np.float64]
 
 
 class Drag:
@@ -17,12 +21,16 @@ class Drag:
 
     Attributes
     ----------
+    origin : shape (n,)
+        `Equilibrium.unknowns` of the state towards which the drag holds.
+    most : int
+        Iterations of Newton for a state with the drag.
     viscosity : float
         Ratio of the drag's stiffness to that of the displacements at rest.
     """
 
-    def __init__(self, model: Model) -> None:
-        self.viscosity = 0.0
+    def __init__(self, model: Model, origin: Array, most: int) -> None:
+        self.viscosity, self.origin, self.most = 0.0, origin, most
         self._stiffness = model.system.tangent_at_rest()
         self._origin, self._way = model.system.create_vector(), model.system.create_vector()
 

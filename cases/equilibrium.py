@@ -134,11 +134,11 @@ class Equilibrium:
         return self._newton(corrections, factorised=self.tangents > tangents)
 
     @contextmanager
-    def dragged(self, drag: Drag, origin: Array, most: int) -> Iterator[None]:
-        """Hold the model by a drag towards a state, given by its `unknowns`, with fewer iterations of Newton."""
-        self._begin(origin)
+    def dragged(self, drag: Drag) -> Iterator[None]:
+        """Hold the model by a drag towards its origin, with as many iterations of Newton as that allows."""
+        self._begin(drag.origin)
         drag.begin(self.x)
-        self._drag, self._fatigue, usual, self.most = drag, None, self.most, most
+        self._drag, self._fatigue, usual, self.most = drag, None, self.most, drag.most
         try:
             yield
         finally:

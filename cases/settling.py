@@ -53,7 +53,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
     Outcome
         With the reason "DIVERGED_FLOW" where the flow came to no rest.
     """
-    drag = Drag(solver.model)
+    drag = Drag(solver.model, start, IMPATIENT)
     drag.viscosity = FIRST
     corrections, here, easy = 0, start, True
     outcome = Outcome(0, 0, "DIVERGED_MAX_IT")
@@ -63,7 +63,8 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
             if free:
                 outcome = solver.solve(q, here)
             else:
-                with solver.dragged(drag, here, IMPATIENT):
+                drag.origin = here
+                with solver.dragged(drag):
                     outcome = solver.solve(q, here)
             corrections += outcome.iterations
             if (free and outcome.found) or (drag.viscosity > MOST and not outcome.found):

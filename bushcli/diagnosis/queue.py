@@ -177,7 +177,7 @@ class Search:
             # If the first one is as good as predicted, the search may be over with it.
             known = float(np.logaddexp(self.total, chosen[0].predicted))
             hoped = float(logsumexp([one.uncertain for one in self.waiting.values()]))
-            if hoped > known + math.log(LEFT):
+            if key in self.waiting and hoped > known + math.log(LEFT):
                 chosen.append(self.waiting.pop(key))
         measured = Measured(self.problem.used, self.problem.likelihood.plain, self.problem.noises)
         questions = []

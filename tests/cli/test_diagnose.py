@@ -236,7 +236,7 @@ def test_a_folder_with_a_file_of_somebody_is_refused_before_anything_is_solved(
     (tmp_path / "out" / "axial-diagnosis.csv").write_text("mine")
     done = run("-o", tmp_path / "out")
     assert done.code == 2
-    assert "axial-diagnosis.csv: is there already" in done.err
+    assert "axial-diagnosis.csv: exists already" in done.err
     assert done.asked == {}
 
 

@@ -41,9 +41,9 @@ def test_a_flow_ends_where_newton_s_method_does(model):
 
 def test_a_drag_is_a_force_against_change_alone(model):
     """None at its origin, none on pressures and on sleeves, and work on every other change."""
-    drag = Drag(model)
+    drag = Drag(model, model.state.x.array.copy(), 8)
     drag.viscosity = 2.0
-    origin, x, force = (model.create_vector() for _ in range(3))
+    origin, x, force = (model.system.create_vector() for _ in range(3))
     rng = np.random.default_rng(3)
     origin.array_w[:] = rng.standard_normal(origin.local_size)
     drag.begin(origin)
@@ -53,7 +53,7 @@ def test_a_drag_is_a_force_against_change_alone(model):
     change = rng.standard_normal(origin.local_size)
     x.array_w[:] = origin.array_r + change
     drag.add_forces(x, force)
-    idle = np.concatenate([model.owned_pressures, model.owned_constrained])
+    idle = np.concatenate([model.system.owned_pressures, model.system.owned_constrained])
     np.testing.assert_array_equal(force.array_r[idle], 0.0)
     assert force.array_r @ change > 0.0
     drag.destroy()

@@ -199,7 +199,6 @@ def test_a_model_moved_to_another_shape_has_its_surfaces_there():
     np.testing.assert_allclose(moved.size, fresh.size, rtol=1e-9)
 
 
-@pytest.mark.slow
 def test_a_cylinder_between_hard_plates_is_johnson_s():
     """Hertz's contact, with the approach of a plate to the middle of a cylinder that both of its sides press.
 
@@ -220,7 +219,6 @@ def test_a_cylinder_between_hard_plates_is_johnson_s():
         assert -force == pytest.approx(known, rel=5e-3)
 
 
-@pytest.mark.slow
 def test_a_plain_bushing_is_pressed_to_64_percent_of_its_thickness():
     """Radially by 6.4 mm of 10, with the Yeoh set of the references; the free ends fold on the way."""
     model = prepare(shapes()["plain"](**PLAIN), RADIAL, YEOH)

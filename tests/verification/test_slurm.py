@@ -41,8 +41,6 @@ echo $! >"$JOBS/pid"
 echo "Submitted batch job $!"
 """
 
-pytestmark = pytest.mark.slow
-
 
 @pytest.fixture
 def slurm(tmp_path):

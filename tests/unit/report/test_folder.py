@@ -31,7 +31,7 @@ def test_results_of_several_commands_share_a_folder(tmp_path):
 def test_a_file_that_the_result_does_not_list_is_not_replaced(tmp_path):
     write_files(tmp_path, {"result.json": RESULT}, ())
     (tmp_path / "a.csv").write_text("mine")
-    with pytest.raises(InputError, match=r"a\.csv: is there already.*does not list it"):
+    with pytest.raises(InputError, match=r"a\.csv: exists already.*does not list it"):
         write_files(tmp_path, {"result.json": RESULT, "a.csv": text("1")}, ())
     assert (tmp_path / "a.csv").read_text() == "mine"
 
