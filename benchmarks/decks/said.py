@@ -108,6 +108,9 @@ def _new(line: Line, named: Names) -> Said:
     effects: dict[str, float] = {}
     # The same effect in two rigs: it is there where it is in either, which the models know and the sum does not.
     for name, probability in (line.get("probability") or {}).items():
+        if name == "nothing":
+            # The probability of no effect is not that of an effect.
+            continue
         effects[base(name)] = max(effects.get(base(name), 0.0), float(probability or 0.0))
     for name in frozenset().union(*found) if found else ():
         effects[name] = max(effects.get(name, 0.0), sum(p for names, p in found.items() if name in names))

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.diagnosis import model_cache
-from bushcli.diagnosis.likelihood.form import EFFECTIVE, LAMBDA, PHI
+from bushcli.diagnosis.likelihood.form import LAMBDA, PHI, effective_features
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.posterior import Weighed
@@ -162,7 +162,7 @@ def _distance(right: Foretold, other: Foretold, sigma: float) -> float:
         difference @ difference - (spread.T @ difference) @ np.linalg.solve(inner, spread.T @ difference)
     )
     signal = float(np.sum((right.force / sigma) ** 2))
-    m = min(EFFECTIVE, len(difference))
+    m = effective_features(len(difference))
     v = 1.0 + (LAMBDA**2 * signal + PHI**2 * max(left, 0.0)) / m
     return max(left, 0.0) / (8.0 * v)
 

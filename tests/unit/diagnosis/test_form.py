@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bushcli.diagnosis.likelihood.features import Features
-from bushcli.diagnosis.likelihood.form import EFFECTIVE, Left, Likelihood
+from bushcli.diagnosis.likelihood.form import Left, Likelihood, effective_features
 from bushcli.diagnosis.prior import UNKNOWN
 
 COUNT = 48
@@ -85,9 +85,10 @@ def test_a_misfit_is_worth_its_effective_features():
     """Twice the misfit costs at most m log 2 per channel, and most of that where phi is known to be smaller."""
     one = likelihood([1e6], [1e7])
     loss = log(one, 0.2**2 * 1e6) - log(one, 0.4**2 * 1e6)
-    assert 0.5 * EFFECTIVE * np.log(2.0) < loss < 2.0 * EFFECTIVE * np.log(2.0)
+    (m,) = one.effective
+    assert 0.5 * m * np.log(2.0) < loss < 2.0 * m * np.log(2.0)
     few = likelihood([1e6], [1e7], count=3)
-    assert few.effective.tolist() == [3.0]
+    assert few.effective.tolist() == [effective_features(3)]
     assert log(few, 4e4) - log(few, 16e4) < 0.5 * loss
 
 
@@ -141,3 +142,9 @@ def test_the_scale_is_that_of_what_is_left():
     assert one.judge(left(0.3**2 * 1e6)).scale[0] > 3.0 * one.judge(left(0.05**2 * 1e6)).scale[0]
     assert one.judge(left(0.3**2 * 1e6)).phi > one.judge(left(0.05**2 * 1e6)).phi
     assert likelihood([0.0], [1e2]).judge(left(0.0)).scale[0] == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("count", "measured"), [(6, 2.8), (12, 2.9), (50, 8.8), (85, 12.0)])
+def test_effective_features_are_those_that_were_measured(count, measured):
+    """Medians of the participation ratios in benchmarks/form/results.jsonl, within their scatter."""
+    assert abs(np.log(effective_features(count) / measured)) < 0.53
