@@ -2,8 +2,9 @@
 
 A formula that has the right physics leaves a misfit of some `PHI` of the one without it, smooth along the path; a law
 leaves some `LAMBDA` of the force. Such a misfit has few degrees of freedom, which grow with the features of a channel
-(`effective_features`), however many samples show it. With E the sum of squares of the features of a channel beyond what noise makes expect, D that of the
-plain law, F that of the force, and m effective features, a model has the likelihood
+(`effective_features`), however many samples show it. With E the sum of squares of the features of a channel beyond
+what noise makes expect, D that of the plain law, F that of the force, and m effective features, a model has the
+likelihood
 
     log L = log of the mean over phi and lambda of prod_c v_c^(-m_c/2) exp(-(m_c + E_c) / (2 v_c)),
     v_c = 1 + (phi^2 D_c + lambda^2 F_c) / m_c.
