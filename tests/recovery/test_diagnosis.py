@@ -127,20 +127,20 @@ def test_a_poor_law_is_named_before_any_physics(tmp_path: Path) -> None:
 
 def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
     secret = {
-        "viscoelasticity": {"g1": 0.25, "tau1": 6.0},
-        "free_play": {"half_width": 0.12},
+        "viscoelasticity": {"g1": 0.15, "tau1": 6.0},
+        "mullins": {"inverse_r": 0.4, "m": 0.05, "beta": 0.05},
     }
     found = diagnose(
-        case(tmp_path, secret), effects=["friction", "viscoelasticity", "free_play", "offset"], maps=False
+        case(tmp_path, secret),
+        effects=["friction", "viscoelasticity", "free_play", "offset", "mullins"],
+        maps=False,
     )
     assert found.verdict == "missing_physics"
     assert sorted(names(found)) == sorted(secret)
-    assert found.probability["viscoelasticity"] > 0.95
-    # The play is a sixth of what viscosity does to this recording: as much as a formula of viscosity may be wrong by.
-    assert found.probability["free_play"] > 0.5
+    # Both do as much to this recording; what one of them leaves is more than its formula may be wrong by.
+    assert min(found.probability[name] for name in secret) > 0.9
     adds_up(found)
-    # Not 1.3: the steps of the march do not know where the play ends, and a sample in ten lies beside that kink.
-    assert found.channels[0].after_percent < 1.5 * 100 * NOISE < found.channels[0].before_percent
+    assert found.channels[0].after_percent < 1.3 * 100 * NOISE < found.channels[0].before_percent
     # Three standard deviations: the test's seed was not chosen for it.
     for one in found.effects:
         for key, truth in secret[one.name].items():

@@ -144,7 +144,7 @@ def test_the_scale_is_that_of_what_is_left():
     assert likelihood([0.0], [1e2]).judge(left(0.0)).scale[0] == pytest.approx(1.0, abs=1e-3)
 
 
-@pytest.mark.parametrize(("count", "measured"), [(6, 2.8), (12, 2.9), (50, 8.8), (85, 12.0)])
+@pytest.mark.parametrize(("count", "measured"), [(12, 3.1), (50, 9.3), (85, 14.0)])
 def test_effective_features_are_those_that_were_measured(count, measured):
-    """Medians of the participation ratios in benchmarks/form/results.jsonl, within their scatter."""
-    assert abs(np.log(effective_features(count) / measured)) < 0.53
+    """Medians in benchmarks/form/results.jsonl of the channels where more than noise is left, within their scatter."""
+    assert abs(np.log(effective_features(count) / measured)) < 0.3

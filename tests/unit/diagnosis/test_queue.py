@@ -27,7 +27,7 @@ NAMES = ("permanent_set", "drift", "time_lag", "warming", "viscoelasticity", "fr
 
 
 PREDICTION = Prediction(None, 0.0, 0.0, -1e3)
-TRUTH = {"drift.rate": 1.5, "permanent_set.set": 2.0}
+TRUTH = {"drift.rate": 2.5, "permanent_set.set": 3.5}
 
 
 class World:
