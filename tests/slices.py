@@ -58,7 +58,7 @@ class Slice(Meets):
             gmsh.model.mesh.setRecombine(2, tag)
         gmsh.model.occ.extrude(out, 0, 0, LAYER, numElements=[1], recombine=True)
         gmsh.model.occ.synchronize()
-        gmsh.model.mesh.generate(3)
+        _generate()
         gmsh.model.mesh.setOrder(2)
         return self.groups()
 
@@ -89,6 +89,24 @@ class Slice(Meets):
         for name, tags in parts.items():
             names[2][name] = gmsh.model.addPhysicalGroup(2, tags)
         return names
+
+
+def _generate() -> None:
+    """Mesh the layer; newer Gmsh refuses curves of the base with an odd number of elements, which get one more."""
+    try:
+        gmsh.model.mesh.generate(3)
+    except Exception as error:
+        if "divided by 2" not in str(error):
+            raise
+        gmsh.model.mesh.clear()
+        gmsh.model.mesh.generate(1)
+        for _, curve in gmsh.model.getEntities(1):
+            _, _, low, _, _, high = gmsh.model.getBoundingBox(1, curve)
+            number = sum(map(len, gmsh.model.mesh.getElements(1, curve)[1]))
+            if number % 2 and max(abs(low), abs(high)) < 1e-3:
+                gmsh.model.mesh.setTransfiniteCurve(curve, number + 2)
+        gmsh.model.mesh.clear()
+        gmsh.model.mesh.generate(3)
 
 
 class KidneySlice(Slice):
@@ -191,7 +209,7 @@ class Pillow(Slice):
             gmsh.model.mesh.setRecombine(2, face)
         occ.extrude([(2, face) for face in faces], 0, 0, LAYER, numElements=[1], recombine=True)
         occ.synchronize()
-        gmsh.model.mesh.generate(3)
+        _generate()
         gmsh.model.mesh.setOrder(2)
         return self.groups()
 
@@ -233,7 +251,7 @@ class Roller(Slice):
             gmsh.model.mesh.setRecombine(2, face)
         occ.extrude([*body, (2, plate)], 0, 0, LAYER, numElements=[1], recombine=True)
         occ.synchronize()
-        gmsh.model.mesh.generate(3)
+        _generate()
         gmsh.model.mesh.setOrder(2)
         return self.groups()
 
