@@ -1,7 +1,7 @@
 """Frozen decks of recordings whose physics is known: drawn once, kept as manifests, made, diagnosed and scored.
 
-    python -m benchmarks.decks make own /root/decks/own
-    python -m benchmarks.decks run own /root/decks/own --label new
+    python -m benchmarks.decks make own DIR/own
+    python -m benchmarks.decks run own DIR/own --label new
     python -m benchmarks.decks score --label old --label new -o docs/decks.md
 
 `about.md` says what the decks are and by what rules they are scored.
