@@ -49,7 +49,8 @@ BATCH = 2
 # Natural logarithm of the likelihood that effects have to bring to be seen: half a nat. With less to first order a fit
 # finds no more: the optimum is that of the model beside which they are tried, where first order is exact.
 FAINT = 0.5
-# Factor on the change of the log likelihood where the derivatives are those of the plain law's curves.
+# Factor on the predicted gain where the derivatives are those beside the plain law: judgement, since beside the fitted
+# effects they differ by some unknown share of themselves.
 BORROWED = 2.0
 
 

@@ -242,7 +242,7 @@ class Diagnosis:
     Attributes
     ----------
     verdict
-        Of the most probable model: "explained", the plain law alone; "missing_physics", effects are named;
+        By sums over models: "explained", the plain law alone; "missing_physics", effects are named;
         "law_too_poor", another law without any effect; "unexplained", with the unknown effect. "faulty_data": a fault
         of the data must be mended first, and nothing was fitted beyond the plain law.
     asked

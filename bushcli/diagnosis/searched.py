@@ -39,7 +39,7 @@ class Searched:
     Attributes
     ----------
     complete : bool
-        Whether all that could hold more than 1 % of the posterior was fitted.
+        Whether the search ended because further fits could move no more than `queue.LEFT` of the posterior.
     left : float
         Share of the posterior that models in the queue may hold, by their predictions.
     ended : {"nothing left", "budget", "interrupted"}

@@ -40,7 +40,7 @@ rad), largest force (N or N mm), their quotient (stiffness) and its reciprocal (
 the rubber (mm), shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear"
 and "force/duration" are quotients of them."""
 
-# A log-uniform prior has half-normal tails beyond its ends: standard deviation in the logarithm.
+# A log-uniform prior has normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5
 # Degrees of freedom of Student's t: the fewest whole number with a variance.
 FREEDOM = 3.0
@@ -131,29 +131,6 @@ class Prior:
         beyond = max(0.0, math.log(self.low / size), math.log(size / self.high))
         return per_value - 0.5 * (beyond / TAIL) ** 2 - math.log(self._width())
 
-    def slope(self, value: float, scales: Scales) -> float:
-        """Return the derivative of `log_density` by the value.
-
-        A logarithmic prior is differentiated without the Jacobian 1/value: the maximum a posteriori is that in the
-        logarithm of the parameter, which does not run towards zero.
-
-        Parameters
-        ----------
-        value : float
-            In the unit of the parameter; of a choice its index.
-        scales : Scales
-            What the prior is relative to: duration (s), travel (mm or rad), force (N or N mm) and so on.
-        """
-        if self.shape == "choice":
-            return 0.0
-        unit = self.unit(scales)
-        x = value / unit
-        if not self.is_logarithmic:
-            return -self.weight(value, scales) * value
-        if x == 0.0:
-            return 0.0
-        return self._log_slope(abs(x)) / value
-
     def curvature(self, value: float, scales: Scales) -> float:
         """Return the precision of the prior: 1 / variance, per unit of the parameter squared; at least 0.
 
@@ -180,16 +157,6 @@ class Prior:
         # A uniform density over a width w has the variance w^2 / 12.
         spread = math.log(self.high / self.low) / math.sqrt(12.0) if inside else TAIL
         return 1.0 / (spread * value) ** 2
-
-    def _log_slope(self, size: float) -> float:
-        """Return the derivative of the logarithm's log density by the logarithm."""
-        if self.shape == "log_normal":
-            return -math.log(size / self.low) / self.high**2
-        if size < self.low:
-            return math.log(self.low / size) / TAIL**2
-        if size > self.high:
-            return -math.log(size / self.high) / TAIL**2
-        return 0.0
 
     def row(self, value: float, scales: Scales) -> tuple[float, float]:
         """Return a residual whose half square is the negative log density up to a constant, and its derivative.

@@ -1,4 +1,4 @@
-"""Priors: densities, their slopes, and where values are usual."""
+"""Priors: densities, their residuals, and where values are usual."""
 
 from __future__ import annotations
 
@@ -96,25 +96,6 @@ def test_the_tail_is_a_probability(prior: Prior) -> None:
 
 
 @ALL
-def test_the_slope_is_that_of_the_density(prior: Prior) -> None:
-    low, high = prior.range(SCALES)
-    for share in (-0.1, 0.1, 0.5, 0.9, 1.3):
-        value = low + share * (high - low)
-        if prior.is_logarithmic:
-            value = low * (high / low) ** share
-        if value < 0.0 and prior.shape == "half_t":
-            continue
-        step = 1e-5 * (high - low if not prior.is_logarithmic else value)
-
-        def log(x: float) -> float:
-            # A logarithmic prior is one of the logarithm: without the Jacobian.
-            return prior.log_density(x, SCALES) + (math.log(abs(x)) if prior.is_logarithmic else 0.0)
-
-        found = (log(value + step) - log(value - step)) / (2 * step)
-        assert prior.slope(value, SCALES) == pytest.approx(found, rel=1e-5, abs=1e-5 / step * 1e-6)
-
-
-@ALL
 def test_rows_are_the_density_and_curvatures_their_derivative(prior: Prior) -> None:
     low, high = prior.range(SCALES)
     top = prior.median(SCALES) if prior.is_logarithmic else 0.0
@@ -128,7 +109,6 @@ def test_rows_are_the_density_and_curvatures_their_derivative(prior: Prior) -> N
         step = 1e-5 * value
         found = (prior.row(value + step, SCALES)[0] - prior.row(value - step, SCALES)[0]) / (2 * step)
         assert slope == pytest.approx(found, rel=1e-4, abs=1e-12)
-        assert -residual * slope == pytest.approx(prior.slope(value, SCALES), rel=1e-9, abs=1e-12)
         if prior.shape != "log_uniform":
             assert prior.curvature(value, SCALES) == pytest.approx(slope**2)
     if prior.shape == "log_uniform":
