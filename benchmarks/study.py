@@ -51,7 +51,8 @@ WORKERS = 2
 def study(runs: int) -> Iterator[str]:
     """Yield the tables of studies; `runs` plays no part, since each is long enough by itself."""
     yield "### Studies\n"
-    yield f"| study | designs | wall clock | processor | per design | on {WORKERS} quiet cores | memory |\n{'| --- ' * 7}|"
+    columns = f"| study | designs | wall clock | processor | per design | on {WORKERS} quiet cores | memory |"
+    yield f"{columns}\n{'| --- ' * 7}|"
     for load, designs in ((AXIAL, 1000), (RADIAL, 200), (AXIAL, 4000)):
         yield _throughput(load, designs)
     yield f"\n| one process, processor time | per design | march alone | ratio |\n{'| --- ' * 4}|"

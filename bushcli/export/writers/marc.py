@@ -2,9 +2,9 @@
 
 The fields of Marc's input file are in volume C of its manual, which could not be had, so no input deck is written.
 Commands of Mentat that set a material's Mooney and Ogden constants and its density are public in many scripts that run
-them; those for the bulk modulus, for the Arruda-Boyce and Gent laws and for viscoelastic terms were found in none. These
-values stand in comments, under the names of the manual, and the material's name then ends in ``_incomplete``. Nothing
-was tried on a Marc. Marc's energies (manual, volume A): MOONEY C10 (I1-3) + C01 (I2-3) + C11 (I1-3)(I2-3) + C20
+them; those for the bulk modulus, for the Arruda-Boyce and Gent laws and for viscoelastic terms were found in none. They
+stand in comments, under the names of the manual, and the material's name then ends in ``_incomplete``. Nothing was
+tried on a Marc. Marc's energies (manual, volume A): MOONEY C10 (I1-3) + C01 (I2-3) + C11 (I1-3)(I2-3) + C20
 (I1-3)^2 + C30 (I1-3)^3, OGDEN sum mu_n/alpha_n (l1^alpha_n + l2^alpha_n + l3^alpha_n - 3), ARRUDBOYCE with nkT = mu and
 N = lambda_m^2, GENT -E Im/6 ln(1 - (I1 - 3)/Im), so E = 3 mu. VISCELMOON and VISCELOGDEN take the shares of the
 stiffness in a sudden step that relax, and the law is then that of a sudden step.
