@@ -64,6 +64,8 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
     chosen, units = writer_for(program), unit_system(system)
     if run.output is not None:
         check_file(run.output)
+    if chosen.kind == "force_law" and run.output is None:
+        raise InputError(Problem("bushcli export", "an FMU is an archive, not text", "", "-o FILE.fmu"))
     if run.json and run.output is None:
         raise InputError(Problem("--json", "needs a file for the export itself", "", "-o FILE"))
     source = read_source(run.path, run.overrides).without(without)
@@ -83,8 +85,6 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
         for line in _said(order.bushing):
             run.say(line)
         run.emit(_summary(run, chosen, source, order.units.name, order.bushing))
-    elif chosen.kind == "force_law":
-        raise InputError(Problem("bushcli export", "an FMU is an archive, not text", "", "-o FILE.fmu"))
     else:
         click.echo(content.decode("ascii"), nl=False)
     return DONE
