@@ -163,6 +163,28 @@ def test_channels_of_any_name_can_be_chosen(tmp_path):
     np.testing.assert_allclose(found["path.fx"].six.motion[:, 2], MOTIONS["uz_mm"], rtol=1e-12, atol=1e-12)
 
 
+def test_init_from_a_file_with_motions_and_reactions_writes_a_path(tmp_path):
+    from bushcli.case.from_files import case_from_files
+
+    write_mdf(tmp_path / "run.mf4", (COARSE, EVERY_FIFTH), (TIME, FORCES))
+    text = case_from_files([tmp_path / "run.mf4"], tmp_path)
+    assert 'mode = "path"' in text
+    assert "motions and reactions found: ux, uz, rz, fx, fz, mz" in text
+    (tmp_path / "case.toml").write_text(text)
+    assert [one.label for one in load_case(tmp_path / "case.toml").recordings] == [
+        "path.fx",
+        "path.fz",
+        "path.mz",
+    ]
+
+
+def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
+    write_mdf(tmp_path / "run.mf4", (TIME, {**MOTIONS, **FORCES}))
+    before = recordings(tmp_path, "run.mf4")["path.fx"].force
+    write_mdf(tmp_path / "run.mf4", (TIME, {**MOTIONS, **{k: 2.0 * v for k, v in FORCES.items()}}))
+    np.testing.assert_allclose(recordings(tmp_path, "run.mf4")["path.fx"].force, 2.0 * before, rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("groups", "sentence"),
     [
