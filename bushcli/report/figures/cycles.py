@@ -106,8 +106,11 @@ def _energy(axes: Axes, history: History) -> None:
     _by_cycle(axes, series, history, bars=True)
     axes.axhline(0, color=GREY, lw=0.8, zorder=1)
     axes.set(ylabel=f"energy [{energy_unit(history.mode)}]")
-    legend(axes, loc="upper left")
     axes.margins(y=0.12)
+    # Above the bars and their errors.
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.2 * (high - low))
+    legend(axes, loc="upper left", ncols=2)
     title = "hysteresis energy of closed cycles (error bars: ± 2 standard errors)"
     axes.set_title(title, fontsize=9, fontweight="normal", pad=4)
 
