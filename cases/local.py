@@ -35,8 +35,8 @@ class Cells:
     ----------
     points : shape (n, 2) or (n, 3)
         Corners, mm: (R, Z) of the half-plane, or x, y, z.
-    corners : shape (m, 4) or (m, 8)
-        By cell, in tensor-product order.
+    corners : shape (m, 3), (m, 4) or (m, 8)
+        By cell: of triangles or tetrahedra, and of quadrilaterals or hexahedra in tensor-product order.
     volume : shape (m,)
         mm^3, of the whole bushing: mirror images and the turn about the axis included.
     """

@@ -50,6 +50,8 @@ RELATIVE_FLOOR = 0.05
 REACHED = 60
 # Failed steps that any march is allowed.
 PATIENCE = 3
+# Solved curves that are kept: one fit often begins where another one ended, and a curve may take some seconds.
+KEPT = 32
 # No recording is trusted to better than this share of its force range: models and rigs are not.
 NOISE_FLOOR = 1e-3
 
@@ -120,6 +122,8 @@ class Channel:
         self.patience: int | None = None
         # Most failed steps of a march that reached its end; None before the first one did.
         self.hardest: int | None = None
+        # By values and names of the derivatives.
+        self._solved: dict[tuple[object, ...], Answer] = {}
         self.odd = is_odd(shape, mode)
         q = recording.displacement
         self.coupon = mode.specimen == "coupon"
@@ -166,7 +170,16 @@ class Channel:
             q = self.recording.displacement
             return Answer(q, answer.force[self._used], answer.slope[self._used])
         # Those of effects that do not act on this channel are none of its model's.
-        self.model.set_parameters({k: v for k, v in parameters.items() if k in self.model.constants})
+        own = {k: v for k, v in parameters.items() if k in self.model.constants}
+        self.model.set_parameters(own)
+        asked = (*own.items(), *names)
+        if asked not in self._solved:
+            if len(self._solved) == KEPT:
+                self._solved.pop(next(iter(self._solved)))
+            self._solved[asked] = self._swept(names)
+        return self._solved[asked]
+
+    def _swept(self, names: Sequence[str]) -> Answer:
         ends: list[Array] = []
 
         def at_the_end(solver: Equilibrium) -> None:
@@ -174,11 +187,7 @@ class Channel:
                 ends.append(principal_stretches(self.model).reshape(-1, 3))
 
         history = sweep(
-            self.model,
-            self.targets,
-            sensitivity=tuple(names),
-            observer=at_the_end,
-            patience=self._patience,
+            self.model, self.targets, sensitivity=tuple(names), observer=at_the_end, patience=self._patience
         )
         self._remember(history)
         none = np.zeros((len(history.force), 0))

@@ -7,14 +7,15 @@ import numpy as np
 from bushcli.diagnosis.where.maps import LocalMap
 from bushcli.report.figures.diagnosis_map import numbering
 
-# VTK numbers corners around a ring, first below, then above.
-_RING = {
-    ("tensor", 4): (0, 1, 3, 2),
-    ("tensor", 8): (0, 1, 3, 2, 4, 5, 7, 6),
-    ("ring", 4): (0, 1, 2, 3),
-    ("ring", 8): (0, 1, 2, 3, 4, 5, 6, 7),
+# VTK's number of each kind of cell, and its order of corners: around a ring, first below, then above.
+_VTK = {
+    ("simplex", 3): (5, (0, 1, 2)),
+    ("simplex", 4): (10, (0, 1, 2, 3)),
+    ("tensor", 4): (9, (0, 1, 3, 2)),
+    ("tensor", 8): (12, (0, 1, 3, 2, 4, 5, 7, 6)),
+    ("ring", 4): (9, (0, 1, 2, 3)),
+    ("ring", 8): (12, (0, 1, 2, 3, 4, 5, 6, 7)),
 }
-_VTK_QUAD, _VTK_HEXAHEDRON = 9, 12
 
 
 def map_vtu(found: LocalMap) -> str:
@@ -27,9 +28,9 @@ def map_vtu(found: LocalMap) -> str:
     corners = found.cells.shape[1]
     points = np.zeros((len(found.points), 3))
     points[:, : found.points.shape[1]] = found.points
-    cells = found.cells[:, _RING[numbering(found), corners]]
+    kind, order = _VTK[numbering(found), corners]
+    cells = found.cells[:, order]
     offsets = corners * np.arange(1, len(cells) + 1)
-    kind = _VTK_QUAD if corners == 4 else _VTK_HEXAHEDRON
     return f"""<?xml version="1.0"?>
 <VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">
 <UnstructuredGrid><Piece NumberOfPoints="{len(points)}" NumberOfCells="{len(cells)}">

@@ -69,8 +69,8 @@ class LocalMap:
     channels : tuple of str
     points : shape (n, 2) or (n, 3)
         Corners of the cells, mm: (R, Z) of the half-plane, or x, y, z.
-    cells : shape (m, 4) or (m, 8)
-        Corners by cell.
+    cells : shape (m, 3), (m, 4) or (m, 8)
+        Corners by cell: of triangles or tetrahedra, quadrilaterals, hexahedra.
     factor : shape (m,)
         Regularised change of stiffness that the misfit asks for: 0.1 is 10 % stiffer.
     local_gain, uniform_gain : float

@@ -31,6 +31,8 @@ from bushcli.report.quantity import Quantities, number, percent, quantities
 _MOST = 6
 # Up to this many cycles are bars; more of them are lines.
 _BARS = 24
+# Secants that differ by less than this share are drawn as one.
+_SAME = 1e-5
 
 
 def history_figures(histories: Sequence[History], names: Mapping[str, str]) -> tuple[Picture, ...]:
@@ -106,8 +108,13 @@ def _energy(axes: Axes, history: History) -> None:
     _by_cycle(axes, series, history, bars=True)
     axes.axhline(0, color=GREY, lw=0.8, zorder=1)
     axes.set(ylabel=f"energy [{energy_unit(history.mode)}]")
-    legend(axes, loc="upper left")
     axes.margins(y=0.12)
+    # Above the bars and their errors.
+    low, high = axes.get_ylim()
+    if not any(one.value or one.std for _, _, found in series for one in found.values()):
+        low, high = -1.0, 1.0
+    axes.set_ylim(low, high + 0.2 * (high - low))
+    legend(axes, loc="upper left", ncols=2)
     title = "hysteresis energy of closed cycles (error bars: ± 2 standard errors)"
     axes.set_title(title, fontsize=9, fontweight="normal", pad=4)
 
@@ -124,6 +131,10 @@ def _secant(axes: Axes, history: History, shown: Quantities) -> None:
     axes.set(xlabel="cycle", ylabel=f"secant [{shown.stiffness_unit}]")
     axes.set_title("secant stiffness, peak to peak of each cycle", fontsize=9, fontweight="normal", pad=4)
     axes.margins(y=0.15)
+    low, high = axes.get_ylim()
+    # A law without memory has one secant; what its cycles differ by is rounding.
+    if high - low < _SAME * max(abs(low), abs(high)):
+        axes.set_ylim(min(0.95 * low, 1.05 * low), max(0.95 * high, 1.05 * high))
 
 
 def _by_cycle(

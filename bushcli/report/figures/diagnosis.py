@@ -55,9 +55,11 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
         file, title = names[channel.name], diagnosed_title(channel)
         figure = diagnosed_figure(found, channel)
         drawn.append(picture(f"{file}-diagnosis", "diagnosed", title, figure, channel.name))
-        title = f"{channel.name}: where in the record the simulation misses"
-        figure = record_figure(found, channel)
-        drawn.append(picture(f"{file}-record-map", "record_map", title, figure, channel.name))
+        # One that is held out takes part in nothing, and may have no bins.
+        if any(one.channel == channel.name for one in found.location.bins):
+            title = f"{channel.name}: where in the record the simulation misses"
+            figure = record_figure(found, channel)
+            drawn.append(picture(f"{file}-record-map", "record_map", title, figure, channel.name))
         profiles = [] if found.missing is None else found.missing.profiles
         own = [one for one in profiles if one.channel == channel.name]
         if own:

@@ -26,9 +26,10 @@ _LEAST = 0.02
 # Characters in a line of the title.
 _LINE = 50
 _LONGEST = 4.6  # inches of the drawing's longer side
-# Corners of a face in order around it, among those of a cell in tensor-product and in ring numbering.
-_SECTION = {"tensor": ((0, 1, 3, 2),), "ring": ((0, 1, 2, 3),)}
+# Corners of a face in order around it, among those of a cell: of a simplex, in tensor-product and in ring numbering.
+_SECTION = {"simplex": ((0, 1, 2),), "tensor": ((0, 1, 3, 2),), "ring": ((0, 1, 2, 3),)}
 _SOLID = {
+    "simplex": ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)),
     "tensor": ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)),
     "ring": ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (3, 2, 6, 7), (0, 3, 7, 4), (1, 2, 6, 5)),
 }
@@ -86,11 +87,13 @@ def map_figure(found: LocalMap) -> Figure:
 
 
 def numbering(found: LocalMap) -> str:
-    """Whether a cell's corners are numbered as a tensor product or around a ring.
+    """Whether cells are simplices, or their corners are numbered as a tensor product or around a ring.
 
     The first four are a face: in a tensor product its diagonals join corners 0, 3 and 1, 2, in a ring 0, 2 and 1, 3.
     Diagonals have one middle, in a parallelogram exactly and in any sensible cell nearly.
     """
+    if found.cells.shape[1] == found.points.shape[1] + 1:
+        return "simplex"
     a, b, c, d = (found.points[found.cells[:, i]] for i in range(4))
     tensor = float(np.linalg.norm(a + d - b - c, axis=1).sum())
     ring = float(np.linalg.norm(a + c - b - d, axis=1).sum())
@@ -113,7 +116,7 @@ def _solid(found: LocalMap) -> tuple[Array, Array, Array]:
     whole = middle[:, 1].min() < -0.1 * reach and middle[:, 1].max() > 0.1 * reach
     shown = np.flatnonzero(middle[:, 1] >= 0.0 if whole else np.full(len(middle), True))
     corners = np.array(_SOLID[numbering(found)])
-    faces = found.cells[shown][:, corners].reshape(-1, 4)
+    faces = found.cells[shown][:, corners].reshape(-1, corners.shape[1])
     owner = np.repeat(shown, len(corners))
     _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
     outside = first[count == 1]

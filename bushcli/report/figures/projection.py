@@ -243,12 +243,12 @@ def shade(pieces: Array, view: View) -> Array:
 
     Parameters
     ----------
-    pieces : (n, 4, 3) array
-        Corners of the faces, mm.
+    pieces : (n, 3, 3) or (n, 4, 3) array
+        Corners of the faces in order around them, mm.
     view : View
         Direction of view.
     """
-    normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, 3] - pieces[:, 1])
+    normal = np.cross(pieces[:, 2] - pieces[:, 0], pieces[:, -1] - pieces[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     light = view.towards + 0.7 * view.up - 0.5 * view.right
     return np.asarray(0.84 + 0.16 * np.abs(normal @ light) / np.linalg.norm(light))

@@ -15,7 +15,7 @@ from bushcli.recording.curve import Curve
 from bushcli.recording.source import Source
 from bushcli.report.cycles import response_histories, unexplained_hysteresis
 from bushcli.report.cycles_tables import cycle_table, history_tables, hold_table
-from bushcli.report.figures.cycles import history_figures
+from bushcli.report.figures.cycles import cycle_figure, history_figures
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -98,6 +98,20 @@ def test_a_program_alone_has_simulated_cycles(answer, channel):
     assert not history.has_recording
     assert cycle_table(history).heads == ("cycle", "mm", "energy, N mm", "loss, %", "secant, N/mm", "peak, N")
     assert cycle_table(history).rows[0][:2] == ("1", "0 to 4")
+
+
+def test_the_rounding_of_a_solver_is_no_loop(answer, channel):
+    """A law without memory, solved to some 1e-8: no energy, one secant, and no factor of 1e-6 at an axis."""
+    q = np.concatenate([np.linspace(0, 4, 9), np.linspace(3.5, 0, 8), np.linspace(0.5, 4, 8)])
+    q = np.concatenate([q, np.linspace(3.5, 0, 8)])
+    for size, lossless in ((1e-8, True), (1e-3, False)):
+        force = elastic(q) * (1.0 + size * np.sin(7.0 * np.arange(len(q))))
+        found = answer(channel("axial", curve=Curve("axial", q, force), surface=None))
+        (history,) = histories(found)
+        assert [one.energy.value == 0.0 for one in history.simulated] == [lossless, lossless]
+        _, energy, secant = cycle_figure(history).axes
+        assert (np.ptp(energy.get_ylim()) == pytest.approx(2.4)) == lossless
+        assert (np.ptp(secant.get_ylim()) > 20.0) == lossless
 
 
 def test_rotations_are_in_degrees(answer, channel):

@@ -724,6 +724,36 @@ def test_a_section_is_mirrored_and_a_solid_shows_its_outside(diagnoses):
         assert len(drawn.get_paths()) == faces
 
 
+def test_maps_on_triangles_and_tetrahedra_are_drawn_and_written(diagnoses):
+    """As sections and CAD parts have them: the unit square and the unit cube, cut into simplices."""
+    square, cube = diagnoses.half_plane(across=1, along=1), diagnoses.solid()
+    corners = np.array([(x, y, z) for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
+    # Six tetrahedra around the diagonal from corner 0 to corner 7.
+    tets = np.array(
+        [(0, 1, 3, 7), (0, 3, 2, 7), (0, 2, 6, 7), (0, 6, 4, 7), (0, 4, 5, 7), (0, 5, 1, 7)], dtype=int
+    )
+    flat = replace(
+        square, points=corners[:4, :2], cells=np.array([(0, 1, 2), (1, 3, 2)]), factor=np.array([0.1, -0.1])
+    )
+    solid = replace(cube, points=corners, cells=tets, factor=np.linspace(-0.2, 0.2, 6))
+    for one, faces, kind in ((flat, 2 * 2, 5), (solid, 6 * 2, 10)):
+        (drawn,) = (c for c in map_figure(one).axes[0].collections if isinstance(c, PolyCollection))
+        assert len(drawn.get_paths()) == faces
+        root = ET.fromstring(map_vtu(one))
+        arrays = {a.get("Name"): np.array(a.text.split(), dtype=float) for a in root.iter("DataArray")}
+        assert (arrays["types"] == kind).all()
+        assert np.array_equal(arrays["connectivity"].reshape(one.cells.shape), one.cells)
+
+
+def test_a_channel_without_places_in_its_record_has_no_picture_of_them(case, diagnoses):
+    """One that is held out takes part in nothing."""
+    found = diagnoses.diagnosis(case(), "missing_physics")
+    names = {one.name: one.name for one in (*found.channels, *found.maps)}
+    assert any(one.kind == "record_map" for one in diagnosis_figures(found, names))
+    bare = replace(found, location=replace(found.location, bins=()))
+    assert not any(one.kind == "record_map" for one in diagnosis_figures(bare, names))
+
+
 def test_colours_of_a_map_say_softer_and_stiffer(diagnoses):
     one = diagnoses.half_plane()
     (drawn,) = (c for c in map_figure(one).axes[0].collections if isinstance(c, PolyCollection))
