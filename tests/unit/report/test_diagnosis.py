@@ -69,7 +69,15 @@ def test_json_is_what_scripts_rely_on(case, diagnoses):
     assert document["probability"]["friction"] == 0.67
     assert {"unknown", "nothing"} <= document["probability"].keys()
     best = document["models"][0]
-    assert best.keys() == {"law", "effects", "probability", "log_evidence", "misfit", "form_error", "variants"}
+    assert best.keys() == {
+        "law",
+        "effects",
+        "probability",
+        "log_evidence",
+        "misfit",
+        "form_error",
+        "variants",
+    }
     assert best["effects"] == ["mullins", "friction"]
     # Without the first; by the effects' own names.
     assert document["rivals"] == [["mullins", "viscoelasticity"], ["mullins", "friction", "offset"]]
