@@ -233,7 +233,9 @@ class Effect:
         """The parameters whose `off` values switch the effect off."""
         return tuple(p for p in self.parameters if p.off is not None)
 
-    def is_told_from_law(self, having: Collection[str], channels: Collection[str], law_held: bool) -> bool:
+    def is_distinguishable_from_law(
+        self, having: Collection[str], channels: Collection[str], law_held: bool
+    ) -> bool:
         """Whether the effect can change a curve in a way that a law fitted to the same recordings cannot.
 
         Parameters
@@ -280,7 +282,7 @@ def rig_of(name: str) -> str:
     return name.partition(_AT)[2]
 
 
-def spoken(name: str) -> str:
+def readable_name(name: str) -> str:
     """Return the name of an effect for a sentence: "offset (radial)" for "offset@radial"."""
     rig = rig_of(name)
     return f"{effect_name(name)} ({rig})" if rig else name
