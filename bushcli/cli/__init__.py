@@ -1,7 +1,7 @@
 """The command line: reads arguments, calls the functions that do the work, prints. Nothing else prints.
 
 Data go to stdout, narration and progress to stderr. What a command needs is imported inside it, so that --help answers
-at once. Under MPI every rank does the same and the first one speaks.
+at once. Under MPI every rank does the same and only the first one prints.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ WORTH, APART = 0.1, math.log(20.0)
 
 @dataclass(frozen=True)
 class ExpectedCurve:
-    """The curve that a model predicts for a recording: force (n,) and the spread of it that its parameters leave, (n, p)."""
+    """Curve that a model predicts for a recording: force (n,), and its spread by the parameters, (n, p)."""
 
     force: Array
     spread: Array

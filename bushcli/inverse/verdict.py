@@ -102,7 +102,7 @@ def profiles_cut_short() -> Condition:
     )
 
 
-def history_not_kept(reason: str) -> Condition:
+def history_not_saved(reason: str) -> Condition:
     """The evaluations could not be written for `--resume`."""
     return Condition(
         "history_not_kept",
