@@ -108,7 +108,7 @@ class Mode:
         """
         if "z" not in planes:
             return False
-        # Linear in the coordinates but for a constant: four points tell all.
+        # Linear in the coordinates but for a constant: four points determine it.
         x = np.column_stack([np.zeros(3), np.eye(3)])
         q = 0.3
         motion = self.solid.motion(x, q)

@@ -43,7 +43,7 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
 
 
 def stretch_points(model: Model, points: Array | None = None, region: str = "rubber") -> Points:
-    """Points at which `principal_stretches` looks, for several states of a model.
+    """Points at which `principal_stretches` evaluates, for several states of a model.
 
     Parameters
     ----------

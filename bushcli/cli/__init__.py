@@ -34,7 +34,7 @@ class _Group(click.Group):
     def main(self, *args: Any, **extra: Any) -> Any:
         # Open MPI does not start without it, and Python knows it from the system's list of users.
         os.environ.setdefault("HOME", _home())
-        # 20 ms of each start: pydantic would look for plugins in all packages, and check the schemas that it makes.
+        # 20 ms of each start: pydantic would search all packages for plugins, and check the schemas that it makes.
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
         try:
