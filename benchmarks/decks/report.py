@@ -167,9 +167,7 @@ def _times(runs: Runs) -> str:
             row.append(f"{len(s)}: {statistics.median(s):.0f}, {max(s):.0f}" if s else "")
         rows.append(row)
     head = ["channels", *(f"{label}: recordings: median, longest (s)" for label in runs)]
-    return "### Seconds\n\nProcessor time where it was measured, else wall clock.\n\n" + table(
-        head, rows
-    )
+    return "### Seconds\n\nProcessor time where it was measured, else wall clock.\n\n" + table(head, rows)
 
 
 def _seconds(item: Item) -> float:
