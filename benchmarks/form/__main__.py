@@ -1,4 +1,7 @@
-"""`python -m benchmarks.form measure DIR`, and `... table`: how wrong formulas of the right physics are."""
+"""How wrong formulas of the right physics are, and how many effective features an error of form has.
+
+`python -m benchmarks.form measure DIR` and `... table`; `... keep DIR --to FOLDER` and `... again FOLDER`.
+"""
 
 from __future__ import annotations
 
@@ -22,15 +25,37 @@ NODES = np.linspace(-3.0, 3.0, 25)
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.form", description=__doc__)
-    parser.add_argument("work", choices=["measure", "table"])
+    parser.add_argument("work", choices=["measure", "table", "keep", "again"])
     parser.add_argument(
         "folder", nargs="?", type=Path, help="of the development deck (benchmarks.decks make dev)"
     )
     parser.add_argument("--only", nargs="*", default=None, help="numbers of recordings")
+    parser.add_argument("--to", type=Path, help="folder for the diagnoses that `again` judges")
+    parser.add_argument("--budget", type=float, default=300.0, help="seconds of each diagnosis")
     chosen = parser.parse_args()
+    if chosen.work == "keep":
+        keep(chosen.folder, chosen.to, chosen.only, chosen.budget)
+        return
+    if chosen.work == "again":
+        from benchmarks.form.again import table as judged_again
+
+        print(judged_again(chosen.folder))
+        return
     if chosen.work == "measure":
         measure(chosen.folder, chosen.only)
     print(table([json.loads(line) for line in RESULTS.read_text().splitlines()]))
+
+
+def keep(folder: Path, to: Path, only: list[str] | None, budget: float) -> None:
+    """Diagnose what is not kept yet."""
+    from benchmarks.form import again
+
+    to.mkdir(parents=True, exist_ok=True)
+    for name in again.names_of(folder):
+        if (to / f"{name}.pkl").exists() or (only is not None and name not in only):
+            continue
+        again.keep(folder / "cases" / name / "case.toml", to / f"{name}.pkl", budget)
+        print(name, flush=True)
 
 
 def measure(folder: Path, only: list[str] | None) -> None:

@@ -63,12 +63,12 @@ def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]
     base = search.plain.evidence.log
     return tuple(
         RankedModel(
-            one.state.model.law,
+            one.model.law,
             one.effects,
             one.probability,
             one.log_evidence - base,
-            None if one.predicted else one.state.size,
-            None if one.predicted else one.state.evidence.judged.phi,
+            one.state.size if one.predicted is None else None,
+            one.state.evidence.judged.phi if one.predicted is None else None,
         )
         for one in models
         if one.probability >= SHOWN

@@ -45,7 +45,9 @@ class Evidence:
     left : Left
         What the model leaves.
     covariance : shape (p, p)
-        Of the parameters, in their own units; the posterior of the model without the unknown effect.
+        Of the parameters, in their own units; the posterior of the model without the unknown effect, with an error of
+        form of its usual size at least: what formulas get wrong along the slopes of their own parameters is taken up
+        by these, and what is left says nothing of it.
     """
 
     log: float
@@ -83,14 +85,14 @@ def evidence(
     judged, unknown = likelihood.judge(left), likelihood.judge_unknown(left)
     signal = float(likelihood.signal.sum())
     units, density, precision = _prior(slopes, values, known, signal)
-    found, covariance = [], np.zeros((0, 0))
+    found = []
     for one in (judged, unknown):
         gram, slope = _gram(likelihood.features, misfit, slopes, one.scale)
-        log, inverse = _laplace(gram, slope, units, density, precision, values, known, off)
-        found.append(one.log + log)
-        if one is judged:
-            covariance = inverse * np.outer(units, units)
-    return Evidence(found[0], found[1], judged, unknown, left, covariance)
+        found.append(one.log + _laplace(gram, slope, units, density, precision, values, known, off)[0])
+    wide = [max(a, float(b)) for a, b in zip(judged.scale, likelihood.variances(), strict=True)]
+    gram, slope = _gram(likelihood.features, misfit, slopes, wide)
+    covariance = _laplace(gram, slope, units, density, precision, values, known, off)[1]
+    return Evidence(found[0], found[1], judged, unknown, left, covariance * np.outer(units, units))
 
 
 def _gram(

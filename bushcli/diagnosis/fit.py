@@ -74,6 +74,28 @@ class Measured:
     noises: tuple[NoiseModel, ...] = ()
 
 
+@dataclass(frozen=True)
+class _End:
+    """Where a search ended; less means a lower objective.
+
+    Attributes
+    ----------
+    objective : float
+    x : shape (p,)
+    converged : bool
+    at_wall : bool
+        Better parameters could not be solved.
+    """
+
+    objective: float
+    x: Array
+    converged: bool
+    at_wall: bool = False
+
+    def __lt__(self, other: _End) -> bool:
+        return self.objective < other.objective
+
+
 class Posterior(Problem):
     """The least-squares problem whose sum of squares is twice the negative logarithm of the posterior density."""
 
@@ -192,20 +214,22 @@ def fit(
             else None
         )
     initial = _first_solved(problem, model, start, lower, upper)
-    best: tuple[float, Array, bool] | None = None
-    if initial is not None:
-        best = _searched(problem, initial, lower, upper)
-    for other in contained[:1] if best is None or best[0] > least + WORSE else ():
+    best = None if initial is None else _searched(problem, initial, lower, upper)
+    if best is not None and best.at_wall:
+        # What the law alone is fitted to may be a law that can hardly be solved, and no way leads from there.
+        own = _own(problem, start, lower, upper)
+        best = best if own is None else min(best, _searched(problem, own, lower, upper))
+    for other in contained[:1] if best is None or best.objective > least + WORSE else ():
         for channel in problem.channels:
             model_cache.set_patience(channel, None)
         at = _admitted(problem, _vector(problem, model.off(other), start))
         if not np.isfinite(problem.residual(at)).all():
             continue
         # The optimum of what it contains, as it is: at a bound, where a search cannot begin.
-        found = problem.objective(at), at, True
+        found = _End(problem.objective(at), at, True)
         again = _searched(problem, inside(at, lower, upper), lower, upper)
-        best = min([one for one in (best, found, again) if one is not None], key=lambda one: one[0])
-    return None if best is None else fitted(model, problem, best[1], best[2])
+        best = min(one for one in (best, found, again) if one is not None)
+    return None if best is None else fitted(model, problem, best.x, best.converged)
 
 
 def pose(
@@ -270,10 +294,13 @@ def _first_solved(problem: Posterior, model: Model, start: Array, lower: Array, 
         initial = inside(np.clip(point, lower, upper), lower, upper)
         if np.isfinite(problem.residual(initial)).all():
             return initial
+    return _own(problem, start, lower, upper)
+
+
+def _own(problem: Posterior, start: Array, lower: Array, upper: Array) -> Array | None:
+    """Return the law's own start brought to scale, with the effects of the start; None where it cannot be solved."""
     own = inside(own_start(problem, np.clip(start, lower, upper)), lower, upper)
-    if np.isfinite(problem.residual(own)).all():
-        return scaled(problem, own, lower, upper)
-    return None
+    return scaled(problem, own, lower, upper) if np.isfinite(problem.residual(own)).all() else None
 
 
 def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
@@ -290,18 +317,18 @@ def _starts(problem: Posterior, model: Model, start: Array) -> list[Array]:
     return found
 
 
-def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) -> tuple[float, Array, bool]:
+def _searched(problem: Posterior, initial: Array, lower: Array, upper: Array) -> _End:
     if any(not channel.coupon for channel in problem.channels):
         try:
             problem.watch(initial)
         except NotConverged:
-            return problem.objective(initial), initial, False
+            return _End(problem.objective(initial), initial, False)
     end = search(problem, initial, lower, upper)
     for _ in range(TURNS):
         if problem.rescale(end.x) < SETTLED:
             break
         end = search(problem, inside(end.x, lower, upper), lower, upper)
-    return problem.objective(end.x), end.x, end.converged
+    return _End(problem.objective(end.x), end.x, end.converged, end.beside_failure)
 
 
 def _vector(problem: Problem, values: Mapping[str, float], start: Array) -> Array:

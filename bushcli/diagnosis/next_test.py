@@ -1,6 +1,6 @@
 """The most informative next recording per minute of testing, given the rivals.
 
-Each rival foretells every recording of a menu. How much a recording is expected to say about which of them is right is
+Each rival predicts every recording of a menu. How much a recording is expected to say about which of them is right is
 the mutual information of model and data, bounded from below by the distances between the curves that they predict:
 
     I >= - sum_k p_k log sum_j p_j exp(-C_kj),

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from bushcli.diagnosis.model import Key
+from bushcli.diagnosis.model import Key, Model
 from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import Group
 from bushcli.diagnosis.state import State
@@ -49,8 +49,8 @@ class Weighed:
     log_evidence : float
     freed : bool
         Whether the law is identified from the recordings although coupons give one.
-    predicted : tuple of str, optional
-        Its effects, where it is not fitted and the state is that of the model beside which it was predicted.
+    predicted : Model, optional
+        The model, where it is not fitted and the state is that of the model beside which it was predicted.
     """
 
     state: State
@@ -58,21 +58,28 @@ class Weighed:
     probability: float
     log_evidence: float
     freed: bool = False
-    predicted: tuple[str, ...] | None = None
+    predicted: Model | None = None
+
+    @property
+    def model(self) -> Model:
+        """The model, with its values."""
+        return self.state.model if self.predicted is None else self.predicted
 
     @property
     def effects(self) -> tuple[str, ...]:
         """Names of the effects with their rigs, then a law freed from the coupons, the unknown effect last."""
-        own = self.state.model.identities if self.predicted is None else self.predicted
-        return (*own, *((FREE_LAW,) if self.freed else ()), *((UNKNOWN,) if self.unknown else ()))
+        return (
+            *self.model.identities,
+            *((FREE_LAW,) if self.freed else ()),
+            *((UNKNOWN,) if self.unknown else ()),
+        )
 
     @property
     def kind(self) -> Literal["law", "effects", "unknown"]:
         """Whether it has the unknown effect, only effects of the catalogue, or none."""
         if self.unknown:
             return "unknown"
-        known = self.state.model.identities if self.predicted is None else self.predicted
-        return "effects" if known else "law"
+        return "effects" if self.model.identities else "law"
 
     @property
     def names(self) -> frozenset[str]:
@@ -100,8 +107,7 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
             share[at] = share.get(at, 0.0) + probability
             continue
         freed = fixed and not queued.model.fixed
-        names = queued.model.identities
-        found.append(Weighed(queued.base, False, probability, queued.log_evidence, freed, names))
+        found.append(Weighed(queued.base, False, probability, queued.log_evidence, freed, queued.model))
     for (key, unknown), probability in share.items():
         state = search.states[key]
         log = state.evidence.log_unknown if unknown else state.evidence.log

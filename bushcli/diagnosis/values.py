@@ -7,31 +7,31 @@ from collections.abc import Mapping, Sequence
 
 from bushcli.case import Material
 from bushcli.diagnosis.evidence import standard_errors
+from bushcli.diagnosis.intervals import components, interval, scanned
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.posterior import Weighed
 from bushcli.diagnosis.prior import Known
 from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import Named, Quantity
-from bushcli.diagnosis.state import State
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from forms.law import law
 
 # Probability by the prior of a value as far out, below which it is not what bushings have.
 IMPLAUSIBLE = 1e-3
-# Standard normal quantile of 97.5 %.
-QUANTILE = 1.959964
 
 
-def quantities(state: State, material: Material) -> dict[str, Quantity]:
-    """Every identified parameter of a model by its full name, with its 95 % interval and its prior.
+def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quantity]:
+    """Every identified parameter of the most probable model by its full name, with its 95 % interval and its prior.
 
     Parameters
     ----------
-    state : State
+    models : sequence of Weighed
+        The most probable one first; the interval is over all that have the parameter.
     material : Material
         The case's: an effect may add to what it has.
     """
+    state = models[0].state
     fitted = state.fitted
     errors = standard_errors(fitted.names, state.evidence)
     of_law = {p.name: p for p in law(fitted.model.law).parameters}
@@ -41,16 +41,12 @@ def quantities(state: State, material: Material) -> dict[str, Quantity]:
     found = {}
     for name, value in zip(fitted.names, map(float, fitted.x), strict=True):
         std = errors[name]
-        low, high = value - QUANTILE * std, value + QUANTILE * std
+        low, high = interval(components(name, models, fitted.model.law if name in of_law else None))
         if name in of_law:
             found[name] = Quantity(value, std, of_law[name].unit, of_law[name].meaning, low, high)
             continue
         active, parameter = of_effects[name]
         known = state.priors.get(name)
-        if known is not None and known.prior.is_logarithmic and value != 0.0:
-            # The posterior is Gaussian in the logarithm.
-            ends = [value * math.exp(sign * QUANTILE * min(std / abs(value), 5.0)) for sign in (-1.0, 1.0)]
-            low, high = min(ends), max(ends)
         found[name] = Quantity(
             value,
             std,
@@ -88,7 +84,9 @@ def derived(parameter: EffectParameter, value: float, material: Material) -> dic
     return found
 
 
-def held(active: ActiveEffect, parameter: EffectParameter, known: Known | None) -> Quantity:
+def held(
+    active: ActiveEffect, parameter: EffectParameter, known: Known | None, models: Sequence[Weighed]
+) -> Quantity:
     """Return a parameter that a fit keeps fixed: a dimension of the mesh, or a choice.
 
     Parameters
@@ -97,18 +95,20 @@ def held(active: ActiveEffect, parameter: EffectParameter, known: Known | None) 
     parameter : EffectParameter
     known : Known or None
         Its prior.
+    models : sequence of Weighed
     """
     value = float(active.values[parameter.name])
     choices: Sequence[str] = getattr(parameter, "choices", ())
     word = choices[round(value)] if choices else ""
     scales = None if known is None else known.prior.range(known.scales)
+    low, high = (value, value) if choices else scanned(active, parameter, models)
     return Quantity(
         value,
         0.0,
         parameter.unit,
         parameter.meaning,
-        value,
-        value,
+        low,
+        high,
         {},
         active.channels,
         scales,
@@ -119,27 +119,27 @@ def held(active: ActiveEffect, parameter: EffectParameter, known: Known | None) 
 
 
 def named(
-    best: Weighed, search: Search, probability: Mapping[str, float], material: Material
+    models: Sequence[Weighed], search: Search, probability: Mapping[str, float], material: Material
 ) -> tuple[Named, ...]:
     """The effects of the most probable model, the most probable first.
 
     Parameters
     ----------
-    best : Weighed
-        The most probable model.
+    models : sequence of Weighed
+        The most probable one first.
     search : Search
     probability : mapping of str to float
         Probability of each effect, 0 to 1.
     material : Material
         The case's.
     """
-    state, made = best.state, []
-    values = quantities(state, material)
+    state, made = models[0].state, []
+    values = quantities(models, material)
     for one in state.model.effects:
         own = {}
         for p in one.parameters:
             name = one.full_name(p)
-            own[p.name] = values[name] if name in values else held(one, p, state.priors.get(name))
+            own[p.name] = values[name] if name in values else held(one, p, state.priors.get(name), models)
         less = Model(
             state.model.law,
             state.model.start,

@@ -50,7 +50,10 @@ def levelled(noise: NoiseModel, features: Features, misfit: Array) -> NoiseModel
     mean = float(weight @ NODES)
     spread = max(float(weight @ (NODES - mean) ** 2), 1e-4) * width**2
     # The variance of a logarithm of a variance with f degrees of freedom is 2 / f.
-    return replace(noise, sigma=noise.sigma * float(np.exp(width * mean)), freedom=0.5 / spread)
+    factor = max(
+        float(np.exp(width * mean)), noise.least / noise.sigma / float(np.sqrt(noise.correlation_time))
+    )
+    return replace(noise, sigma=noise.sigma * factor, freedom=0.5 / spread)
 
 
 def _log_likelihood(factors: Array, degrees: NDArray[np.int_], misfit: Array) -> Array:

@@ -24,7 +24,7 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.special import comb
 
-from bushcli.diagnosis.likelihood.windows import WINDOW, Found, noise_in_windows
+from bushcli.diagnosis.likelihood.windows import CORRELATIONS, PRIOR, WINDOW, Found, noise_in_windows
 from bushcli.recording import Recording, branches, displacement_noise, force_noise
 
 Array = NDArray[np.float64]
@@ -37,9 +37,8 @@ _ORDER = 3
 # Noise beside cubics is that of the differences but for this factor, or they miss the curve: 0.7 to 1.3 on the 96
 # channels of the development deck, 6 to 20 on coarsely sampled curves without noise.
 _AGREED = 2.0
-# Degrees of freedom where the memory of the noise is not known: the logarithm of (1 + r) / (1 - r) has a standard
-# deviation of 0.75 under its prior (`windows`).
-_UNKNOWN_MEMORY = 3.5
+# Standard deviations by which the noise has to be below the floor for that to be all.
+_FAR = 2.0
 # Polynomials that a branch is taken for, and samples per coefficient that it takes to leave noise.
 _DEGREE, _PER_COEFFICIENT = 5, 3
 
@@ -56,11 +55,14 @@ class NoiseModel:
         Between neighbouring samples, 0 for white noise; less than 1.
     freedom : float
         Degrees of freedom with which the variance of an independent sample is known; inf where it is.
+    least : float
+        Smallest standard deviation of an independent sample, in the unit of `sigma`.
     """
 
     sigma: float
     correlation: float = 0.0
     freedom: float = float("inf")
+    least: float = 0.0
 
     def __post_init__(self) -> None:
         if not (self.sigma > 0.0 and 0.0 <= self.correlation < 1.0 and self.freedom > 0.0):
@@ -133,15 +135,19 @@ def noise_model(
     Returns
     -------
     NoiseModel
-        White where branches are too short for more. Coarse sampling makes ``sigma`` an upper bound, see
-        `bushcli.recording.noise`.
+        Where branches are too short to show the memory of the noise, it is that of the prior (`windows`). Coarse
+        sampling makes ``sigma`` an upper bound, see `bushcli.recording.noise`.
     """
     found = _found(recording, np.ones(len(recording.force), dtype=bool) if used is None else used)
     sigma = float(np.hypot(found.sigma, abs(recording.secant_stiffness()) * displacement_noise(recording)))
     least = floor * float(np.ptp(recording.force))
-    if sigma <= least:
-        return NoiseModel(least)
-    return NoiseModel(sigma, found.correlation, max(found.freedom, 1.0))
+    freedom = max(found.freedom, 1.0)
+    unit = sigma * float(np.sqrt((1.0 + found.correlation) / (1.0 - found.correlation)))
+    if unit > least:
+        return NoiseModel(sigma, found.correlation, freedom, least)
+    # The logarithm of the unit has the standard deviation sqrt(1 / (2 f)).
+    is_far = unit * float(np.exp(_FAR * np.sqrt(0.5 / freedom))) <= least
+    return NoiseModel(least, 0.0, float("inf") if is_far else freedom, least)
 
 
 def _found(recording: Recording, used: NDArray[np.bool_]) -> Found:
@@ -151,7 +157,18 @@ def _found(recording: Recording, used: NDArray[np.bool_]) -> Found:
         found = noise_in_windows(recording, used, size)
         if found is not None and found.sigma * np.sqrt(_passed(found.correlation)) <= _AGREED * differences:
             return found
-    return Found(differences, 0.0, _UNKNOWN_MEMORY)
+    return _by_differences(differences)
+
+
+def _by_differences(differences: float) -> Found:
+    """The noise that gives such differences, averaged over the prior of its memory, of which they say nothing."""
+    weight = np.exp(PRIOR) / np.exp(PRIOR).sum()
+    inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
+    variance = -np.log([_passed(float(r)) for r in CORRELATIONS])
+    mean, memory = float(weight @ (variance + inflation)), float(np.exp(weight @ inflation))
+    spread = float(weight @ (variance + inflation - mean) ** 2)
+    sigma = differences * float(np.exp(0.5 * (weight @ variance)))
+    return Found(sigma, (memory - 1.0) / (memory + 1.0), 2.0 / spread)
 
 
 def _passed(correlation: float) -> float:
@@ -195,7 +212,7 @@ def correlation_time(misfit: Array) -> float:
 
 
 def smoothed(recording: Recording) -> Array:
-    """Recorded force (n,) without most of its noise, and none of a sample's own: what its branch foretells of it.
+    """Recorded force (n,) without most of its noise, and none of a sample's own: as its branch predicts it.
 
     A polynomial is fitted to each branch, without the sample; the force of short branches stays as it is.
     """

@@ -42,7 +42,7 @@ WINDOWS = 2
 COVERED = 0.5
 # Correlations that are compared, and the prior among them: falling to nothing at 1. Loggers filter little or much.
 CORRELATIONS = np.linspace(0.0, 0.9, 46)
-_PRIOR = np.log(1.0 - CORRELATIONS)
+PRIOR = np.log(1.0 - CORRELATIONS)
 # A window that leaves more than noise does once in a thousand has something else in it.
 _USUAL = 0.999
 _ROUNDS = 6
@@ -87,7 +87,7 @@ def noise_in_windows(recording: Recording, used: Mask, size: int = WINDOW) -> Fo
     best, log = 0, np.zeros(len(CORRELATIONS))
     for _ in range(_ROUNDS):
         usual = _unremarkable(squares[best], freedom, kept)
-        log = _PRIOR - determinants[:, usual].sum(axis=1)
+        log = PRIOR - determinants[:, usual].sum(axis=1)
         log = log - 0.5 * freedom[usual].sum() * np.log(squares[:, usual].sum(axis=1) + 1e-300)
         found = int(np.argmax(log))
         same = found == best and np.array_equal(usual, kept)

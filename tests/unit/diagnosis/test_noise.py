@@ -80,3 +80,25 @@ def test_a_kink_in_a_branch_is_not_taken_for_noise():
     stop = 200 * np.maximum(q - 3.0, 0.0)
     made = Recording("axial", q, force(q) + stop + SIGMA * rng.normal(size=len(q)), time, name="axial")
     assert noise_model(made).sigma == pytest.approx(SIGMA, rel=0.3)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.4, 0.7])
+def test_branches_too_short_for_cubics_leave_the_memory_of_the_noise_open(correlation):
+    """Differences alone say nothing of it: the stated spread covers every memory that loggers have."""
+    found = estimates(10, remembering(correlation))
+    away = np.log([unit(one.sigma, one.correlation) for one in found]) - np.log(unit(SIGMA, correlation))
+    stated = np.sqrt(0.5 / np.mean([one.freedom for one in found]))
+    assert 0.4 < stated < 0.8
+    assert abs(np.mean(away)) < 2.0 * stated
+
+
+def test_noise_about_the_floor_is_not_taken_for_known():
+    """Half the floor by differences may be the floor or twice that: known only where it is far below."""
+    time, q = cycles(10)
+    rng = np.random.default_rng(5)
+    span = float(np.ptp(force(q)))
+    for share, known in ((3e-4, False), (1e-6, True)):
+        noise = share * span * rng.normal(size=len(q))
+        found = noise_model(Recording("axial", q, force(q) + noise, time, name="axial"))
+        assert found.sigma * np.sqrt(found.correlation_time) == pytest.approx(1e-3 * span, rel=0.01)
+        assert np.isinf(found.freedom) == known

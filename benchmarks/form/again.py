@@ -1,0 +1,212 @@
+"""Judge the models of finished diagnoses again with other numbers of effective features.
+
+A diagnosis of each recording of the development deck leaves its fitted models (features of the misfit, their
+derivatives, priors) and what it predicted of others. The posterior of these follows for any law m(K) without a further
+simulation; the logarithm of the probability that the right answer gets, averaged over the recordings, says how good
+the law is.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import pickle
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+from scipy.special import logsumexp
+
+import bushcli.diagnosis.diagnose as module
+from benchmarks.decks.manifest import Entry, read
+from bushcli.case import load_case
+from bushcli.diagnosis.evidence import Evidence, evidence
+from bushcli.diagnosis.likelihood.form import Likelihood
+from bushcli.diagnosis.predict import Beside
+from bushcli.diagnosis.prediction import Prediction
+from bushcli.diagnosis.queue import FAINT, Search
+from bushcli.effects.effect import effect_name
+
+Sets = dict[frozenset[str], float]
+
+# Effective features by the number of features.
+LAWS: Mapping[str, Callable[[int], float]] = {
+    "0.43 K^0.8": lambda k: min(0.43 * k**0.8, k),
+    "0.7 K^0.8": lambda k: min(0.7 * k**0.8, k),
+    "1.0 K^0.8": lambda k: min(k**0.8, k),
+    "1.0 K^0.5": lambda k: min(k**0.5, k),
+    "1.2 K^0.5": lambda k: min(1.2 * k**0.5, k),
+    "1.5 K^0.5": lambda k: min(1.5 * k**0.5, k),
+    "2.0 K^0.5": lambda k: min(2.0 * k**0.5, k),
+    "2.5 K^0.5": lambda k: min(2.5 * k**0.5, k),
+    "2.5 K^0.35": lambda k: min(2.5 * k**0.35, k),
+    "7": lambda k: float(min(7, k)),
+    "12": lambda k: float(min(12, k)),
+}
+UNKNOWN, STATED, HELD, FLOOR = "unknown", 0.95, 0.95, 1e-3
+
+
+class Keeping(Search):
+    """A search that keeps what each prediction leaves."""
+
+    last: Search
+    kept: dict[Any, tuple[Any, float]]
+
+    def run(self) -> None:
+        """Search, and leave itself to be asked."""
+        type(self).last = self
+        super().run()
+
+    def _queue(self, one: Prediction, *others: Any, **more: Any) -> None:
+        super()._queue(one, *others, **more)
+        if one.model.structure in self.waiting:
+            kept = self.__dict__.setdefault("kept", {})
+            kept[one.model.structure] = getattr(one, "left", None), one.log_evidence - one.log_likelihood
+
+
+class Leaving(Beside):
+    """Predictions that know what the best point of their grid leaves."""
+
+    def _averaged(self, points: Any) -> Prediction:
+        found = super()._averaged(points)
+        best = max((self._value(point)[0] for point in points), key=lambda one: one.judged.log)
+        object.__setattr__(found, "left", best.left)
+        return found
+
+
+def keep(case_file: Path, out: Path, budget: float) -> None:
+    """Diagnose a recording and keep what it takes to judge it again.
+
+    Parameters
+    ----------
+    case_file, out : Path
+    budget : float
+        Seconds.
+    """
+    with patch.object(module, "Search", Keeping), patch("bushcli.diagnosis.queue.Beside", Leaving):
+        module.diagnose(load_case(case_file), maps=False, budget=budget)
+    search = Keeping.last
+    fitted = [
+        {
+            "key": key,
+            "effects": one.model.identities,
+            "of": (one.misfit, one.slopes, one.fitted.x, one.known, one.off),
+            "odds": (search.odds(one.model), search.odds(one.model, unknown=True)),
+        }
+        for key, one in search.states.items()
+    ]
+    left = getattr(search, "kept", {})
+    waiting = [
+        {
+            "effects": one.model.identities,
+            "base": one.base.model.structure,
+            "odds": search.odds(one.model),
+            "silent": one.is_silent,
+            "left": left[key],
+        }
+        for key, one in search.waiting.items()
+        if one.is_sure and key in left and left[key][0] is not None
+    ]
+    data = {"fitted": fitted, "waiting": waiting, "likelihood": search.problem.likelihood}
+    out.write_bytes(pickle.dumps(data))
+
+
+def posterior(data: Mapping[str, Any], law: Callable[[int], float]) -> Sets:
+    """Return the probability of each set of effects, `unknown` among them.
+
+    Parameters
+    ----------
+    data : mapping
+        As `keep` left it.
+    law : callable
+        Effective features by the number of features.
+    """
+    with patch("bushcli.diagnosis.likelihood.form.effective_features", law):
+        likelihood: Likelihood = data["likelihood"]
+        states = {one["key"]: (one, evidence(likelihood, *one["of"])) for one in data["fitted"]}
+        weights: dict[frozenset[str], list[float]] = {}
+
+        def add(effects: Any, weight: float, *more: str) -> None:
+            weights.setdefault(frozenset(map(effect_name, effects)) | set(more), []).append(weight)
+
+        best = -math.inf
+        for key, (one, found) in states.items():
+            seen = _seen_in(key, states)
+            best = max(best, found.log + one["odds"][0], found.log_unknown + one["odds"][1])
+            add(seen, found.log + one["odds"][0])
+            add(seen, found.log_unknown + one["odds"][1], UNKNOWN)
+        for one in data["waiting"]:
+            left, occam = one["left"]
+            weight = likelihood.judge(left).log + occam + one["odds"]
+            if weight < best:
+                add(_seen_in(one["base"], states) if one["silent"] else one["effects"], weight)
+    total = float(logsumexp([w for found in weights.values() for w in found]))
+    return {names: math.exp(float(logsumexp(found)) - total) for names, found in weights.items()}
+
+
+def _seen_in(key: Any, states: Mapping[Any, tuple[Any, Evidence]]) -> tuple[str, ...]:
+    """Effects of the smallest model within another one that describes the recordings as well (`Search.seen_in`)."""
+    one, found = states[key]
+    least: tuple[str, ...] = one["effects"]
+    for other, (smaller, worse) in states.items():
+        more = len(one["effects"]) - len(smaller["effects"])
+        if more > 0 and set(other) < set(key) and found.judged.log - worse.judged.log < FAINT * more:
+            least = min(least, smaller["effects"], key=len)
+    return least
+
+
+def table(folder: Path) -> str:
+    """Return the laws with their scores.
+
+    Parameters
+    ----------
+    folder : Path
+        Where `keep` has left the diagnoses.
+    """
+    entries = read("dev")
+    kept = {file.stem: pickle.loads(file.read_bytes()) for file in sorted(folder.glob("*.pkl"))}
+    lines = [
+        f"{len(kept)} recordings of the development deck",
+        "",
+        "| m | log score | right set in the credible set | a wrong effect stated |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name, law in LAWS.items():
+        scores = [_scored(posterior(data, law), entries[one]) for one, data in kept.items()]
+        mean = np.mean([score for score, _, _ in scores])
+        lines.append(f"| {name} | {mean:.3f} | {sum(s[1] for s in scores)} | {sum(s[2] for s in scores)} |")
+    return "\n".join(lines)
+
+
+def _scored(found: Sets, entry: Entry) -> tuple[float, bool, bool]:
+    """Logarithm of the probability of what is right, whether the credible set has it, and an effect wrongly stated."""
+    right = {frozenset(names) for names in (entry.truth, *entry.also_right)} if not entry.outside else set()
+    if entry.outside and entry.truth:
+        right.add(frozenset(entry.truth))
+
+    def is_right(names: frozenset[str]) -> bool:
+        return names in right or (entry.outside and UNKNOWN in names)
+
+    credible, held = [], 0.0
+    for names, probability in sorted(found.items(), key=lambda item: -item[1]):
+        credible.append(names)
+        held += probability
+        if held >= HELD:
+            break
+    effects = {name for names in found for name in names if name != UNKNOWN}
+    stated = {e for e in effects if sum(p for names, p in found.items() if e in names) >= STATED}
+    probability = sum(p for names, p in found.items() if is_right(names))
+    possible = frozenset().union(*right)
+    return math.log(max(probability, FLOOR)), any(map(is_right, credible)), bool(stated - possible)
+
+
+def names_of(folder: Path) -> list[str]:
+    """Return the names of the recordings of a deck.
+
+    Parameters
+    ----------
+    folder : Path
+    """
+    return [json.loads(file.read_text())["name"] for file in sorted((folder / "truth").glob("*.json"))]

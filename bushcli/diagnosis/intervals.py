@@ -1,0 +1,176 @@
+"""Intervals of identified values over all models that have them, not only the most probable one.
+
+Models that explain a recording as well may want different values of what they share: a bond that is off beside a
+rig that gives is shorter than one by itself. The posterior of a value is the mean of those in the models, weighted with
+their probabilities.
+
+References
+----------
+Hoeting, Madigan, Raftery and Volinsky (1999), Bayesian model averaging: a tutorial, Stat. Sci. 14:382-417,
+doi:10.1214/ss/1009212519.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from scipy.optimize import brentq
+from scipy.special import ndtr
+
+from bushcli.diagnosis.evidence import standard_errors
+from bushcli.diagnosis.posterior import Weighed
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import EffectParameter
+
+# Probability on either side of a 95 % interval.
+TAIL = 0.025
+# Components with less of the probability of a value do not move its interval.
+SEEN = 1e-3
+# Standard deviations beyond which a Gaussian has nothing, and the largest one of a logarithm that is drawn.
+FAR, WIDEST = 8.0, 5.0
+
+
+@dataclass(frozen=True)
+class Component:
+    """The posterior of a value in one model: a Gaussian, of the value or of its logarithm.
+
+    Attributes
+    ----------
+    weight : float
+        Probability of the model.
+    value, std : float
+        In the unit of the parameter.
+    is_logarithmic : bool
+    """
+
+    weight: float
+    value: float
+    std: float
+    is_logarithmic: bool
+
+    def at(self, deviations: float) -> float:
+        """Return the value so many standard deviations above the median, in the unit of the parameter."""
+        if not self._in_logarithm:
+            return self.value + deviations * self.std
+        return self.value * math.exp(math.copysign(deviations, self.value * deviations) * self._relative)
+
+    def below(self, value: float) -> float:
+        """Return the probability of less than a value, which is in the unit of the parameter."""
+        if not self._in_logarithm:
+            return float(ndtr((value - self.value) / self.std)) if self.std else float(value >= self.value)
+        if value * self.value <= 0.0:
+            return float(value > self.value)
+        found = float(ndtr(math.log(value / self.value) / self._relative))
+        return found if self.value > 0.0 else 1.0 - found
+
+    @property
+    def _in_logarithm(self) -> bool:
+        return self.is_logarithmic and self.value != 0.0 and self.std > 0.0
+
+    @property
+    def _relative(self) -> float:
+        return min(self.std / abs(self.value), WIDEST)
+
+
+def interval(components: Sequence[Component]) -> tuple[float, float]:
+    """Return the 95 % interval of the mean of several posteriors.
+
+    Parameters
+    ----------
+    components : sequence of Component
+        One at least; their weights need not add up to one.
+    """
+    whole = sum(one.weight for one in components)
+    seen = [one for one in components if one.weight > SEEN * whole] or list(components)
+    whole = sum(one.weight for one in seen)
+    low = min(one.at(-FAR) for one in seen)
+    high = max(one.at(FAR) for one in seen)
+    if not high > low:
+        return low, high
+
+    def quantile(level: float) -> float:
+        return float(
+            brentq(
+                lambda value: sum(one.weight * one.below(value) for one in seen) / whole - level, low, high
+            )
+        )
+
+    return quantile(TAIL), quantile(1.0 - TAIL)
+
+
+def components(name: str, models: Sequence[Weighed], law: str | None = None) -> list[Component]:
+    """Return the posterior of a fitted parameter in every model that has it.
+
+    Parameters
+    ----------
+    name : str
+        Full name.
+    models : sequence of Weighed
+    law : str, optional
+        Of a parameter of a law: the law that has it.
+    """
+    found = []
+    for one in models:
+        fitted = one.state.fitted
+        if one.predicted is not None or name not in fitted.names:
+            continue
+        if law is not None and fitted.model.law != law:
+            continue
+        known = one.state.priors.get(name)
+        i = fitted.names.index(name)
+        std = standard_errors(fitted.names, one.state.evidence)[name]
+        logarithmic = law is None and known is not None and known.prior.is_logarithmic
+        found.append(Component(one.probability, float(fitted.x[i]), std, logarithmic))
+    return found
+
+
+def scanned(
+    active: ActiveEffect, parameter: EffectParameter, models: Sequence[Weighed]
+) -> tuple[float, float]:
+    """Return the 95 % interval of a value that is scanned, since it changes the mesh.
+
+    Each value of the scan stands for those that are nearer to it than to the next, by their ratio.
+
+    Parameters
+    ----------
+    active : ActiveEffect
+        The effect, with the value of the most probable model.
+    parameter : EffectParameter
+    models : sequence of Weighed
+    """
+    name, share = active.full_name(parameter), _shares(active, parameter, models)
+    points = sorted({*map(float, parameter.scan), *share, float(active.values[parameter.name])})
+    if len(points) < 2:
+        value = float(active.values[parameter.name])
+        return value, value
+    edges = [math.sqrt(a * b) for a, b in pairwise(points)]
+    edges = [points[0] ** 2 / edges[0], *edges, points[-1] ** 2 / edges[-1]]
+    whole = sum(share.values())
+    if not whole > 0.0:
+        raise ValueError(f"no model has {name}")
+
+    def quantile(level: float) -> float:
+        below = 0.0
+        for point, (low, high) in zip(points, pairwise(edges), strict=True):
+            part = share.get(point, 0.0) / whole
+            if below + part >= level and part > 0.0:
+                return float(low * (high / low) ** ((level - below) / part))
+            below += part
+        return float(edges[-1])
+
+    return quantile(TAIL), quantile(1.0 - TAIL)
+
+
+def _shares(
+    active: ActiveEffect, parameter: EffectParameter, models: Sequence[Weighed]
+) -> Mapping[float, float]:
+    """Probability of each value of a parameter over the models that have it."""
+    name, found = active.full_name(parameter), dict[float, float]()
+    for one in models:
+        value = one.model.values.get(name)
+        if value is not None:
+            found[float(value)] = found.get(float(value), 0.0) + one.probability
+    return found

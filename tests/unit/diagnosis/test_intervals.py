@@ -1,0 +1,54 @@
+"""Intervals of values over several models, against quantiles of samples and closed forms."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bushcli.diagnosis.intervals import Component, interval, scanned
+from bushcli.effects.active import ActiveEffect
+from bushcli.effects.effect import effects
+
+
+def test_one_model_gives_its_own_interval() -> None:
+    low, high = interval([Component(0.3, 5.0, 0.5, False)])
+    assert (low, high) == pytest.approx((5.0 - 1.959964 * 0.5, 5.0 + 1.959964 * 0.5), rel=1e-6)
+
+
+@pytest.mark.parametrize("value", [4.0, -4.0])
+def test_a_logarithmic_value_keeps_its_sign(value: float) -> None:
+    found = interval([Component(1.0, value, 4.0, True)])
+    ends = [value * math.exp(sign * 1.959964) for sign in (-1.0, 1.0)]
+    assert found == pytest.approx((min(ends), max(ends)), rel=1e-6)
+
+
+def test_models_are_weighted_with_their_probabilities() -> None:
+    """Quantiles of two million samples of the mixture; their standard error is some 0.004."""
+    parts = [Component(0.6, 2.0, 0.2, False), Component(0.3, 4.0, 1.0, True)]
+    random = np.random.default_rng(1)
+    first = random.random(2_000_000) < 2.0 / 3.0
+    samples = np.where(
+        first, random.normal(2.0, 0.2, first.size), 4.0 * np.exp(random.normal(0.0, 0.25, first.size))
+    )
+    assert interval(parts) == pytest.approx(tuple(np.quantile(samples, [0.025, 0.975])), abs=0.01)
+
+
+def test_a_value_without_width_is_a_step() -> None:
+    assert interval([Component(1.0, 2.0, 0.0, False)]) == (2.0, 2.0)
+
+
+def test_a_scanned_value_stands_for_its_surroundings() -> None:
+    """With 1, 2, 4 mm, the value 2 stands for sqrt(2) to sqrt(8) mm."""
+    effect = effects()["sleeve_compliance"]
+    values = {p.name: p.start for p in effect.parameters} | {"thickness": 2.0}
+    active = ActiveEffect(effect, values)
+    one = SimpleNamespace(model=SimpleNamespace(values={"sleeve_compliance.thickness": 2.0}), probability=0.4)
+    low, high = scanned(active, effect.parameter("thickness"), [one])  # type: ignore[list-item]
+    assert low == pytest.approx(math.sqrt(2.0) * 2.0**0.025)
+    assert high == pytest.approx(math.sqrt(2.0) * 2.0**0.975)
+    other = SimpleNamespace(
+        model=SimpleNamespace(values={"sleeve_compliance.thickness": 4.0}), probability=0.4
+    )
+    low, high = scanned(active, effect.parameter("thickness"), [one, other])  # type: ignore[list-item]
+    assert (low, high) == pytest.approx((math.sqrt(2.0) * 2.0**0.05, math.sqrt(8.0) * 2.0**0.95))
