@@ -21,10 +21,12 @@ from bushcli.recording.isolated import tables
 from bushcli.recording.match import Wanted, by_unit, candidates, has_columns
 from bushcli.recording.opened import format_of
 from bushcli.recording.reader import numbered, readers
-from bushcli.recording.source import Quantity, Source, Specimen
+from bushcli.recording.six import PAIR_MODES, columns_of
+from bushcli.recording.source import Quantity, SixColumns, Source, Specimen
 from bushcli.recording.table import Table
 from bushcli.recording.text import read_table
 from cases.mode import modes
+from cases.six import MOTIONS, REACTIONS
 
 #: Modes in the order in which they are tried; the first of each kind stands for those that read the same columns.
 _KINDS = (("axial", "radial"), ("torsional", "conical"), ("uniaxial", "equibiaxial", "planar"))
@@ -118,6 +120,9 @@ def _reach(entry: _Entry) -> float:
 
 def _entry(file: Path) -> _Entry:
     """Return how a file is to be read, or raise what the most likely way says is wrong with it."""
+    path = _path(file)
+    if path is not None:
+        return path
     first: RecordingError | None = None
     for kind, machine in _ordered(file):
         named = mode_of_name(file.stem, modes()[kind[0]].specimen)
@@ -134,6 +139,29 @@ def _entry(file: Path) -> _Entry:
             return _Entry(source, recording, remarks)
     assert first is not None
     raise first
+
+
+def _path(file: Path) -> _Entry | None:
+    """Return how a file with motions and reactions by their names is to be read; None where it has not two of them."""
+    source = Source("path", file)
+    try:
+        motions, forces = columns_of(source, None, None)
+    except RecordingError:
+        return None
+    pairs = [k for k in range(6) if MOTIONS[k] in motions and REACTIONS[k] in forces]
+    for k in pairs if len(motions) > 1 or len(forces) > 1 else ():
+        columns: dict[Quantity, str | int] = {
+            "displacement": motions[MOTIONS[k]],
+            "force": forces[REACTIONS[k]],
+        }
+        six, name = SixColumns(motions, (), "path"), f"path.{REACTIONS[k]}"
+        try:
+            recording = read_recording(Source(PAIR_MODES[k], file, name, columns, six=six))
+        except RecordingError:
+            continue  # a motion that stands still
+        known = ", ".join([*(name for name in MOTIONS if name in motions), *forces])
+        return _Entry(source, recording, (f"motions and reactions found: {known}",))
+    return None
 
 
 def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:

@@ -14,7 +14,7 @@ from bushcli.case.case import LoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.schema import LoadCaseTable, PathTable, RecordingTable
 from bushcli.errors import RecordingError
-from bushcli.recording.six import PAIR_MODES, columns_of, read_motions
+from bushcli.recording.six import PAIR_MODES, chosen, columns_of, read_motions
 from bushcli.recording.source import SixColumns, Source
 from cases.mode import modes
 from cases.six import MOTIONS, REACTIONS, SixPath
@@ -149,18 +149,18 @@ def channels(
     free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
     try:
         motions, forces = columns_of(source, table.motions, table.forces)
-        whole = SixColumns(motions, free, source.label)
+        whole = SixColumns(motions, free, source.label, chosen(table.motions, table.forces))
         _, motion = read_motions(replace(source, six=whole))
     except RecordingError as error:
         return [], [Finding((*keys, "file"), str(error))]
     moves = [k for k in range(6) if np.ptp(motion[:, k]) > SMALLEST]
-    chosen = [k for k in range(6) if REACTIONS[k] in forces and k in moves]
-    if not chosen:
+    paired = [k for k in range(6) if REACTIONS[k] in forces and k in moves]
+    if not paired:
         what = f"{dotted(keys)} has no reaction whose own motion moves"
         pairs = ", ".join(f"{force} with {motion}" for motion, force in zip(MOTIONS, REACTIONS, strict=True))
         return [], [Finding((*keys, "file"), what, expected=f"columns such as ux_mm and fx_N: {pairs}")]
     found = []
-    for k in chosen:
+    for k in paired:
         name = f"{source.label}.{REACTIONS[k]}"
         if name in taken:
             at = (*keys, "name")

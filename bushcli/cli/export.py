@@ -64,6 +64,8 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
     chosen, units = writer_for(program), unit_system(system)
     if run.output is not None:
         check_file(run.output)
+    if chosen.kind == "force_law" and run.output is None:
+        raise InputError(Problem("bushcli export", "an FMU is an archive, not text", "", "-o FILE.fmu"))
     if run.json and run.output is None:
         raise InputError(Problem("--json", "needs a file for the export itself", "", "-o FILE"))
     source = read_source(run.path, run.overrides).without(without)
@@ -80,9 +82,9 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
     if run.output is not None:
         write_file(run.output, content)
         run.say(f"wrote {run.output} for {chosen.title}")
+        for line in _said(order.bushing):
+            run.say(line)
         run.emit(_summary(run, chosen, source, order.units.name, order.bushing))
-    elif chosen.kind == "force_law":
-        raise InputError(Problem("bushcli export", "an FMU is an archive, not text", "", "-o FILE.fmu"))
     else:
         click.echo(content.decode("ascii"), nl=False)
     return DONE
@@ -104,6 +106,22 @@ def _bushing(run: Run, chosen: Writer, source: Source) -> Bushing:
 
     with run.timed("solve"), march_progress(run) as progress:
         return bushing_of(source, chosen, progress)
+
+
+def _said(bushing: Bushing | None) -> list[str]:
+    """Return what a vehicle model leaves out, and how far a force law is from the bushing, a line per channel."""
+    if bushing is None:
+        return []
+    if bushing.law is None:
+        return list(bushing.remarks)
+    return [
+        *bushing.remarks,
+        *(
+            f"{one.name}: the force law is {one.rms_percent:.2g} % of the force range (rms; at most "
+            f"{one.peak_percent:.2g} %) from a simulation that it was not fitted to"
+            for one in bushing.law.channels
+        ),
+    ]
 
 
 def _summary(run: Run, chosen: Writer, source: Source, units: str, bushing: Bushing | None) -> dict[str, Any]:

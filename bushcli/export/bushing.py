@@ -54,9 +54,17 @@ def bushing_of(source: Exported, chosen: Writer, progress: Progress | None = Non
     if fading:
         remarks.append(f"after a long rest: without {' and '.join(one.name for one in fading)}")
     left += fading
-    kept = replace(source.case, effects=tuple(one for one in source.case.effects if one not in left))
+    several = _several(source.case)
+    if several:
+        remarks.append(f"without {', '.join(several)}: several motions at once make no curve of one")
+    kept = replace(
+        source.case,
+        effects=tuple(one for one in source.case.effects if one not in left),
+        load_cases=tuple(one for one in source.case.load_cases if one.six is None),
+        recordings=tuple(one for one in source.case.recordings if one.six is None),
+    )
     if chosen.kind == "force_law":
-        channels = _ranges(source)
+        channels = _ranges(source, kept)
         if not channels:
             raise _nothing(source)
         return Bushing((), None, tuple(remarks), BushingLaw(reduce(kept, channels, progress)))
@@ -83,17 +91,25 @@ def _simulated(source: Exported, case: Case, progress: Progress | None) -> tuple
     )
 
 
+def _several(case: Case) -> list[str]:
+    """Return the names of the channels that move in six directions at once."""
+    channels: tuple[LoadCase | Source, ...] = (*case.load_cases, *case.recordings)
+    return [name for (name, _), one in zip(case.channels, channels, strict=True) if one.six is not None]
+
+
 def _nothing(source: Exported) -> InputError:
     what = "has neither [[load_cases]] nor [[recordings]], which say how far the bushing moves"
+    if _several(source.case):
+        what = 'has none but paths of six motions (mode = "path"), which make no curve of one motion'
     return InputError(Problem(source.where, what, "", '[[load_cases]] with mode = "axial" and amplitude'))
 
 
-def _ranges(source: Exported) -> list[tuple[str, str, float, float]]:
+def _ranges(source: Exported, case: Case) -> list[tuple[str, str, float, float]]:
     """Return name, mode and range of the first channel of each mode."""
     found: dict[str, tuple[str, str, float, float]] = {}
     # A result has the paths; its recordings may be elsewhere by now.
     moved = [(one.name, one.mode, one.displacement) for one in source.curves]
-    for name, mode, q in moved or _moved(source.case):
+    for name, mode, q in moved or _moved(case):
         found.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))
     return list(found.values())
 

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from bushcli.errors import InputError, Problem
 
-# A file of ours says so near its beginning; an FMU in its entry of the same name.
+# A file of ours says so near its beginning, an FMU in its entry of the same name; a table of curves has its columns.
 _MARK = b"bushcli"
+_TABLE = b"channel,mode,time_s,displacement_"
 _LOOKED_AT = 4096
 
 
@@ -63,6 +64,7 @@ def write_file(path: Path, content: bytes) -> None:
 def _is_own(path: Path) -> bool:
     try:
         with path.open("rb") as file:
-            return _MARK in file.read(_LOOKED_AT)
+            head = file.read(_LOOKED_AT)
+            return _MARK in head or head.startswith(_TABLE)
     except OSError:
         return False

@@ -30,6 +30,8 @@ class BushingLaw:
                     "maxwell": [{"g": g, "tau": tau} for g, tau in one.data["maxwell"]],
                     "sliders": len(one.data["sliders"]),
                     "softens": bool(one.data["softening"]),
+                    "set": one.data["set"],
+                    "warming": dict(zip(("amount", "tau"), one.data["warming"], strict=False)),
                     "displacement_from": _shown(one, one.data["displacement"][0]),
                     "displacement_to": _shown(one, one.data["displacement"][-1]),
                     "rms_percent": one.rms_percent,
@@ -100,6 +102,8 @@ def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
         # A slider's stiffness is on the elastic force, without a unit; its limit is a force.
         "sliders": [[k, force * limit] for k, limit in data["sliders"]],
         "softening": _softening(data["softening"], length, force),
+        "set": data["set"],
+        "warming": data["warming"],
     }
 
 

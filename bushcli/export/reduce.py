@@ -3,7 +3,8 @@
 Three simulations give what `fmu.force_law` needs: the curve after a long rest S; the curve with branches that
 neither relax nor slip, whose excess over S is H; a first loading with friction, whose excess over S is met by
 sliders on H that give way one after the other. The times tau_i are the rubber's. Softening after the first loading
-takes simulations to several displacements and back: what is lost on the way back depends on how far it went. A last
+takes simulations to several displacements and back: what is lost on the way back depends on how far it went. Permanent
+set and warming have the formulas of their effects: all of the above is of the rubber from where it has set to. A last
 simulation follows a program of ramps, reversals and holds, which took part in nothing, and says how far the force law
 is from the bushing.
 
@@ -41,8 +42,9 @@ POINTS = 20
 SLIDERS = 10
 # A relaxation time that nothing relaxes in during a simulation of seconds.
 _NEVER = 1e6
-# Effects of the rubber that depend on more than the law's state variables.
-_REFUSED = ("permanent_set", "warming")
+# Effects with states in the force law, and effects of the rubber that are part of its curves.
+_REMEMBERING = ("viscoelasticity", "friction", "mullins", "permanent_set", "warming")
+_STATIC = ("batch_stiffness", "compressibility")
 
 
 @dataclass(frozen=True)
@@ -101,8 +103,8 @@ def reduce(
         An effect has no place in a force law of this kind, or the bushing cannot be simulated that far.
     """
     for one in case.effects:
-        if one.effect.name in _REFUSED:
-            what = f"a force law of branches, sliders and softening has no place for the effect {one.effect.name}"
+        if one.effect.acts == "rubber" and one.effect.name not in (*_REMEMBERING, *_STATIC):
+            what = f"a force law with memory has no place for the effect {one.effect.name}"
             remedy = f"--without {one.effect.name} for the force law without it"
             raise InputError(Problem("--to fmu", what, "", remedy))
     found = []
@@ -126,9 +128,8 @@ class _Bushing:
         active = [
             one for one in active if any(one.values.get(p.name) != p.off for p in one.effect.amplitudes)
         ]
-        remembering = ("viscoelasticity", "friction", "mullins")
-        self.effects = {one.effect.name: one for one in active if one.effect.name in remembering}
-        self.others = [one for one in active if one.effect.name not in remembering]
+        self.effects = {one.effect.name: one for one in active if one.effect.name in _REMEMBERING}
+        self.others = [one for one in active if one.effect.name not in _REMEMBERING]
 
     def force(self, q: Array, time: Array | None, memory: Sequence[ActiveEffect] = ()) -> Array:
         """Return the force along a path."""
@@ -153,10 +154,13 @@ class _Bushing:
 
     def reduced(self, low: float, high: float) -> Reduced:
         """Return the force law between two displacements."""
-        grid = _grid(low, high)
+        permanent = self.effects.get("permanent_set")
+        kept = 0.0 if permanent is None else float(permanent.values["set"])
+        # The farthest that the rubber goes from where it has set to, after the farthest to the other side.
+        grid = _grid(low * (1.0 - kept) - kept * high, high * (1.0 - kept) - kept * low)
         static = self._there_and_back(grid)
         data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}
-        series = _series(self.effects.get("viscoelasticity"))
+        series, warming = _series(self.effects.get("viscoelasticity")), self._warming()
         friction = self.effects.get("friction")
         elastic = np.zeros_like(static)
         if series or friction is not None:
@@ -171,9 +175,16 @@ class _Bushing:
         data = {
             key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in data.items()
         }
-        program = _program(low, high, [tau for _, tau in series], grows=mullins is not None)
+        data |= {"set": kept, "warming": warming}
+        times = [tau for _, tau in series] + warming[1:]
+        program = _program(low, high, times, grows=mullins is not None or kept > 0.0)
         simulated = self.force(program[:, 1], program[:, 0], list(self.effects.values()))
         return Reduced(self.name, self.mode, data, program, simulated, follow(data, program))
+
+    def _warming(self) -> list[float]:
+        """Return the share of the force that is lost in the end and its time, s; nothing where there is no warming."""
+        one = self.effects.get("warming")
+        return [] if one is None else [float(one.values["amount"]), float(one.values["tau"])]
 
     def _unrelaxed(self) -> ActiveEffect:
         """Return one branch as stiff as the law's initial shear modulus that does not relax."""

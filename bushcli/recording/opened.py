@@ -46,16 +46,32 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity]) -> Ta
     RecordingError
         When the file cannot be read, or it is not clear which of its tables is meant.
     """
+    found = opened(source, list(source.columns.values()))
+    return found if isinstance(found, Table) else _meant(source, mode, quantities, found)
+
+
+def opened(source: Source, wanted: Sequence[str | int]) -> Table | Found:
+    """Return the table of a text file, or the one that the case file names, or else all that a file has.
+
+    Parameters
+    ----------
+    source : Source
+    wanted : sequence of str or int
+        Names or numbers, from 1, of columns that the case file chooses.
+
+    Raises
+    ------
+    RecordingError
+        When the file cannot be read, or has no such sheet or group.
+    """
     name = format_of(source.file)
     if not name:
         if source.group is not None:
             what = f"group = {source.group!r} has no meaning: a text file is one table"
             raise RecordingError(Problem(str(source.file), what))
         return read_table(source.file, source.delimiter, source.decimal)
-    found = tables(source.file, name, list(source.columns.values()))
-    if source.group is not None:
-        return _named(source, found)
-    return _meant(source, mode, quantities, found)
+    found = tables(source.file, name, wanted)
+    return found if source.group is None else _named(source, found)
 
 
 def format_of(path: Path) -> str:
@@ -97,7 +113,7 @@ def _named(source: Source, inside: Found) -> Table:
         if wanted <= len(found):
             return found[wanted - 1]
         what = f"has no group {wanted}"
-        raise RecordingError(Problem(str(source.file), what, "", f"it has {len(found)}: {_listed(names)}"))
+        raise RecordingError(Problem(str(source.file), what, "", f"it has {len(found)}: {listed(names)}"))
     assert wanted is not None
     hits = [table for table in found if table.part.strip("/ ").casefold() == wanted.strip("/ ").casefold()]
     if hits:
@@ -105,7 +121,7 @@ def _named(source: Source, inside: Found) -> Table:
     if wanted in inside.failed:
         raise inside.failed[wanted]
     what = f'has no sheet or group "{wanted}"'
-    raise RecordingError(Problem(str(source.file), what, nearest(wanted, names), _listed(names)))
+    raise RecordingError(Problem(str(source.file), what, nearest(wanted, names), listed(names)))
 
 
 def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: Found) -> Table:
@@ -141,11 +157,11 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
     needed = " and ".join(quantities)
     if fitting:
         what = (
-            f"{len(fitting)} sheets or groups have columns for {needed}: {_listed([t.part for t in fitting])}"
+            f"{len(fitting)} sheets or groups have columns for {needed}: {listed([t.part for t in fitting])}"
         )
     else:
         single = [table.part for table, joins in found if not joins]
-        what = f"no sheet or group has columns for {needed}, among {_listed(single)}"
+        what = f"no sheet or group has columns for {needed}, among {listed(single)}"
         widest = max((table for table, joins in found if not joins), key=lambda table: len(table.names))
         what += (
             f'; "{widest.part}" has {", ".join(filter(None, widest.names))[:200] or "columns without names"}'
@@ -163,6 +179,7 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
     raise RecordingError(Problem(str(source.file), what, "", f"choose in the case file: {key}"))
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Return names of sheets or groups in quotes, the first dozen."""
     shown = ", ".join(f'"{name}"' for name in names[:_LISTED])
     return shown + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")

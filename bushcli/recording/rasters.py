@@ -22,15 +22,15 @@ from cases.mode import Mode
 Array = NDArray[np.float64]
 
 #: As a reader names the stamps of a group.
-_TIME = "time"
+TIME = "time"
 #: A pause of the travel's stamps longer than so many of its usual intervals, in which it moves by more than this share
 #: of its range, is a gap: nobody knows what was between. A logger of changes alone pauses while nothing moves.
 _PAUSE, _MOVED = 10.0, 0.01
 
 
 @dataclass(frozen=True)
-class _Channel:
-    """Columns of a group that can be a quantity, with the group's stamps."""
+class Channel:
+    """Columns of a group that can be a quantity, with the group's stamps, s."""
 
     table: ArrayTable
     columns: tuple[int, ...]
@@ -53,14 +53,14 @@ def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> ArrayT
     RecordingError
         When several groups have the force or the travel, stamps run backwards, or the groups do not overlap in time.
     """
-    stamped = [table for table in tables if isinstance(table, ArrayTable) and _TIME in table.names]
+    stamped = [table for table in tables if isinstance(table, ArrayTable) and TIME in table.names]
     forced = _only(stamped, source, mode, "force")
     moved = _only(stamped, source, mode, "displacement")
     if forced is None or moved is None:
         return None
-    known, gaps = _known(moved, forced.time, source)
+    known, gaps = known_at(moved, forced.time, source)
     if np.count_nonzero(known) < 2:
-        what = f"{_span(forced)} and {_span(moved)} do not overlap in time"
+        what = f"{span_of(forced)} and {span_of(moved)} do not overlap in time"
         raise RecordingError(Problem(str(source.file), what, "", "were they recorded in the same run?"))
     columns = [None if column is None else column[known] for column in forced.table.columns]
     names, units = list(forced.table.names), list(forced.table.units)
@@ -79,7 +79,7 @@ def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> ArrayT
     )
 
 
-def _only(tables: list[ArrayTable], source: Source, mode: Mode, quantity: Quantity) -> _Channel | None:
+def _only(tables: list[ArrayTable], source: Source, mode: Mode, quantity: Quantity) -> Channel | None:
     """Return the one group that has a quantity; None if no group has."""
     if isinstance(source.columns.get(quantity), int):
         return None  # a number says nothing where the columns are in several groups
@@ -97,18 +97,39 @@ def _only(tables: list[ArrayTable], source: Source, mode: Mode, quantity: Quanti
     table, chosen = having[0], source.columns.get(quantity)
     named = [i for i, name in enumerate(table.names) if name == chosen]
     columns = named or candidates(table, wanted) or by_unit(table, wanted)
-    time = table.numbers(table.names.index(_TIME))
+    return Channel(table, tuple(columns), stamps_of(table))
+
+
+def stamps_of(table: ArrayTable) -> Array:
+    """Return the time stamps (n,) of a group, s.
+
+    Raises
+    ------
+    RecordingError
+        They run backwards.
+    """
+    time = table.numbers(table.names.index(TIME))
     if (np.diff(time) < 0.0).any():
         row = int(np.argmax(np.diff(time) < 0.0)) + 1
         what = f"the time runs backwards, {time[row]:g} s follows {time[row - 1]:g} s"
         raise RecordingError(
             Problem(table.place(row), what, "", "export the channels with one common raster")
         )
-    return _Channel(table, tuple(columns), time)
+    return time
 
 
-def _known(moved: _Channel, time: Array, source: Source) -> tuple[NDArray[np.bool_], int]:
-    """Return at which stamps (n,) the travel is known, and the number of its gaps."""
+def known_at(moved: Channel, time: Array, source: Source) -> tuple[NDArray[np.bool_], int]:
+    """Return at which stamps (n,) the travel is known, and the number of its gaps.
+
+    Parameters
+    ----------
+    moved : Channel
+        The travel.
+    time : (n,) array
+        Stamps, s.
+    source : Source
+        It says which values are no codes.
+    """
     intervals = np.diff(moved.time)
     known = (time >= moved.time[0]) & (time <= moved.time[-1])
     if not len(intervals):
@@ -122,10 +143,10 @@ def _known(moved: _Channel, time: Array, source: Source) -> tuple[NDArray[np.boo
     return known, len(gaps)
 
 
-def _said(forced: _Channel, moved: _Channel, lost: int, gaps: int) -> str:
+def _said(forced: Channel, moved: Channel, lost: int, gaps: int) -> str:
     text = (
-        f"the displacement, in {_raster(moved)}, is interpolated at the {len(forced.time)} time stamps "
-        f"of the force, in {_raster(forced)}"
+        f"the displacement, in {raster_name(moved)}, is interpolated at the {len(forced.time)} time stamps "
+        f"of the force, in {raster_name(forced)}"
     )
     if lost:
         where = "before its beginning or after its end"
@@ -134,9 +155,11 @@ def _said(forced: _Channel, moved: _Channel, lost: int, gaps: int) -> str:
     return text
 
 
-def _raster(channel: _Channel) -> str:
+def raster_name(channel: Channel) -> str:
+    """Return a group by name, with the interval of its stamps."""
     return f'group "{channel.table.part}" every {float(np.median(np.diff(channel.time))):.3g} s'
 
 
-def _span(channel: _Channel) -> str:
+def span_of(channel: Channel) -> str:
+    """Return a group by name, with its first and last stamp."""
     return f'group "{channel.table.part}" ({channel.time[0]:.6g} to {channel.time[-1]:.6g} s)'

@@ -19,6 +19,7 @@ from bushcli.recording.samples import Repair, timed, updated
 from bushcli.recording.segment import Branch, segment
 from bushcli.recording.segment import displacement_noise as _displacement_noise
 from bushcli.recording.six import read_motions
+from bushcli.recording.six_table import six_table
 from bushcli.recording.source import Source
 from bushcli.recording.specimen import nominal
 from bushcli.recording.table import Table
@@ -53,7 +54,10 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
     """
     mode = _mode(source)
     fewest = _FEWEST_COUPON if mode.specimen == "coupon" else _FEWEST_BUSHING
-    table = open_table(source, mode, ("displacement", "force"))
+    if source.six is None:
+        table = open_table(source, mode, ("displacement", "force"))
+    else:
+        table = six_table(source, source.six.chosen)
     stamps = column(table, source, mode, "time")
     moved = _moving(table, source, mode, fewest)
     forced = column(table, source, mode, "force")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.columns import column
-from bushcli.recording.opened import open_table
+from bushcli.recording.six_table import named_in, six_table
 from bushcli.recording.source import Source
 from cases.mode import modes
 from cases.six import MOTIONS, REACTIONS
@@ -21,11 +20,6 @@ Columns = Mapping[str, str | int]
 
 # The mode whose displacement and force a motion and its reaction are, with their units.
 PAIR_MODES = ("radial", "radial", "axial", "conical", "conical", "torsional")
-# Names in a header that say so: "ux_mm", "Fx [N]", "rotz_deg", "rz".
-_ALIASES = {
-    **{name: (name,) for name in (*MOTIONS, *REACTIONS)},
-    **{f"r{axis}": (f"r{axis}", f"rot{axis}", f"rotation{axis}") for axis in "xyz"},
-}
 
 
 def columns_of(
@@ -45,13 +39,8 @@ def columns_of(
     RecordingError
         The file cannot be read, or names no motion.
     """
-    table = open_table(source, modes()["axial"], ())
-    found: dict[str, str | int] = {}
-    for number, name in enumerate(table.names, start=1):
-        first = re.split(r"[\s_\[\(/]", name.strip().casefold(), maxsplit=1)[0]
-        for known, aliases in _ALIASES.items():
-            if first in aliases and known not in found:
-                found[known] = number
+    table = six_table(source, chosen(motions, forces))
+    found: dict[str, str | int] = {key: index + 1 for key, index in named_in(table).items()}
     own = {k: v for k, v in found.items() if k in MOTIONS} if motions is None else dict(motions)
     theirs = {k: v for k, v in found.items() if k in REACTIONS} if forces is None else dict(forces)
     if not own:
@@ -61,6 +50,18 @@ def columns_of(
             Problem(str(source.file), what, "", "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
         )
     return own, theirs
+
+
+def chosen(motions: Columns | None, forces: Columns | None) -> dict[str, str]:
+    """Return the columns that a case file chooses by name, by "ux" to "mz".
+
+    Parameters
+    ----------
+    motions, forces : mapping of str to str or int, or None
+        Columns by "ux" to "rz" and "fx" to "mz".
+    """
+    given = {**(motions or {}), **(forces or {})}
+    return {key: name for key, name in given.items() if isinstance(name, str)}
 
 
 def read_motions(source: Source) -> tuple[Array | None, Array]:
@@ -74,7 +75,7 @@ def read_motions(source: Source) -> tuple[Array | None, Array]:
         A column is not there or cannot be read, or the time does not increase.
     """
     assert source.six is not None
-    table = open_table(source, modes()["axial"], ())
+    table = six_table(source, source.six.chosen)
     poses: Array = np.zeros((0, 6))
     for k, name in enumerate(MOTIONS):
         if name not in source.six.motions:

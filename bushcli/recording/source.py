@@ -23,6 +23,8 @@ class SixColumns:
     ----------
     motions : mapping of str to str or int
         Column of each motion that is recorded, "ux" to "rz"; the others stand still.
+    chosen : mapping of str to str
+        Columns that the case file names, "ux" to "mz".
     free : tuple of int
         Motions that no force held.
     name : str
@@ -32,6 +34,7 @@ class SixColumns:
     motions: Mapping[str, str | int]
     free: tuple[int, ...] = ()
     name: str = ""
+    chosen: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

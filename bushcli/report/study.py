@@ -146,7 +146,7 @@ def tables(found: Study) -> list[Table]:
 def _answers(found: Study) -> Table:
     limited = any(one.limits for one in found.summaries.values())
     heads: Row = ("answer", "", "designs", "mean", "std", "5 %", "median", "95 %")
-    heads += ("lower limit", "upper limit", "within", "95 % interval") if limited else ()
+    heads += ("limits", "within", "95 % interval") if limited else ()
     units = {one.name: one.unit for one in found.task.answers}
     rows: list[Row] = []
     for name, one in found.summaries.items():
@@ -154,10 +154,10 @@ def _answers(found: Study) -> Table:
         row += tuple(number(value, 4) for value in one.quantiles)
         if limited and one.limits is not None:
             low, high = one.limits.interval
-            row += (number(one.limits.low, 4), number(one.limits.high, 4), _share(one.limits))
+            row += (f"{number(one.limits.low, 4)} to {number(one.limits.high, 4)}", _share(one.limits))
             row += (f"{100 * low:.1f} to {100 * high:.1f} %",)
         elif limited:
-            row += ("-", "-", "-", "-")
+            row += ("-", "-", "-")
         rows.append(row)
     return Table("Answers", heads, tuple(rows), left=2)
 

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 #: Answers that a channel gives by itself, and at a travel (mm or degrees).
 ALONE, AT = ("initial", "secant"), ("force", "secant", "tangent")
 _AT = re.compile(r"(.+)\.(\w+)@([-+.\deE]+)\Z")
+_INDEX = re.compile(r"-?\d+")
 EXAMPLES = "axial.initial, axial.secant, axial.force@3, axial.tangent@3, load_cases[0].stiffness.secant"
 
 
@@ -219,7 +220,7 @@ def number_at(key: str, document: Mapping[str, Any]) -> float:
     Parameters
     ----------
     key : str
-        "load_cases[0].stiffness.secant", or "load_cases.axial.stiffness.secant".
+        "load_cases[0].stiffness.secant", or "load_cases.axial.stiffness.secant"; -1 is the last entry of a list.
     document : mapping
 
     Raises
@@ -228,27 +229,26 @@ def number_at(key: str, document: Mapping[str, Any]) -> float:
         There is none.
     """
     value: Any = document
-    for part in re.sub(r"\[(\d+)\]", r".\1", key).split("."):
+    for part in re.sub(r"\[(-?\d+)\]", r".\1", key).split("."):
         if isinstance(value, Mapping) and part in value:
             value = value[part]
-        elif isinstance(value, list) and part.isdigit() and int(part) < len(value):
+        elif isinstance(value, list) and _INDEX.fullmatch(part) and -len(value) <= int(part) < len(value):
             value = value[int(part)]
         elif isinstance(value, list) and (named := [e for e in value if _name(e) == part]):
             value = named[0]
         else:
-            known = (
-                list(value)
-                if isinstance(value, Mapping)
-                else [_name(e) for e in value if _name(e)]
-                if (isinstance(value, list))
-                else []
-            )
-            raise NoAnswer(
-                f"{key}: the result has no {part} there ({', '.join(map(str, known)) or 'no keys'})"
-            )
+            raise NoAnswer(f"{key}: the result has no {part} there ({_known(value)})")
     if isinstance(value, bool | int | float):
         return float(value)
     raise NoAnswer(f"{key}: is no number")
+
+
+def _known(value: Any) -> str:
+    """Return what there is instead of what was asked for."""
+    if isinstance(value, list):
+        names = [_name(entry) for entry in value if _name(entry)]
+        return ", ".join(names) or f"a list: 0 to {len(value) - 1}"
+    return ", ".join(map(str, value)) if isinstance(value, Mapping) and value else "no keys"
 
 
 def _name(entry: Any) -> str:

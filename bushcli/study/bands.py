@@ -54,6 +54,8 @@ def band(rows: Rows, channel: str) -> Band | None:
         status = table["status"].to_pylist()
         chosen = [i for i in range(len(status)) if status[i] == "ok" and (seen + i) % every == 0]
         seen += len(status)
+        if not chosen:
+            continue  # Arrow takes no rows by an empty list: it has no type
         for q, force in zip(*(table[name].take(chosen).to_pylist() for name in names), strict=True):
             if q and len(q) == len(force):
                 found.append((np.array(q), np.array(force)))

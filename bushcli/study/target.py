@@ -67,7 +67,7 @@ def target(text: str) -> Target:
     rate, at, travel = name.partition("@")
     mode, dot, kind = rate.partition(".")
     kind = kind if dot else "secant" if at else "initial"
-    known = [one.name for one in modes().values() if one.specimen == "bushing"]
+    known = [one.name for one in modes().values() if one.specimen == "bushing" and one.follow is None]
     if not equals or not name:
         raise InputError(Problem(where, "is not NAME=VALUE", "", EXAMPLES))
     if mode not in known:

@@ -201,3 +201,39 @@ def test_a_direct_curve_is_without_the_rig(cli, case):
     found = json.loads(with_gain.stdout)
     assert found["curves"][0]["force"] == pytest.approx(force, rel=1e-3)
     assert found["remarks"] == ["without what the rig does: gain"]
+
+
+PATH = """
+[[load_cases]]
+mode = "path"
+steps = 2
+[load_cases.path]
+time = [0.0, 1.0]
+ux = [0.0, 1.0]
+uz = [0.0, 2.0]
+"""
+
+
+@pytest.mark.parametrize("program", ["csv", "fmu2"])
+def test_a_path_of_six_motions_is_no_curve_and_that_is_said(cli, case, tmp_path, program):
+    target = tmp_path / "bushing"
+    case.write_text(CASE + PATH)
+    for _ in range(2):  # a table or an FMU of our own is replaced
+        done = cli("export", case, "--to", program, "-o", target)
+        assert done.returncode == 0, done.stderr
+    assert "without path: several motions at once make no curve of one" in done.stderr
+    if program == "csv":
+        assert {line.split(",")[0] for line in target.read_text().splitlines()} == {"channel", "axial"}
+    else:
+        assert "axial: the force law is" in done.stderr
+    case.write_text(CASE.partition("[[load_cases]]")[0] + PATH)
+    done = cli("export", case, "--to", program, "-o", target)
+    assert done.returncode == 2
+    assert "has none but paths of six motions" in done.stderr
+
+
+def test_an_fmu_without_a_file_is_refused_before_anything_is_simulated(cli, case):
+    done = cli("export", case, "--to", "fmu3")
+    assert done.returncode == 2
+    assert "error: bushcli export: an FMU is an archive, not text (-o FILE.fmu)" in done.stderr
+    assert "step" not in done.stderr

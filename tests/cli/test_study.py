@@ -145,6 +145,32 @@ def test_designs_that_fail_are_named_and_the_others_go_on(inside, case, tmp_path
     assert "must be smaller" in rows[0]["reason"]
 
 
+def test_a_study_of_which_nothing_has_a_result_says_so(inside, case, tmp_path):
+    out = tmp_path / "out"
+    far = ["--answer", "axial.force@99"]
+    done = inside("study", case, "--vary", "geometry.length=30,34", *far, "--workers", 1, "-o", out)
+    assert done.exit_code == 0
+    assert "0 of 2 designs (grid) have a result." in done.output
+    assert (out / "report.html").is_file()
+
+
+def test_answers_from_lists_of_a_path_of_six_motions(inside, case):
+    text = case.read_text().partition("[[load_cases]]")[0]
+    path = 'mode = "path"\nsteps = 3\n[load_cases.path]\ntime = [0, 1]\nux = [0, 0.5]\nrz = [0, 2]\n'
+    case.write_text(f"{text}[[load_cases]]\n{path}")
+    answers = ["--answer", "end=load_cases.path.force.fx.-1", "--answer", "load_cases.path.force.mz.-1"]
+    options = ["--vary", "geometry.length=30,34", "--workers", 1, "-q", "--json"]
+    done = inside("study", case, *answers, *options)
+    found = json.loads(done.stdout)["answers"]
+    end = found["end"]["worst"]
+    # 30 and 34 mm long: radially more, in torsion as the lengths.
+    assert end["highest"]["value"] > 1.1 * end["lowest"]["value"]
+    twist = found["load_cases.path.force.mz.-1"]["worst"]
+    assert twist["highest"]["value"] / twist["lowest"]["value"] == pytest.approx(34 / 30, rel=0.02)
+    done = inside("study", case, "--answer", "load_cases.path.force.fx.99", *options[:-1])
+    assert "has no 99 there (a list: 0 to " in done.output
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

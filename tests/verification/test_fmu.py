@@ -135,6 +135,107 @@ def test_softening_in_one_dimension_is_what_was_given():
     assert kept == [3.0]
 
 
+REMEMBERED = """
+[[effects]]
+name = "permanent_set"
+parameters = { set = 0.06 }
+[[effects]]
+name = "warming"
+parameters = { amount = 0.12, tau = 20.0 }
+"""
+
+
+@pytest.fixture(scope="module")
+def worn(tmp_path_factory):
+    """A case file with relaxation, softening, set and warming, farther to one side; its folder."""
+    folder = tmp_path_factory.mktemp("worn")
+    head, _, rest = CASE.partition("[[load_cases]]")
+    viscous = rest.partition("[[effects]]")[2].partition("[[effects]]")[0]
+    load = '[[load_cases]]\nmode = "axial"\npath = [0, 4, -2, 0]\nrate = 1.0\n'
+    (folder / "case.toml").write_text(f"{head}{load}[[effects]]{viscous}{SOFTENING}{REMEMBERED}")
+    return folder
+
+
+def test_set_and_warming_are_carried_as_direct_simulates_them(worn):
+    """FMPy along a program that took part in nothing, beside `bushcli direct` with the same time and displacement."""
+    from bushcli.export.source import read_source
+    from bushcli.simulate.predict import predict
+
+    source = read_source(worn / "case.toml")
+    found = bushing_of(source, writer_for("fmu2"))
+    (one,) = found.law.summary()["channels"]
+    assert one["set"] == 0.06
+    assert one["warming"] == {"amount": 0.12, "tau": 20.0}
+    assert one["rms_percent"] < 1.0
+    corners = [
+        (0, 0),
+        (3, 2),
+        (6, 0),
+        (9, -1.5),
+        (13, 4),
+        (23, 4),
+        (27, 0),
+        (31, 0),
+        (36, 3),
+        (45, -2),
+        (60, 0),
+    ]
+    program = np.array(corners, dtype=float)
+    time = np.linspace(0.0, 60.0, 601)
+    q = np.interp(time, program[:, 0], program[:, 1])
+    rows = "".join(f"{t:.9g},{u:.9g}\n" for t, u in zip(time, q, strict=True))
+    (worn / "path.csv").write_text("time_s,displacement_mm\n" + rows)
+    text = (worn / "case.toml").read_text().replace("path = [0, 4, -2, 0]\nrate = 1.0", 'file = "path.csv"')
+    (worn / "long.toml").write_text(text)
+    expected = predict(read_source(worn / "long.toml").case).channels[0].curve
+    reference = np.interp(time, expected.time, expected.force)
+    table = np.zeros(601, dtype=[(n, float) for n in ("time", "axial_displacement", "axial_velocity")])
+    table["time"], table["axial_displacement"] = time, q
+    table["axial_velocity"][:-1] = np.diff(q) / 0.1
+    for version in (2, 3):
+        path = worn / f"bushing{version}.fmu"
+        order = Order("12/22/40", "case.toml", unit_system("N-mm-s"), None, None, found)
+        path.write_bytes(writer_for(f"fmu{version}").text(order))
+        assert fmpy.validation.validate_fmu(str(path)) == []
+        ran = fmpy.simulate_fmu(
+            str(path), stop_time=60.0, output_interval=0.1, input=table, output=["axial_force"]
+        )
+        force = np.interp(time, ran["time"], ran["axial_force"])
+        error = np.sqrt(np.mean((force - reference) ** 2))
+        assert error < 0.003 * np.ptp(reference)
+    # Without either the law would be far off: the program can tell.
+    channel = found.law.channels[0]
+    for lacking in ({"set": 0.0}, {"warming": []}):
+        other = follow(dict(channel.data, **lacking), np.column_stack([time, q]))
+        assert np.sqrt(np.mean((other - reference) ** 2)) > 0.015 * np.ptp(reference)
+
+
+def test_set_and_warming_in_one_dimension_have_their_closed_forms():
+    straight = {"displacement": [-4.0, 4.0], "force": [-40.0, 40.0], "force_slope": [10.0, 10.0]}
+    straight |= {"elastic": [0.0, 0.0], "elastic_slope": [0.0, 0.0], "maxwell": [], "sliders": []}
+    kept = Channel(straight | {"set": 0.1})
+    # q - set (M+ + M-): after 2 mm rest is at 0.2 mm; after -1 mm at 0.1 mm.
+    assert [kept.advance(q, 1.0) for q in (2.0, 0.2, -1.0, 0.1)] == pytest.approx([18.0, 0.0, -11.0, 0.0])
+    assert kept.state == [2.0, -1.0]
+    warm = Channel(straight | {"warming": [0.2, 5.0]})
+    assert warm.advance(1.0, 5.0) == pytest.approx(10.0 * (1 - 0.2 * (1 - np.exp(-1.0))))
+    warm.begin(1.0)
+    assert warm.force == pytest.approx(10.0)
+
+
+def test_an_effect_without_a_place_in_the_law_is_refused_by_name(worn):
+    from dataclasses import replace
+
+    from bushcli.errors import InputError
+    from bushcli.export.reduce import reduce
+
+    case = read_source(worn / "case.toml").case
+    warming = next(one for one in case.effects if one.effect.name == "warming")
+    other = replace(warming, effect=replace(warming.effect, name="ageing"))
+    with pytest.raises(InputError, match=r"no place for the effect ageing.*--without ageing"):
+        reduce(replace(case, effects=(other,)), [("axial", "axial", -1.0, 1.0)])
+
+
 @pytest.fixture(scope="module")
 def fmu(bushing, tmp_path_factory):
     def make(version, units):

@@ -3,8 +3,9 @@
 The force is F = S(q) + sum_i F_i + sum_j f_j: the curve after a long rest S, Maxwell branches F_i' = g_i H(q)' - F_i
 / tau_i and sliders f_j, springs on H(q) that give way at a limit. H is the curve of a branch that neither relaxes
 nor slips. S and H are cubic between points with given slopes, straight beyond. Rubber that softens after its first
-loading has lost L(q, a) of S within the largest displacement a that was reached. Nothing but the standard library is
-needed.
+loading has lost L(q, a) of S within the largest displacement a that was reached. A rubber with permanent set follows q
+less a share of the largest displacements to both sides in place of q; one that warms loses a share of all its force
+in time. Nothing but the standard library is needed.
 """
 
 from __future__ import annotations
@@ -87,8 +88,9 @@ class Channel:
     ----------
     data : dict
         ``displacement``, ``force``, ``force_slope``: the curve S; ``elastic``, ``elastic_slope``: H at the same
-        points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit); ``softening``, where there is
-        any: data of a `Softening`. The last state is then the largest displacement.
+        points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit). Where they are there:
+        ``softening``, data of a `Softening`; ``set``, the share of the largest displacements that stays; ``warming``,
+        the share of the force that is lost in the end and its time. The states of those three stand after the branches.
     """
 
     def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
@@ -99,21 +101,39 @@ class Channel:
         self.sliders = [(float(k), float(limit)) for k, limit in data["sliders"]]
         self.range = q[-1] - q[0]
         self.softening = Softening(data["softening"]) if data.get("softening") else None
+        self.set = float(data.get("set") or 0.0)
+        self.warming = tuple(float(value) for value in data.get("warming") or ())
         self.q = 0.0
         self.branches = len(self.maxwell) + len(self.sliders)
-        self.state = [0.0] * (self.branches + (self.softening is not None))
+        # Places of the states after the branches.
+        self.largest = self.branches
+        self.extremes = self.largest + (self.softening is not None)
+        self.elapsed = self.extremes + (2 if self.set else 0)
+        self.state = [0.0] * (self.elapsed + bool(self.warming))
+
+    @property
+    def driven(self) -> float:
+        """Displacement of the rubber from where it has set to, mm or rad, or as the data are."""
+        if not self.set:
+            return self.q
+        return self.q - self.set * (self.state[self.extremes] + self.state[self.extremes + 1])
 
     @property
     def force(self) -> float:
         """The force now."""
-        force = self.static(self.q) + sum(self.state[: self.branches])
-        return force if self.softening is None else force - self.softening(self.q, self.state[-1])
+        q = self.driven
+        force = self.static(q) + sum(self.state[: self.branches])
+        if self.softening is not None:
+            force -= self.softening(q, self.state[self.largest])
+        if self.warming:
+            amount, tau = self.warming
+            force *= 1.0 + amount * math.expm1(-self.state[self.elapsed] / tau)
+        return force
 
     def begin(self, q: float) -> None:
         """Start at rest at a displacement, mm or rad, or as the data are: the branches have relaxed there."""
-        self.q = q
-        if self.softening is not None:
-            self.state[-1] = abs(q)
+        self.state[:] = [0.0] * len(self.state)
+        self._move(q)
 
     def advance(self, q: float, duration: float) -> float:
         """Move to a displacement at constant speed, and return the force there.
@@ -126,15 +146,24 @@ class Channel:
             Time it takes, s; 0 for a sudden step.
         """
         parts = min(MOST_PARTS, max(1, math.ceil(abs(q - self.q) / (PART * self.range))))
-        begin, h = self.q, self.elastic(self.q)
+        begin, h = self.q, self.elastic(self.driven)
         for part in range(1, parts + 1):
-            end = self.elastic(begin + (q - begin) * part / parts)
+            self._move(begin + (q - begin) * part / parts)
+            end = self.elastic(self.driven)
             self._follow(end - h, duration / parts)
             h = end
-        self.q = q
-        if self.softening is not None:
-            self.state[-1] = max(self.state[-1], abs(q))
+        if self.warming:
+            self.state[self.elapsed] += duration
         return self.force
+
+    def _move(self, q: float) -> None:
+        """Go to a displacement, and note it where it is the farthest so far."""
+        self.q = q
+        if self.set:
+            first = self.extremes
+            self.state[first : first + 2] = max(self.state[first], q), min(self.state[first + 1], q)
+        if self.softening is not None:
+            self.state[self.largest] = max(self.state[self.largest], abs(self.driven))
 
     def _follow(self, rise: float, duration: float) -> None:
         """Let the branches follow a rise of H: exactly, for one that is linear in time."""

@@ -1,9 +1,12 @@
-"""Marc: a sheet of values in Marc's convention, to be typed into Mentat.
+"""Marc: a procedure for Mentat, which makes the material; what no public command sets is listed to be typed in.
 
-The fixed fields of Marc's input file are documented in a manual that is not public, and were tried on no Marc, so no
-card is written. Marc's energies (manual, volume A): MOONEY C10 (I1-3) + C01 (I2-3) + C11 (I1-3)(I2-3) + C20 (I1-3)^2
-+ C30 (I1-3)^3, OGDEN sum mu_n/alpha_n (l1^alpha_n + l2^alpha_n + l3^alpha_n - 3), ARRUDBOYCE with nkT = mu and N =
-lambda_m^2, GENT -E Im/6 ln(1 - (I1 - 3)/Im), so E = 3 mu. VISCELMOON and VISCELOGDEN take the shares of the
+The fields of Marc's input file are in volume C of its manual, which could not be had, so no input deck is written.
+Commands of Mentat that set a material's Mooney and Ogden constants and its density are public in many scripts that run
+them; those for the bulk modulus, for the Arruda-Boyce and Gent laws and for viscoelastic terms were found in none. They
+stand in comments, under the names of the manual, and the material's name then ends in ``_incomplete``. Nothing was
+tried on a Marc. Marc's energies (manual, volume A): MOONEY C10 (I1-3) + C01 (I2-3) + C11 (I1-3)(I2-3) + C20
+(I1-3)^2 + C30 (I1-3)^3, OGDEN sum mu_n/alpha_n (l1^alpha_n + l2^alpha_n + l3^alpha_n - 3), ARRUDBOYCE with nkT = mu and
+N = lambda_m^2, GENT -E Im/6 ln(1 - (I1 - 3)/Im), so E = 3 mu. VISCELMOON and VISCELOGDEN take the shares of the
 stiffness in a sudden step that relax, and the law is then that of a sudden step.
 """
 
@@ -14,50 +17,82 @@ from collections.abc import Mapping
 from bushcli.export.card import instantaneous_shares, ogden_terms, rubber, stresses
 from bushcli.export.writer import Order, Writer
 
+_TYPES = {"MOONEY": "mooney", "OGDEN": "ogden"}
+
 
 def write(order: Order) -> str:
-    """Return lines of name and value."""
-    one, units = rubber(order), order.units
-    values = stresses(order, one.instantaneous)
-    rows: list[tuple[str, float | str]] = [
-        ("model", WRITER.laws[one.law].lower()),
-        *_constants(one.law, values),
+    """Return commands, and comments with what is left to be typed in."""
+    by_hand = _by_hand(order)
+    name = f"{order.name}_incomplete" if by_hand else order.name
+    lines = [
+        "*new_mater standard",
+        "*mater_option general:state:solid",
+        "*mater_option general:skip_structural:off",
+        f"*mater_name {name}",
+        *_law(order),
     ]
-    bulk = one.bulk_modulus
-    rows.append(("bulk modulus", "incompressible" if bulk == float("inf") else units.of_stress(bulk)))
     if order.density is not None:
-        rows.append(("mass density", units.of_density(order.density)))
-    for i, (share, tau) in enumerate(instantaneous_shares(one), start=1):
-        rows += [
-            (f"term {i}: deviatoric multiplier", share),
-            (f"term {i}: deviatoric relaxation time", units.of_time(tau)),
+        lines.append(f"*mater_param general:mass_density {order.units.of_density(order.density):.10g}")
+    if by_hand:
+        width = max(len(name) for name, _ in by_hand)
+        lines.append("| to be typed in by hand, after which the material is complete:")
+        lines += [
+            f"| {name:{width}s} = {value if isinstance(value, str) else f'{value:.10g}'}"
+            for name, value in by_hand
         ]
+    return "\n".join(lines)
+
+
+def _law(order: Order) -> list[str]:
+    """Return the commands for the law's constants; none where no public command sets them."""
+    one = rubber(order)
+    known, kind = stresses(order, one.instantaneous), _TYPES.get(WRITER.laws[one.law])
+    if kind is None:
+        return []
+    lines = [f"*mater_option structural:type:{kind}"]
+    if kind == "ogden":
+        terms = ogden_terms(known)
+        lines.append(f"*mater_param structural:ogden_nterm {len(terms)}")
+        for i, (mu, alpha) in enumerate(terms, start=1):
+            lines.append(f"*mater_param structural:ogden_modulus_{i} {mu:.10g}")
+            lines.append(f"*mater_param structural:ogden_exp_{i} {alpha:.10g}")
+        return lines
+    lines.append("*mater_option structural:mooney_model:five_term")
+    constants = [(name, known.get(name, 0.0)) for name in ("C10", "C01", "C11", "C20", "C30")]
+    return lines + [
+        f"*mater_param structural:mooney_{name.lower()} {value:.10g}" for name, value in constants
+    ]
+
+
+def _by_hand(order: Order) -> list[tuple[str, float | str]]:
+    """Return names and values of what no public command sets."""
+    one, units = rubber(order), order.units
+    found: list[tuple[str, float | str]] = []
+    if WRITER.laws[one.law] not in _TYPES:
+        values = stresses(order, one.instantaneous)
+        found += [("model", WRITER.laws[one.law]), *_constants(one.law, values)]
+    if one.bulk_modulus != float("inf"):
+        found.append(("bulk modulus", units.of_stress(one.bulk_modulus)))
     if one.series:
-        rows.insert(0, ("viscoelastic", "viscelogden" if one.law == "ogden" else "viscelmoon"))
-    width = max(len(name) for name, _ in rows)
-    return "\n".join(
-        f"{name:{width}s} = {value}" if isinstance(value, str) else f"{name:{width}s} = {value:.10g}"
-        for name, value in rows
-    )
+        found.append(("viscoelastic", "VISCELOGDEN" if one.law == "ogden" else "VISCELMOON"))
+    for i, (share, tau) in enumerate(instantaneous_shares(one), start=1):
+        found.append((f"term {i}: deviatoric multiplier", share))
+        found.append((f"term {i}: deviatoric relaxation time", units.of_time(tau)))
+    return found
 
 
-def _constants(law: str, known: Mapping[str, float]) -> list[tuple[str, float]]:
-    if law == "ogden":
-        numbered = enumerate(ogden_terms(known), start=1)
-        return [pair for i, (mu, a) in numbered for pair in ((f"mu_{i}", mu), (f"alpha_{i}", a))]
+def _constants(law: str, known: Mapping[str, float]) -> list[tuple[str, float | str]]:
     if law == "arruda_boyce":
         return [("nkT", known["mu"]), ("N", known["lambda_m"] ** 2)]
-    if law == "gent":
-        return [("E", 3.0 * known["mu"]), ("Im", known["Jm"])]
-    return [(name, known.get(name, 0.0)) for name in ("C10", "C01", "C11", "C20", "C30")]
+    return [("E", 3.0 * known["mu"]), ("Im", known["Jm"])]
 
 
 WRITER = Writer(
     name="marc",
-    title="Marc (sheet of values for Mentat)",
+    title="Marc (procedure for Mentat)",
     kind="card",
-    ending=".txt",
-    comment=("$", ""),
+    ending=".proc",
+    comment=("|", ""),
     write=write,
     laws={
         "neo_hookean": "MOONEY",
@@ -70,8 +105,9 @@ WRITER = Writer(
     series="VISCELMOON, VISCELOGDEN",
     series_laws=frozenset({"neo_hookean", "mooney_rivlin", "yeoh", "ogden"}),
     remarks=(
-        "not an input deck: values to be typed into Mentat (material properties, hyperelastic)",
+        "run it in Mentat; values that no public command sets are in comments at its end, to be typed in",
         "with viscoelastic terms the law is that of a sudden step",
     ),
-    source="Marc manual, volume A: Theory and User Information, Elastomer; Time-dependent behavior of elastomers",
+    source="Marc manual, volume A: Theory and User Information, Elastomer; Time-dependent behavior of elastomers; "
+    "commands of Mentat in public scripts that run them",
 )

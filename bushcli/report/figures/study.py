@@ -108,7 +108,9 @@ def _tornado(axes: Axes, found: Summary) -> None:
     axes.invert_yaxis()
     axes.tick_params(axis="y", length=0)
     ends = [Patch(color=ORANGE, label="key at its 5 %"), Patch(color=BLUE, label="at its 95 %")]
-    axes.legend(handles=ends, loc="lower right", fontsize=8)
+    # Above the panel: bars and limits may be anywhere in it.
+    above = (0.0, 1.0)
+    axes.legend(handles=ends, loc="lower left", bbox_to_anchor=above, ncols=2, fontsize=8, borderaxespad=0.2)
 
 
 def _limits(axes: Axes, found: Summary) -> None:
@@ -186,6 +188,9 @@ def _scatter(axes: Axes, found: Study, name: str, key: str) -> None:
     words = any(isinstance(value, str) for value in x)
     at = [str(value)[:LONGEST] for value in x] if words else x
     axes.scatter(at, y, s=7, color=BLUE, alpha=0.55, lw=0, rasterized=True)
+    if not words:
+        # Dimensions with three decimals do not fit more often.
+        axes.locator_params(axis="x", nbins=3)
     limits = found.summaries[name].limits
     if limits is not None:
         for value in (limits.low, limits.high):

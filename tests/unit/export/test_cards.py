@@ -259,22 +259,51 @@ def febio(text):
     return found
 
 
+#: Commands of Mentat that set a material, as public scripts that run them have them, and their order.
+MENTAT = (
+    r"\*new_mater standard",
+    r"\*mater_option general:state:solid",
+    r"\*mater_option general:skip_structural:off",
+    r"\*mater_name [A-Za-z]\w*",
+)
+MENTAT_LAW = re.compile(
+    r"\*mater_option structural:(type:(mooney|ogden)|mooney_model:five_term)"
+    r"|\*mater_param (structural:(mooney_c(10|01|11|20|30)|ogden_(nterm|(modulus|exp)_[1-6]))|general:mass_density)"
+    r" [-+.\de]+"
+)
+
+
 def marc(text):
-    """Marc, volume A: the sheet's names are those of Mentat's form."""
-    lines = [line.split(" = ") for line in text.splitlines() if not line.startswith("$")]
-    values = {name.strip(): value.strip() for name, value in lines}
-    number = {name: float(value) for name, value in values.items() if re.fullmatch(r"[-+.\de]+", value)}
-    kind = values["model"]
-    if kind == "mooney":
-        places = {"C10": (1, 0), "C01": (0, 1), "C11": (1, 1), "C20": (2, 0), "C30": (3, 0)}
-        energy = polynomial({at: number[name] for name, at in places.items()})
-    elif kind == "ogden":
-        count = sum(name.startswith("mu_") for name in values)
-        pairs = [(number[f"mu_{i}"], number[f"alpha_{i}"]) for i in range(1, count + 1)]
+    """Marc, volume A: constants set by commands, those left to be typed in under the names of the manual."""
+    lines = text.splitlines()
+    commands = [line for line in lines if not line.startswith("|")]
+    for line, form in zip(commands, MENTAT, strict=False):
+        assert re.fullmatch(form, line), line
+    assert all(MENTAT_LAW.fullmatch(line) for line in commands[4:]), commands
+    values = {}
+    for line in commands[4:]:
+        key, _, value = line.partition(" ")[2].partition(" ")
+        if value:
+            values[key.partition(":")[2]] = float(value)
+    typed = dict(
+        [part.strip() for part in line[1:].split(" = ")]
+        for line in lines[lines.index(commands[-1]) :]
+        if line.startswith("| ") and " = " in line
+    )
+    assert commands[3].endswith("_incomplete") == bool(typed)
+    number = {name: float(value) for name, value in typed.items() if re.fullmatch(r"[-+.\de]+", value)}
+    if "*mater_option structural:type:mooney" in commands:
+        assert "*mater_option structural:mooney_model:five_term" in commands
+        places = {"c10": (1, 0), "c01": (0, 1), "c11": (1, 1), "c20": (2, 0), "c30": (3, 0)}
+        energy = polynomial({at: values[f"mooney_{name}"] for name, at in places.items()})
+    elif "*mater_option structural:type:ogden" in commands:
+        count = int(values["ogden_nterm"])
+        pairs = [(values[f"ogden_modulus_{i}"], values[f"ogden_exp_{i}"]) for i in range(1, count + 1)]
         energy = powers([(mu / alpha, alpha) for mu, alpha in pairs])
-    elif kind == "arrudboyce":
+    elif typed["model"] == "ARRUDBOYCE":
         energy = chains(number["nkT"], number["N"])
     else:
+        assert typed["model"] == "GENT"
         energy = gent(number["E"] / 3, number["Im"])
     found = Read(energy, number["bulk modulus"])
     for i in (1, 2, 3):
