@@ -48,8 +48,8 @@ class Minimum:
     at_edge : bool
         The law's stability holds the search back from a lower misfit.
     stationary : bool
-        The search did not move, because its start is the minimum already: no step promises a lower misfit. A law
-        that is linear in its parameters is solved exactly before the search begins.
+        The search did not move, because its start is the minimum already: no step is predicted to lower the misfit.
+        A law that is linear in its parameters is solved exactly before the search begins.
     """
 
     start: Array

@@ -301,7 +301,7 @@ _worker: dict[str, Any] = {}
 def _begin_worker(task: Task, coarse: bool, stop: Any) -> None:
     from mpi4py import MPI
 
-    # Ctrl-C goes to the whole group of processes: the first one tells the others when to stop.
+    # Ctrl-C goes to the whole group of processes: the first one signals the others when to stop.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     channels, _ = task.channels(coarse=coarse, comm=MPI.COMM_SELF)
     _worker.update(task=task, channels=channels, problem=task.pose(channels), stop=stop)

@@ -307,7 +307,7 @@ def _several(ends: tuple[EndPoint, ...]) -> list[Condition]:
                 Condition(
                     "several_minima",
                     f"distinct parameter sets fit equally well: {listed}",
-                    "another recording, or a law with fewer parameters; the curves alone cannot tell them apart",
+                    "another recording, or a law with fewer parameters; the curves alone cannot distinguish them",
                 )
             ]
     return []
