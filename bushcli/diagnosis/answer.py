@@ -69,6 +69,7 @@ def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]
             one.log_evidence - base,
             one.state.size if one.predicted is None else None,
             one.state.evidence.judged.phi if one.predicted is None else None,
+            {active.identity: active.variant for active in one.model.effects if active.variant},
         )
         for one in models
         if one.probability >= SHOWN

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.diagnosis import model_cache
-from bushcli.diagnosis.fit import Measured, features_of, fitted, pose
+from bushcli.diagnosis.density import features_of
+from bushcli.diagnosis.fit import Measured, fitted, pose
 from bushcli.diagnosis.likelihood.features import Features
 from bushcli.diagnosis.likelihood.noise import NoiseModel
 from bushcli.diagnosis.model import Fitted, Model

@@ -140,9 +140,10 @@ class Search:
         state, least = self.states[key], key
         for other, one in self.states.items():
             lost = state.evidence.judged.log - one.evidence.judged.log
-            more = len(state.model.identities) - len(one.model.identities)
-            if more > 0 and state.model.contains(one.model) and lost < FAINT * more:
-                least = min(least, other, key=lambda k: len(self.states[k].model.identities))
+            # A further effect, or a further branch of one.
+            more = max(len(state.model.identities) - len(one.model.identities), 1)
+            if state.model.contains(one.model) and lost < FAINT * more:
+                least = min(least, other, key=len)
         return least
 
     def weights(self, state: State) -> tuple[float, float]:

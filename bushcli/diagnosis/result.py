@@ -117,6 +117,8 @@ class RankedModel:
         Root mean square misfit over the noise; None where the model was not fitted and counts by its prediction.
     form_error : float, optional
         Error of the model's formulas that its likelihood took as most probable, as a share of the plain law's misfit.
+    variants : mapping of str to str
+        Effect -> what distinguishes it from the same effect in another model: "2 branches", "outer bottom".
     """
 
     law: str
@@ -125,6 +127,7 @@ class RankedModel:
     log_evidence: float
     misfit: float | None
     form_error: float | None
+    variants: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -50,6 +50,20 @@ class ActiveEffect:
         return tuple(p for p in self.effect.parameters if not p.optional or _branch(p.name) in given)
 
     @property
+    def variant(self) -> str:
+        """What distinguishes it from the same effect in another model: "2 branches", "outer bottom"; often nothing."""
+        found = []
+        branches = {_branch(p.name) for p in self.parameters if _branch(p.name)}
+        if len(branches) > 1:
+            found.append(f"{len(branches)} branches")
+        for p in self.parameters:
+            if p.choices:
+                found.append(p.choices[round(self.values[p.name])].replace("_", " "))
+            elif p.of_mesh:
+                found.append(f"{p.name} {self.values[p.name]:g} {p.unit}")
+        return ", ".join(found)
+
+    @property
     def lacking(self) -> tuple[str, ...]:
         """Full names of the parameters that the model uses and that have no value."""
         return tuple(self.full_name(p) for p in self.parameters if p.name not in self.values)

@@ -76,6 +76,7 @@ def _models(found: Diagnosis) -> list[dict[str, Any]]:
             "log_evidence": one.log_evidence,
             "misfit": one.misfit,
             "form_error": one.form_error,
+            "variants": dict(one.variants),
         }
         for one in found.models
     ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from bushcli.effects.effect import effect_name, effects, rig_of
 from bushcli.report.quantity import listed
@@ -59,7 +59,7 @@ def together(names: Sequence[str], none: str = "no effect") -> str:
     return f"{first} with {listed(others)}" if others else first
 
 
-def model_title(law: str, names: Sequence[str]) -> str:
+def model_title(law: str, names: Sequence[str], variants: Mapping[str, str] | None = None) -> str:
     """Return a model as a table shows it: "Yeoh + Mullins softening + offset (radial)", "Yeoh alone".
 
     Parameters
@@ -68,8 +68,14 @@ def model_title(law: str, names: Sequence[str]) -> str:
         Name of the law.
     names : sequence of str
         Names of effects, with their rigs.
+    variants : mapping of str to str, optional
+        Effect -> what distinguishes it from the same effect in another model: "viscoelasticity, 2 branches".
     """
-    return " + ".join((law_title(law), *map(phrase, names))) if names else f"{law_title(law)} alone"
+    if not names:
+        return f"{law_title(law)} alone"
+    known = variants or {}
+    parts = [f"{phrase(name)} ({known[name]})" if known.get(name) else phrase(name) for name in names]
+    return " + ".join((law_title(law), *parts))
 
 
 def chance(probability: float) -> str:

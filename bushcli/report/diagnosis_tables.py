@@ -62,7 +62,7 @@ def model_table(found: Diagnosis, most: int | None = None) -> Table:
         so_far += one.probability
         rows.append(
             (
-                model_title(one.law, one.effects),
+                model_title(one.law, one.effects, one.variants),
                 short_chance(one.probability),
                 short_chance(so_far),
                 logarithm(one.log_evidence),
@@ -167,7 +167,13 @@ def trial_table(found: Diagnosis) -> Table:
 
 def _trial(order: int, one: Trial) -> Row:
     found = logarithm(one.log_evidence), number(one.misfit)
-    return (str(order), model_title(one.law, one.effects), one.text, logarithm(one.predicted), *found)
+    return (
+        str(order),
+        model_title(one.law, one.effects),
+        one.text,
+        logarithm(one.predicted),
+        *found,
+    )
 
 
 def untestable_table(found: Diagnosis) -> Table:

@@ -230,3 +230,16 @@ def test_a_factor_on_all_channels_is_the_laws():
     assert gain.differs_from_law(["axial"], ["axial"], law_held=True)
     assert not batch.differs_from_law(["axial"], two, law_held=False)
     assert stop.differs_from_law(["axial"], ["axial"], law_held=False)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "said"),
+    [
+        ("viscoelasticity", {"g1": 0.2, "tau1": 3.0}, ""),
+        ("viscoelasticity", {"g1": 0.2, "tau1": 3.0, "g2": 0.1, "tau2": 30.0}, "2 branches"),
+        ("debonding", {"length": 3.0, "bond": 2.0}, "outer top"),
+        ("sleeve_compliance", {"compliance": 1e-4, "thickness": 4.0}, "thickness 4 mm"),
+    ],
+)
+def test_an_effect_says_which_variant_it_is(name, values, said):
+    assert ActiveEffect(effect(name), values).variant == said

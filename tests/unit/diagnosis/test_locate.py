@@ -306,13 +306,16 @@ def test_noise_model_sees_a_memory():
 
 def test_coarse_sampling_without_noise_is_not_taken_for_a_memory():
     q = 8 * np.sin(np.linspace(0, 6 * np.pi, 100))
-    assert noise_model(recording(np.arange(100.0), q, law(q))).correlation == 0.0
+    found = noise_model(recording(np.arange(100.0), q, law(q)))
+    # Cubics miss the curve; what differences say nothing of is as the prior has it.
+    assert found.correlation == pytest.approx(0.35, abs=0.01)
+    assert found.freedom < 2.0
 
 
 def test_a_recording_without_noise_is_not_trusted_beyond_what_models_are():
     time, q = ONE_SIDED
     model = noise_model(recording(time, q, 100 * q))
-    assert model == NoiseModel(1e-3 * 800)
+    assert model == NoiseModel(1e-3 * 800, least=1e-3 * 800)
     with pytest.raises(ValueError, match="impossible values"):
         NoiseModel(0.0)
 

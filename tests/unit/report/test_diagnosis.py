@@ -69,7 +69,15 @@ def test_json_is_what_scripts_rely_on(case, diagnoses):
     assert document["probability"]["friction"] == 0.67
     assert {"unknown", "nothing"} <= document["probability"].keys()
     best = document["models"][0]
-    assert best.keys() == {"law", "effects", "probability", "log_evidence", "misfit", "form_error"}
+    assert best.keys() == {
+        "law",
+        "effects",
+        "probability",
+        "log_evidence",
+        "misfit",
+        "form_error",
+        "variants",
+    }
     assert best["effects"] == ["mullins", "friction"]
     # Without the first; by the effects' own names.
     assert document["rivals"] == [["mullins", "viscoelasticity"], ["mullins", "friction", "offset"]]
@@ -865,3 +873,10 @@ def test_the_page_runs_its_own_script_and_no_other(case, diagnoses):
     assert "http://" not in text
     assert "https://" not in text
     assert "url(" not in text
+
+
+def test_models_with_the_same_effects_are_distinguished():
+    assert model_title("yeoh", ("viscoelasticity",), {"viscoelasticity": "2 branches"}) == (
+        "Yeoh + viscoelasticity (2 branches)"
+    )
+    assert model_title("yeoh", (), {}) == "Yeoh alone"

@@ -1,0 +1,109 @@
+"""The least-squares problem of a fit: features of the misfit beside the priors, each in its standard deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.diagnosis.likelihood.calibration import factor_of
+from bushcli.diagnosis.likelihood.features import Features, features
+from bushcli.diagnosis.likelihood.form import Judged, Likelihood
+from bushcli.diagnosis.likelihood.noise import NoiseModel, noise_model
+from bushcli.diagnosis.prior import Known
+from bushcli.inverse.channel import Channel
+from bushcli.inverse.problem import Problem
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class Posterior(Problem):
+    """The least-squares problem whose sum of squares is twice the negative logarithm of the posterior density."""
+
+    likelihood: Likelihood
+    variances: tuple[float, ...]
+    known: Mapping[str, Known]
+
+    @property
+    def features(self) -> tuple[Features, ...]:
+        """Features of each channel."""
+        return self.likelihood.features
+
+    @property
+    def samples(self) -> int:
+        """Number of rows without those of stability."""
+        return sum(one.count for one in self.features) + len(self.names)
+
+    @property
+    def unit(self) -> float:
+        """Factor that brings rows to the order of one, so that instability is penalised as in an identification."""
+        return float(np.sqrt(len(self.channels) / sum(one.count for one in self.features)))
+
+    def objective(self, x: Array) -> float:
+        """Twice the negative logarithm of the posterior density, up to a constant; NaN where a march failed."""
+        forces = self.forces(x)
+        if forces is None:
+            return float("nan")
+        rows = [
+            one.of(force - channel.recording.force)
+            for one, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
+        ]
+        prior = sum(
+            self.known[n].row(float(v))[0] ** 2 for n, v in zip(self.names, x, strict=True) if n in self.known
+        )
+        return prior - 2.0 * self.judge(rows).log
+
+    def judge(self, rows: Sequence[Array]) -> Judged:
+        """Return the likelihood of features (K,) of each channel."""
+        return self.likelihood.judge(self.likelihood.left(rows))
+
+    def rescale(self, x: Array) -> float:
+        """Take over the variances of the likelihood at a point; return the largest factor by which one changed."""
+        forces = self.forces(x)
+        assert forces is not None
+        rows = [
+            one.of(force - channel.recording.force)
+            for one, channel, (force, _) in zip(self.features, self.channels, forces, strict=True)
+        ]
+        before, self.variances = self.variances, self.judge(rows).scale
+        return max(max(a / b, b / a) for a, b in zip(before, self.variances, strict=True))
+
+    def _rows(self, x: Array) -> tuple[Array, Array]:
+        forces = self.forces(x)
+        if forces is None:
+            size = self.samples + len(self.states)
+            return np.full(size, np.nan), np.full((size, len(x)), np.nan)
+        values, slopes = [], []
+        for channel, one, variance, (force, slope) in zip(
+            self.channels, self.features, self.variances, forces, strict=True
+        ):
+            values.append(self.unit * one.whitened(one.of(force - channel.recording.force), variance))
+            slopes.append(self.unit * one.whitened(one.of(slope), variance))
+        prior = [
+            self.known[n].row(float(v)) if n in self.known else (0.0, 0.0)
+            for n, v in zip(self.names, x, strict=True)
+        ]
+        values.append(self.unit * np.array([row for row, _ in prior]))
+        slopes.append(self.unit * np.diag([slope for _, slope in prior]))
+        value, slope = self._stability(x)
+        return np.concatenate([*values, value]), np.concatenate([*slopes, slope])
+
+
+def features_of(
+    channels: Sequence[Channel], used: Sequence[Mask], noises: Sequence[NoiseModel]
+) -> tuple[Features, ...]:
+    """Return the features of each channel.
+
+    Parameters
+    ----------
+    channels : sequence of Channel
+    used : sequence of (n,) array of bool
+        Samples that count.
+    noises : sequence of NoiseModel
+        Where empty, as each recording shows it.
+    """
+    known = noises or [noise_model(c.recording, m) for c, m in zip(channels, used, strict=True)]
+    rows = zip(channels, known, used, strict=True)
+    return tuple(features(c.recording, noise, m, factor_of(c)) for c, noise, m in rows)
