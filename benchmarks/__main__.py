@@ -16,6 +16,7 @@ SECTIONS = {
     "threads": direct.threads,
     "peers": compare.compare,
     "effects": effects.cost,
+    "memory": effects.memory,
     "alike": effects.alike,
     "real": real.real,
     "six": six.six,

@@ -1,6 +1,7 @@
 """Cost of the effects: what each adds to a simulation of a long recording, and which of them look alike.
 
 `python -m benchmarks effects`: an axial recording of eight cycles and 400 points, one effect at a time.
+`python -m benchmarks memory`: what five derivatives cost where the rubber has memory, in processor time.
 `python -m benchmarks alike`: cosine between what effects do beside a Yeoh law, axial and radial.
 """
 
@@ -67,6 +68,34 @@ def cost(runs: int) -> Iterator[str]:
         )
 
 
+def memory(runs: int) -> Iterator[str]:
+    """Processor time of a march with memory, alone and with five derivatives, by turns in one process."""
+    yield "| effect | channel | march, s | with 5 derivatives, s | ratio | smallest and largest |"
+    yield "| --- | --- | --- | --- | --- | --- |"
+    for mode in REACH:
+        for name in ("viscoelasticity", "friction", "mullins"):
+            effect = effects()[name]
+            active = [ActiveEffect(effect).started()]
+            simulation = made(mode, active)
+            names = (*YEOH, *(f"{name}.{p.name}" for p in active[0].parameters if not p.of_mesh))[:5]
+            simulation.solve({})
+            simulation.solve({}, names)
+            # By turns: a simulation keeps its last answer.
+            pairs = [
+                (
+                    _worked(lambda s=simulation: s.solve({})),
+                    _worked(lambda s=simulation, n=names: s.solve({}, n)),
+                )
+                for _ in range(runs)
+            ]
+            ratios = [whole / plain for plain, whole in pairs]
+            plain, whole = (median(pair[i] for pair in pairs) for i in range(2))
+            yield (
+                f"| {name} | {mode} | {plain:.3f} | {whole:.3f} | {median(ratios):.2f} "
+                f"| {min(ratios):.2f} to {max(ratios):.2f} |"
+            )
+
+
 def alike(runs: int) -> Iterator[str]:
     """Pairs of effects that look alike beside the law's parameters."""
     del runs
@@ -109,3 +138,9 @@ def _timed(work: object) -> float:
     begin = time.perf_counter()
     work()  # type: ignore[operator]
     return time.perf_counter() - begin
+
+
+def _worked(work: object) -> float:
+    begin = time.process_time()
+    work()  # type: ignore[operator]
+    return time.process_time() - begin

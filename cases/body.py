@@ -59,6 +59,8 @@ class Part:
             material.strain, {"gradients": self.g}, clear=True
         )
         self._forces: tuple[Array, Call] | None = None
+        # Unknowns of the last `look`, whose gradients and strains need not be computed again.
+        self._seen: Array | None = None
 
     def place(self, swelling: float, anew: bool) -> None:
         """Update where the stress-free body is.
@@ -70,6 +72,8 @@ class Part:
         anew : bool
             Whether parameters may have moved the stress-free body.
         """
+        if anew:
+            self._seen = None
         if self._moved is not None and anew:
             self.points.move(self._moved.now(), swelling)
         else:
@@ -84,6 +88,12 @@ class Part:
         """Compute gradients and strains at a state, given by this rank's unknowns."""
         self.points.gradients(x, self.g)
         self._strains()
+        self._seen = x.copy()
+
+    def look_again(self, x: Array) -> None:
+        """Do the same as `look` where the state is likely, but not bound, to be that of the last one."""
+        if self._seen is None or not np.array_equal(self._seen, x):
+            self.look(x)
 
     def answer(self) -> Array:
         """Return `P`, the derivatives of the energy by the gradients at the state of `look`."""
@@ -95,16 +105,25 @@ class Part:
         self._forces[1]()
         return self.P
 
-    def by_gradients(self, stress: Array) -> Array:
-        """Convert derivatives by the strains, (points, variables), to derivatives by the gradients, in a new array."""
-        answer = np.concatenate([np.zeros((len(stress), 1)), stress], axis=1)
+    def by_gradients(self, stresses: Array) -> Array:
+        """Convert derivatives by the strains, (k, points, variables), to those by the gradients, in a new array."""
+        count, points, variables = stresses.shape
+        answers = np.zeros((count * points, 1 + variables))
+        answers[:, 1:] = stresses.reshape(-1, variables)
         function = kernel(gradients.forces(self._name, self._setting))
-        return function(self.points.number, {"gradients": self.g, "answer": answer})
+        # All in one call: on the half-plane a call costs more than the points.
+        found = function(len(answers), {"gradients": self._repeated(count), "answer": answers})
+        return found.reshape(count, points, -1)
 
-    def strain_rates(self, change: Array) -> Array:
-        """Return the change of the strain variables that a change of the gradients causes."""
+    def strain_rates(self, changes: Array) -> Array:
+        """Return the changes of the strain variables that changes of the gradients, (k, points, rows), cause."""
+        count, points, rows = changes.shape
         function = kernel(gradients.strain_rates(self._name, self._setting))
-        return function(self.points.number, {"gradients": self.g, "change": change})
+        inputs = {"gradients": self._repeated(count), "change": changes.reshape(-1, rows)}
+        return function(count * points, inputs).reshape(count, points, -1)
+
+    def _repeated(self, count: int) -> Array:
+        return self.g if count == 1 else np.tile(self.g, (count, 1))
 
     @cached_property
     def A(self) -> Array:
@@ -191,7 +210,7 @@ class Body:
     def stiffen(self, x: Array) -> None:
         """Compute the second derivatives at the points, for `add_stiffness` and `add_action`."""
         for part in self.parts:
-            part.look(x)
+            part.look_again(x)
             part.stiffen()
 
     def add_stiffness(self, places: Sequence[Index], values: Array) -> None:
@@ -224,7 +243,7 @@ class Body:
         """Stored energy on this rank, N mm."""
         total = 0.0
         for part in self.parts:
-            part.look(x)
+            part.look_again(x)
             if isinstance(part.material, Rubber):
                 total += part.points.integral(part.material.energy())
             else:

@@ -173,19 +173,13 @@ class Equilibrium:
         return np.concatenate([self.tangent_rate(), self.free_rate])
 
     def tangent_rate(self, factorised: bool = False) -> Array:
-        """dx/dq of this rank's unknowns at the last solution, by a linear solution with the tangent there.
-
-        Parameters
-        ----------
-        factorised
-            Whether the tangent has to be factorised afterwards, because the caller has more to solve for.
-        """
+        """dx/dq of this rank's unknowns at the last solution; factorises the tangent there if it has to be at hand."""
         self.free_rate: Array = np.zeros_like(self.model.motion.free)
         if self.border is not None:
             self.factorise()
             moved, self.free_rate = self.border.rate(self.ksp, self.rate)
             return moved
-        if not factorised and self._fatigue is not None and self._fatigue <= TIRED:
+        if not factorised and self.fresh(TIRED):
             self.model.system.stiffen()
             rate = self._rates.iterated(Found(self.model, self.ksp, self.q, self.rate, self.tolerance))
             if rate is not None:
@@ -198,6 +192,10 @@ class Equilibrium:
         solution.destroy()
         self._rates.add(self.q, rate)
         return rate
+
+    def fresh(self, most: int) -> bool:
+        """Whether the last solution took at most so many iterations with the factorisation at hand."""
+        return self._fatigue is not None and self._fatigue <= most
 
     def factorise(self) -> None:
         """Factorise the tangent at the last solution, even if an older factorisation would do."""

@@ -98,7 +98,7 @@ class LocalStiffness:
         """
         rate, part = self._direction(solver), self.model.body.rubber
         part.look(self.model.state.x.array)
-        change = part.strain_rates(part.points.gradients(rate))
+        change = part.strain_rates(part.points.gradients(rate)[None])[0]
         stress = self.model.body.material.isochoric(moduli=False)[:, 1:]
         return self._by_cell(np.einsum("pa,pa->p", stress, change))
 

@@ -100,7 +100,7 @@ class Mode:
             return 0.0
         return float(np.linalg.norm(self.solid.rate(np.zeros((3, 1)), 0.0)[:2]))
 
-    def looks_the_same(self, planes: frozenset[Literal["x", "y", "z"]]) -> bool:
+    def is_symmetric_end_to_end(self, planes: frozenset[Literal["x", "y", "z"]]) -> bool:
         """Whether the motion is symmetric about z = 0, alone or combined with a reflection in another of these planes.
 
         Where it is, something at the upper end of a body with these planes of symmetry gives the same curve as at the
@@ -108,7 +108,7 @@ class Mode:
         """
         if "z" not in planes:
             return False
-        # Linear in the coordinates but for a constant: four points tell all.
+        # Linear in the coordinates but for a constant: four points determine it.
         x = np.column_stack([np.zeros(3), np.eye(3)])
         q = 0.3
         motion = self.solid.motion(x, q)

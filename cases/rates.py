@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 # half-plane.
 MOST = 8
 # Relative error of a rate over the march's tolerance, and the least, which rounding allows. The derivatives by
-# parameters were then within 4e-7 of their largest value at the usual tolerance (Yeoh and Ogden, four modes).
+# parameters were then within 4e-7 of their largest value at the default tolerance (Yeoh and Ogden, four modes).
 LOOSER, SMALLEST = 100.0, 1e-11
 # Rates that are extrapolated from: a cubic. More of them carry on each other's errors.
 KEPT = 4

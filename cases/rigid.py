@@ -141,6 +141,33 @@ def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
     return direction
 
 
+def completed(model: Model, forces: Array) -> Array:
+    """Add what all ranks contribute to each unknown's force, and clear those of constrained ones.
+
+    Parameters
+    ----------
+    model
+        The model.
+    forces
+        This rank's contributions, shape (k, n) over all local unknowns.
+
+    Returns
+    -------
+    ndarray, shape (k, n)
+        Right-hand sides of `solved`; zero in ghosts.
+    """
+    complete = np.zeros_like(forces)
+    b = model.system.create_vector()
+    for force, row in zip(forces, complete, strict=True):
+        with b.localForm() as local:
+            local.array_w[:] = force
+        b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        b.array_w[model.system.owned_constrained] = 0.0
+        row[: model.system.owned] = b.array_r
+    b.destroy()
+    return complete
+
+
 def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
     """Solve for the free unknowns under forces on them.
 

@@ -5,7 +5,8 @@ the rubber remembers from the steps before. The force is the work of R on v = dx
 of the sleeve, and because the tangent is symmetric the total derivative is dQ/dc = v . (dR/dc + dR/dh h'), with no
 need for dx/dc. Without memory that is all: one back-substitution for all parameters together, then one scalar each.
 
-With memory its derivative h' = dh/dc is marched along: one back-substitution per parameter and step gives x' = dx/dc,
+With memory its derivative h' = dh/dc is marched along: one back-substitution per step, for v and all parameters
+together (or, after a short step, two or three with an older factorisation: `cases.refinement`), gives x' = dx/dc,
 and the update rule h_new = U(x, h; c) gives h'_new = U_x x' + U_h h' + U_c. Parameters may also move a boundary (its
 motion is then an x' known beforehand) or the path of the sleeve itself (dq/dc, given with the program).
 
@@ -20,13 +21,14 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
 from cases.equilibrium import Equilibrium
 from cases.model import Model
 from cases.parameters import Numbers
 from cases.ranks import summed
-from cases.rigid import solved
+from cases.rates import Found
+from cases.refinement import refined
+from cases.rigid import completed, solved
 from cases.series import Series
 from cases.slopes import Along, Slopes
 
@@ -34,6 +36,8 @@ Array = NDArray[np.float64]
 
 # Step of the difference that bends a path: the rates are sines and cosines, known to rounding.
 BEND = 1e-5
+# A step is short if the factorisation at hand found its end in so many iterations; then it serves the derivatives too.
+SHORT = 3
 
 
 class Sensitivity:
@@ -59,6 +63,7 @@ class Sensitivity:
         self.memory: Sequence[Sequence[Array | None]] = [[None] * count for _ in self.names]
         self._rates: dict[str, Numbers] = {}
         self._rates_at: tuple[float, ...] = ()
+        self._last: Array | None = None
 
     def __call__(
         self,
@@ -83,20 +88,18 @@ class Sensitivity:
             s, as in the program; for the spring.
         """
         model, prescribed = self.model, path_rates or {}
-        rate = solver.tangent_rate(factorised=model.path_dependent)
-        slopes = Slopes(model.body, model.state.x.array)
-        along = slopes.along(rate)
-        stiffness = self._stiffness(solver.q, rate) if series is not None or any(prescribed.values()) else 0.0
         changes = [self._change(name) for name in self.names]
         boundaries = [model.motion.boundary_rate(name, solver.q) for name in self.names]
-        stresses = slopes.stresses(changes, self.memory) if model.path_dependent else []
-        works = np.zeros(len(self.names))
-        for i, (name, change) in enumerate(zip(self.names, changes, strict=True)):
-            if model.path_dependent:
-                works[i] = slopes.work_of(name, change, stresses[i], along)
-            else:
-                works[i] = slopes.work(name, change, along)
-            works[i] += self._outside(name, change, boundaries[i], along)
+        if not model.path_dependent:
+            rate = solver.tangent_rate()
+            works = self._works(Slopes(model.body, model.state.x.array), changes, boundaries, rate)
+        else:
+            model.system.stiffen()
+            slopes = Slopes(model.body, model.state.x.array)
+            forces = self._forces(slopes, changes, boundaries)
+            rate, moved = self._solutions(solver, -forces)
+            works = forces @ rate
+        stiffness = self._stiffness(solver.q, rate) if series is not None or any(prescribed.values()) else 0.0
         works = summed(model.comm, works) * model.multiplicity
         works += [self._bent(name, solver.q) for name in self.names]
         rates = np.array([prescribed.get(name, 0.0) for name in self.names])
@@ -104,13 +107,9 @@ class Sensitivity:
             for i, (name, work) in enumerate(zip(self.names, works, strict=True)):
                 rates[i] = series.rate(name, solver.q, solver.force, time, stiffness, rates[i], work)
         if model.path_dependent:
-            forces = np.zeros((len(self.names), len(rate)))
-            for i, (name, change) in enumerate(zip(self.names, changes, strict=True)):
-                slopes.add_forces(name, change, stresses[i], forces[i])
-                self._add_outside(name, change, boundaries[i], forces[i])
-            moved = self._answers(solver, forces)
-            for i, boundary in enumerate(boundaries):
-                moved[i] += rates[i] * rate + (0.0 if boundary is None else boundary)
+            moved += np.outer(rates, rate)
+            for one, boundary in zip(moved, boundaries, strict=True):
+                one += 0.0 if boundary is None else boundary
             self.memory = list(slopes.memory_after(self.names, changes, self.memory, list(moved)))
         return works + stiffness * rates, rates
 
@@ -125,6 +124,27 @@ class Sensitivity:
         return self._rates[name]
 
     # -- what is not at the body's points ------------------------------------------------------------------------
+
+    def _works(
+        self, slopes: Slopes, changes: Sequence[Numbers], boundaries: Sequence[Array | None], rate: Array
+    ) -> Array:
+        """Work of the forces' derivatives by each parameter on v, of this rank; without memory."""
+        along = slopes.along(rate)
+        found = [
+            slopes.work(name, change, along) + self._outside(name, change, boundary, along)
+            for name, change, boundary in zip(self.names, changes, boundaries, strict=True)
+        ]
+        return np.array(found)
+
+    def _forces(
+        self, slopes: Slopes, changes: Sequence[Numbers], boundaries: Sequence[Array | None]
+    ) -> Array:
+        """Derivatives of the forces by each parameter with the unknowns held, (names, n), of this rank."""
+        stresses = slopes.stresses(changes, self.memory)
+        found = slopes.forces(self.names, changes, stresses)
+        for name, change, boundary, force in zip(self.names, changes, boundaries, found, strict=True):
+            self._add_outside(name, change, boundary, force)
+        return found
 
     def _outside(self, name: str, change: Numbers, boundary: Array | None, along: Along) -> float:
         """Work of the derivative of surfaces' forces, and of the tangent on a boundary's motion; of this rank."""
@@ -166,16 +186,30 @@ class Sensitivity:
 
     # -- with memory ---------------------------------------------------------------------------------------------
 
-    def _answers(self, solver: Equilibrium, forces: Array) -> Array:
-        """Solve the tangent for minus the derivatives of the forces; all local unknowns, by rows."""
+    def _solutions(self, solver: Equilibrium, forces: Array) -> tuple[Array, Array]:
+        """dx/dq, (n,), and the answers of the free unknowns to forces of this rank, (names, n)."""
         model = self.model
-        b = model.system.create_vector()
-        complete = np.zeros_like(forces)
-        for i, force in enumerate(forces):
-            with b.localForm() as local:
-                local.array_w[:] = force
-            b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-            b.array_w[model.system.owned_constrained] = 0.0
-            complete[i, : model.system.owned] = b.array_r
-        b.destroy()
-        return -solved(model, solver.factor, complete)
+        right = completed(model, forces)
+        if solver.border is not None:
+            return solver.tangent_rate(), solved(model, solver.factor, right)
+        found = self._refined(solver, right)
+        if found is None:
+            solver.factorise()
+            b = model.system.create_vector()
+            model.system.lift(b, solver.rate)
+            lifted = np.zeros_like(solver.rate)
+            lifted[: model.system.owned] = b.array_r
+            b.destroy()
+            found = solved(model, solver.factor, np.vstack([lifted, right]))
+        self._last = found
+        return found[0], found[1:].copy()
+
+    def _refined(self, solver: Equilibrium, right: Array) -> Array | None:
+        """Both, from those of the last step, where the step was short."""
+        if self._last is None or self.model.mesh.dimension == 2 or not solver.fresh(SHORT):
+            return None  # in the half-plane a factorisation costs less
+        guess = self._last.copy()
+        dofs = self.model.motion.constrained.dofs
+        guess[0, dofs] = solver.rate[dofs]
+        at = Found(self.model, solver.ksp, solver.q, solver.rate, solver.tolerance)
+        return refined(at, np.vstack([np.zeros_like(solver.rate), right]), guess)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cases.equilibrium import Equilibrium
 from cases.ranks import summed
-from cases.rigid import tangent
+from cases.rigid import completed, solved, tangent
 from cases.sensitivity import BEND, Sensitivity
 from cases.series import Series
 from cases.six import twist_of
@@ -58,11 +58,7 @@ class SixSensitivity(Sensitivity):
         slopes = Slopes(model.body, model.state.x.array)
         changes = [self._change(name) for name in self.names]
         boundaries = [model.motion.boundary_rate(name, q) for name in self.names]
-        stresses = slopes.stresses(changes, self.memory)
-        forces = np.zeros((len(self.names), found.answers.shape[1]))
-        for i, (name, change) in enumerate(zip(self.names, changes, strict=True)):
-            slopes.add_forces(name, change, stresses[i], forces[i])
-            self._add_outside(name, change, boundaries[i], forces[i])
+        forces = self._forces(slopes, changes, boundaries)
         held = np.asarray(summed(model.comm, found.answers @ forces.T)) * model.multiplicity
         for i, name in enumerate(self.names):
             if model.motion.resizes(name):
@@ -73,7 +69,7 @@ class SixSensitivity(Sensitivity):
         self.motions = given_way
         self.reactions = held + found.stiffness @ columns @ given_way
         if model.path_dependent:
-            moved = self._answers(solver, forces)
+            moved = solved(model, solver.factor, completed(model, -forces))
             moved += (columns @ given_way).T @ found.answers
             for i, boundary in enumerate(boundaries):
                 moved[i] += 0.0 if boundary is None else boundary

@@ -2,7 +2,7 @@
 
 A parameter changes the stresses at the points (law, volumetric part, branches, metal), the points' volumes (swelling),
 or where the stress-free body is, and with it volumes and gradients. All of it is an energy's second derivative: once by
-the parameter, and once by the gradients, along a direction (`work`) or by every unknown (`add_forces`).
+the parameter, and once by the gradients, along a direction (`work`) or by every unknown (`forces`).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Slopes:
     def __init__(self, body: Body, state: Array) -> None:
         self._body, self._state = body, state
         for part in body.parts:
-            part.look(state)
+            part.look_again(state)
 
     @cached_property
     def _at(self) -> PointState:
@@ -105,29 +105,36 @@ class Slopes:
                 total += part.points.integral(density)
         return total
 
-    def add_forces(self, name: str, rates: Numbers, stresses: Sequence[Array | None], forces: Array) -> None:
-        """Add the derivative of the forces by a parameter to a vector.
+    def forces(
+        self, names: Sequence[str], rates: Sequence[Numbers], stresses: Sequence[Sequence[Array | None]]
+    ) -> Array:
+        """Return the derivatives of the forces by each parameter, (names, n); N per unit of the parameter.
 
         Parameters
         ----------
-        name
-            The parameter.
+        names
+            The parameters.
         rates
-            Derivative of `Body.numbers` by the parameter.
+            For each parameter, derivative of `Body.numbers` by it.
         stresses
-            What `stresses` found for it: for each part shape (points, variables), MPa per unit of the parameter.
-        forces : shape (n,)
-            Over this rank's unknowns; N per unit of the parameter.
+            What `stresses` found: for each parameter and part shape (points, variables), MPa per unit of the parameter.
         """
-        for part, stress in zip(self._body.parts, stresses, strict=True):
-            if stress is not None:
-                part.points.add_forces(part.by_gradients(stress), forces)
-            swollen, moving = self._moves(part, name, rates)
-            if swollen != 0.0:
-                part.points.add_forces(swollen * self._P(part), forces)
-            if moving is not None:
-                part.points.add_forces(self._changed(part, moving), forces)
-                moving.add_forces(self._P(part), forces)
+        found = np.zeros((len(names), len(self._state)))
+        for number, part in enumerate(self._body.parts):
+            own = {i: one[number] for i, one in enumerate(stresses)}
+            changed = {i: stress for i, stress in own.items() if stress is not None}
+            if changed:
+                rows = part.by_gradients(np.array(list(changed.values())))
+                for i, row in zip(changed, rows, strict=True):
+                    part.points.add_forces(row, found[i])
+            for name, change, force in zip(names, rates, found, strict=True):
+                swollen, moving = self._moves(part, name, change)
+                if swollen != 0.0:
+                    part.points.add_forces(swollen * self._P(part), force)
+                if moving is not None:
+                    part.points.add_forces(self._changed(part, moving), force)
+                    moving.add_forces(self._P(part), force)
+        return found
 
     def memory_after(
         self,
@@ -148,7 +155,7 @@ class Slopes:
             For each parameter, derivative of the state, shape (n,).
         """
         material, n = self._body.material, self._body.material.variables
-        strains = [self._strain_change(name, one) for name, one in zip(names, directions, strict=True)]
+        strains = self._strain_changes(names, directions)
         slopes = self._at.law[:, 1 : 1 + n]
         energies = [
             np.einsum("pa,pa->p", slopes, strain) + self._law_energy_change(change)
@@ -165,14 +172,16 @@ class Slopes:
                 own.append(row)
         return after
 
-    def _strain_change(self, name: str, direction: Array) -> Array:
-        """Derivative of the rubber's strain variables by a parameter."""
+    def _strain_changes(self, names: Sequence[str], directions: Sequence[Array]) -> Array:
+        """Derivatives of the rubber's strain variables by each parameter, (names, points, variables)."""
         part = self._body.rubber
-        change = part.points.gradients(direction)
-        moving = part.moving(name)
-        if moving is not None:
-            change += moving.gradients(self._state)
-        return part.strain_rates(change)
+        changes = np.empty((len(names), part.points.number, part.points.rows))
+        for name, direction, change in zip(names, directions, changes, strict=True):
+            part.points.gradients(direction, change)
+            moving = part.moving(name)
+            if moving is not None:
+                change += moving.gradients(self._state)
+        return part.strain_rates(changes)
 
     # -- pieces --------------------------------------------------------------------------------------------------
 
@@ -281,7 +290,7 @@ class Along:
     def strain(self, part: Part) -> Array:
         """Change of a part's strain variables, shape (points, variables)."""
         if id(part) not in self._strains:
-            self._strains[id(part)] = part.strain_rates(self.gradients(part))
+            self._strains[id(part)] = part.strain_rates(self.gradients(part)[None])[0]
         return self._strains[id(part)]
 
     def work_slopes(self, body: Body) -> tuple[Array, Array]:

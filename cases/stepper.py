@@ -174,7 +174,7 @@ class Stepper:
             return True
         if self._leaps == LEAPS:
             return False
-        # A fold of the free surface has no equilibrium near this one: look beyond it, from this state.
+        # A fold of the free surface has no equilibrium near this one: try a step beyond it, from this state.
         self._leaps += 1
         self._length = self._widest
         self._known.forget()

@@ -43,7 +43,7 @@ def principal_stretches(model: Model, points: Array | None = None, region: str =
 
 
 def stretch_points(model: Model, points: Array | None = None, region: str = "rubber") -> Points:
-    """Points at which `principal_stretches` looks, for several states of a model.
+    """Points at which `principal_stretches` evaluates, for several states of a model.
 
     Parameters
     ----------
@@ -56,10 +56,10 @@ def stretch_points(model: Model, points: Array | None = None, region: str = "rub
     """
     if points is not None:
         return _points(model, region, points)
-    return _usual_points(model, region)
+    return _default_points(model, region)
 
 
-def _usual_points(model: Model, region: str) -> Points:
+def _default_points(model: Model, region: str) -> Points:
     """Return the points where nobody has chosen others; a model keeps them, and takes them to another shape."""
     mesh = model.mesh
     degree = 2 if mesh.simplices else 3

@@ -50,7 +50,7 @@ def model_to_mesh(model: Any, comm: Any, dimension: int) -> tuple[Any, Any, Any]
     except ImportError:
         from dolfinx.io import gmshio as reader
     try:
-        # 0.11 wants to be told that no facet has more than two cells; 0.10 assumed it, 0.9 has no such argument.
+        # 0.11 requires the largest number of cells at a facet, two; 0.10 assumed it, 0.9 has no such argument.
         partitioner = create_cell_partitioner(GhostMode.none, 2)
     except TypeError:
         partitioner = create_cell_partitioner(GhostMode.none)

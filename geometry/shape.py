@@ -171,7 +171,7 @@ class Shape(BaseModel):
     displacement_order: ClassVar[int] = 2
     #: Whether meshes are products of intervals: twice as many elements then halve every one of them.
     structured: ClassVar[bool] = True
-    #: Elements of a mesh for a first look: a tenth of the time, some per cent of the force.
+    #: Elements of a coarse mesh for quick estimates: a tenth of the time, an error of some per cent in the force.
     coarse: ClassVar[Refinement] = Refinement(2, 4, 8)
     #: Of files that describe such a shape by themselves.
     suffixes: ClassVar[tuple[str, ...]] = ()

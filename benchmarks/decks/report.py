@@ -48,7 +48,7 @@ def _deck(deck: str, runs: Runs) -> str:
     if len(runs) > 1 and any(len(found) != len(common) for found in runs.values()) and common:
         same = {label: [i for i in found if i.entry.name in common] for label, found in runs.items()}
         head = ["", *(f"{label} ({len(common)} alike)" for label in runs)]
-        text += "\nThe recordings that all of them have diagnosed:\n\n" + table(head, _rows(same))
+        text += "\nThe recordings that were diagnosed under all labels:\n\n" + table(head, _rows(same))
     return "\n".join([text, _by_truth(runs), _times(runs)])
 
 
@@ -87,11 +87,11 @@ def _rows(runs: Runs) -> list[list[str]]:
         ["nothing concealed: nothing in the credible set", *of(nothing, score.in_set)],
         ["outside: unexplained in the right place, or its later name", *of(outside, score.outside_right)],
         ["outside: `unexplained`", *of(outside, score.unexplained)],
-        ["effects stated with 95 % that are not there", *map(wrong, runs.values())],
+        ["absent effects stated with 95 % or more", *map(wrong, runs.values())],
         ["95 % intervals that hold the true value", *map(inside, runs.values())],
         ["`faulty_data`, which is never right here", *of(list, lambda i: i.said.verdict == "faulty_data")],
-        ["spikes said where they are", *of(_with_spikes, lambda i: "spikes" in i.said.faults)],
-        ["a data fault said where none is", *of(_clean, lambda i: bool(i.said.faults))],
+        ["spikes reported where there are some", *of(_with_spikes, lambda i: "spikes" in i.said.faults)],
+        ["a data fault reported where there is none", *of(_clean, lambda i: bool(i.said.faults))],
         ["no result (failed, out of time)", *of(list, lambda i: i.said.verdict == "no result")],
         ["log score, mean (nats)", *map(logs, runs.values())],
     ]
@@ -167,9 +167,7 @@ def _times(runs: Runs) -> str:
             row.append(f"{len(s)}: {statistics.median(s):.0f}, {max(s):.0f}" if s else "")
         rows.append(row)
     head = ["channels", *(f"{label}: recordings: median, longest (s)" for label in runs)]
-    return "### Seconds\n\nOf processor time where it was measured, else of wall clock.\n\n" + table(
-        head, rows
-    )
+    return "### Seconds\n\nProcessor time where it was measured, else wall clock.\n\n" + table(head, rows)
 
 
 def _seconds(item: Item) -> float:
@@ -179,8 +177,8 @@ def _seconds(item: Item) -> float:
 
 def _reliability(runs: Runs, picture: Path | None) -> str:
     text = (
-        "## Reliability\n\nOf what is said with a probability in the range, the share that is true; all decks. "
-        "Old answers know only 1 over the number of sets.\n\n"
+        "## Reliability\n\nThe share of statements that are true, by ranges of the stated probability; all decks. "
+        "Old answers have no probability: 1 over the number of sets is used.\n\n"
     )
     kinds = {"effects": score.statements, "sets of effects": score.models}
     drawn = {}
@@ -199,7 +197,7 @@ def _reliability(runs: Runs, picture: Path | None) -> str:
         rows.append(
             ["expected calibration error", *(finite(score.calibration_error(own)) for own in bins.values())]
         )
-        head = [what, *(f"{label}: mean said: true" for label in runs)]
+        head = [what, *(f"{label}: mean stated: true" for label in runs)]
         text += table(head, rows) + "\n"
     if picture is not None and any(any(bins.values()) for bins in drawn.values()):
         draw(drawn, picture)
@@ -226,7 +224,7 @@ def draw(kinds: Mapping[str, Mapping[str, Sequence[score.Bin]]], file: Path) -> 
             low = [max(0.0, s - e[0]) for s, e in zip(y, ends, strict=True)]
             high = [max(0.0, e[1] - s) for s, e in zip(y, ends, strict=True)]
             axis.errorbar(x, y, [low, high], marker="o", markersize=4, linewidth=1, capsize=2, label=label)
-        axis.set(xlabel="said", ylabel="true", title=what, xlim=(-0.02, 1.04), ylim=(-0.02, 1.02))
+        axis.set(xlabel="stated", ylabel="true", title=what, xlim=(-0.02, 1.04), ylim=(-0.02, 1.02))
         axis.legend(frameon=False)
     figure.tight_layout()
     figure.savefig(file, metadata={"Date": None} if file.suffix == ".svg" else None)

@@ -4,19 +4,19 @@
 Everything that is wrong is reported at once, with file, key, what was expected and the nearest valid name.
 """
 
-from bushcli.case.beginning import beginning
 from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names, resolved
 from bushcli.case.load import load_case, load_part, shape_of_part
+from bushcli.case.starter import starter_case
 
 __all__ = [
     "Case",
     "LoadCase",
     "Material",
     "MeshOptions",
-    "beginning",
     "load_case",
     "load_case_names",
     "load_part",
     "resolved",
     "shape_of_part",
+    "starter_case",
 ]

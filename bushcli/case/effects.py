@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.schema import EffectTable
 from bushcli.case.unit import inside, outside, unit
-from bushcli.effects.active import ActiveEffect, told_apart
+from bushcli.effects.active import ActiveEffect, uniquely_named
 from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
 from bushcli.errors import nearest
 from cases.mode import modes
@@ -75,7 +75,7 @@ def build(
             at = (*keys, "name")
             findings.append(Finding(at, f"{dotted(at)} = {shown(effect.name)}: {what}", expected=expected))
         active.append(replace(plain, values=values))
-    return list(told_apart(active)), findings
+    return list(uniquely_named(active)), findings
 
 
 def _is_of_another_rig(effect: Effect, channels: Sequence[str] | None, twins: Sequence[ActiveEffect]) -> bool:

@@ -165,15 +165,15 @@ def _path(file: Path) -> _Entry | None:
 
 
 def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
-    """Return the kinds of modes, those that the name tells first; each with whether a coupon is in machine units.
+    """Return the kinds of modes, those in the file's name first; each with whether a coupon is in machine units.
 
     A file with stress and strain is of a coupon; one with force and travel can be of either, and is a bushing's unless
     its name says otherwise.
     """
     coupon = _KINDS[2]
     order = [(coupon, False), (_KINDS[0], False), (_KINDS[1], False), (coupon, True)]
-    told = {mode_of_name(file.stem, specimen) for specimen in ("bushing", "coupon")}
-    return sorted(order, key=lambda entry: not told & set(entry[0]))
+    named = {mode_of_name(file.stem, specimen) for specimen in ("bushing", "coupon")}
+    return sorted(order, key=lambda entry: not named & set(entry[0]))
 
 
 def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ...]]]:
@@ -227,7 +227,7 @@ def _with_choices(source: Source) -> tuple[Source, tuple[str, ...]]:
 
 
 def _without_header(source: Source) -> Source | None:
-    """Return a source with two or three columns in their usual order, where a text file says nothing of them."""
+    """Return a source with two or three columns in the most common order, if a text file does not name them."""
     if format_of(source.file):
         return None
     table = read_table(source.file)

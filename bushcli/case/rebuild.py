@@ -24,7 +24,7 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     shown : dict
         The entry "case" of a result, with changes such as an identified material.
     folder : Path
-        Folder of the result. The case file is looked for from the working folder, then from this one upwards.
+        Folder of the result. The case file is searched for from the working folder, then from this one upwards.
 
     Raises
     ------

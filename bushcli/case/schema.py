@@ -154,7 +154,7 @@ class RecordingTable(FileTable):
     """``[[recordings]]``."""
 
     mode: str | None = Field(
-        default=None, description="a mode, see bushcli list modes; absent = what the name of the file tells"
+        default=None, description="a mode, see bushcli list modes; absent = the mode in the name of the file"
     )
     file: Name = Field(description="file of a test rig, or a pattern of files, relative to the case file")
     name: Name | None = Field(default=None, description="name of the channel; absent = the mode")

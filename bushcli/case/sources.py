@@ -105,7 +105,7 @@ class SourceBuilder:
         specimen : str or None
             "coupon" where only modes of a coupon may be named.
         usual : str
-            Specimen whose modes the name of a file may tell, "bushing" or "coupon".
+            Specimen whose modes the name of a file may contain, "bushing" or "coupon".
         """
         sources: list[Source] = []
         for table, keys in tables:
@@ -140,7 +140,9 @@ class SourceBuilder:
         found = mode_of_name(file.stem, usual)
         if found is None:
             names = ", ".join(mode.name for mode in modes().values() if mode.specimen == usual)
-            what = f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} does not tell it"
+            what = (
+                f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} does not contain one"
+            )
             self.findings.append(Finding((*keys, "mode"), what, expected=names))
         return found
 

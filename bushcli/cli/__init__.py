@@ -1,7 +1,7 @@
 """The command line: reads arguments, calls the functions that do the work, prints. Nothing else prints.
 
 Data go to stdout, narration and progress to stderr. What a command needs is imported inside it, so that --help answers
-at once. Under MPI every rank does the same and the first one speaks.
+at once. Under MPI every rank does the same and only the first one prints.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class _Group(click.Group):
     def main(self, *args: Any, **extra: Any) -> Any:
         # Open MPI does not start without it, and Python knows it from the system's list of users.
         os.environ.setdefault("HOME", _home())
-        # 20 ms of each start: pydantic would look for plugins in all packages, and check the schemas that it makes.
+        # 20 ms of each start: pydantic would search all packages for plugins, and check the schemas that it makes.
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
         try:

@@ -8,7 +8,7 @@ import click
 
 from bushcli.cli.identification import fit_to_coupons, weighted
 from bushcli.cli.progress import march_progress
-from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, on_a_case, speaks
+from bushcli.cli.run import DONE, NEGATIVE, NOT_CONVERGED, Run, is_first_rank, on_a_case
 from bushcli.errors import InputError, Problem
 from geometry.errors import GeometryError
 
@@ -50,7 +50,7 @@ def check(run: Run, strict: bool) -> int:
         said = report.case_text(case, curves, coupons, faults)
         run.show(said, *report.protocol_parts(tests), *problem_parts(found))
     run.emit(result)
-    if run.output and speaks():
+    if run.output and is_first_rank():
         report.write_check(run.output, result, case)
         run.say(f"wrote {run.output}")
     return NEGATIVE if strict and (faults or tests.violated) else DONE
@@ -65,7 +65,7 @@ def mesh(run: Run) -> int:
     case file to start from is written.
     """
     from bushcli import report
-    from bushcli.case import beginning
+    from bushcli.case import starter_case
     from bushcli.simulate.meshes import meshes
 
     output = run.output or Path("out")
@@ -75,16 +75,16 @@ def mesh(run: Run) -> int:
         with run.timed("mesh"):
             built = meshes(case, output)
     except GeometryError as error:
-        if speaks() and report.write_refused(output, error):
+        if is_first_rank() and report.write_refused(output, error):
             run.say(f"see the picture {output / 'geometry.png'}")
         raise
     if run.shows:
         run.show(report.mesh_text(built, case.geometry))
     result = report.mesh_json(case, built, run.timings())
     run.emit(result)
-    if speaks():
+    if is_first_rank():
         report.write_meshes(output, built, result, case.geometry)
-        if case.path.suffix != ".toml" and report.write_beginning(output, beginning(case, output)):
+        if case.path.suffix != ".toml" and report.write_starter_case(output, starter_case(case, output)):
             run.say(
                 f"wrote {output / report.BEGINNING}: a case file to continue from; put in your rubber and loads"
             )
@@ -136,8 +136,8 @@ def direct(
 
     case = run.load()
     if not case.recordings and not case.load_cases:
-        wanted = "[[recordings]] or [[load_cases]]"
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
+        expected = "[[recordings]] or [[load_cases]]"
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     found = fit_to_coupons(run, case, None, weighting) if case.needs_fit else None
     with run.timed("solve"), march_progress(run) as progress:
         response = predict(
@@ -155,7 +155,7 @@ def direct(
     if run.shows:
         run.show(report.direct_text(response, compared, found))
     run.emit(result)
-    if run.output and speaks():
+    if run.output and is_first_rank():
         report.write_direct(run.output, result, response, compared, found)
         run.say(f"wrote {run.output}")
     if not response.complete:

@@ -8,7 +8,7 @@ import click
 
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
-from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, speaks
+from bushcli.cli.run import DONE, NEGATIVE, Run, is_first_rank, on_a_case
 from bushcli.cli.shared import pool, shares_work
 from bushcli.errors import InputError, Problem
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.option(
     "--target",
-    "wanted",
+    "stated",
     multiple=True,
     required=True,
     metavar="RATE=VALUE",
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 @on_a_case
 def design(
     run: Run,
-    wanted: tuple[str, ...],
+    stated: tuple[str, ...],
     varied: tuple[str, ...],
     toleranced: tuple[str, ...],
     starts: int,
@@ -72,7 +72,7 @@ def design(
     from bushcli.study.target import target
     from bushcli.study.variable import variable
 
-    targets = [target(text) for text in wanted]
+    targets = [target(text) for text in stated]
     variables = [variable(text) for text in varied]
     bounds_of(variables)
     keys = [one.key for one in variables]
@@ -105,7 +105,7 @@ def design(
     result = report.design_json(found, run.timings())
     run.show(report.design_text(found))
     run.emit(result)
-    if run.output and speaks():
+    if run.output and is_first_rank():
         report.write_design(run.output, result, found)
         run.say(f"wrote {run.output}")
     return NEGATIVE if strict and not all(one.met for one in found.targets) else DONE
@@ -160,12 +160,12 @@ def _tolerances(case: Case, given: tuple[str, ...]) -> dict[str, Toleranced]:
             if one is None:
                 one = Toleranced(number_at(key, case_data(case)), float(spec))
         except NoAnswer:
-            wanted = f'"{key}=NOMINAL +- DEVIATION"'
-            raise InputError(Problem(f"--tolerance {text}", f"the case has no {key}", "", wanted)) from None
+            expected = f'"{key}=NOMINAL +- DEVIATION"'
+            raise InputError(Problem(f"--tolerance {text}", f"the case has no {key}", "", expected)) from None
         except ValueError:
             one = None
         if one is None or not one.deviation > 0.0:
-            wanted = 'geometry.length=0.3, or "hardness=60 +- 5"'
-            raise InputError(Problem(f"--tolerance {text}", "is not KEY=DEVIATION", "", wanted))
+            expected = 'geometry.length=0.3, or "hardness=60 +- 5"'
+            raise InputError(Problem(f"--tolerance {text}", "is not KEY=DEVIATION", "", expected))
         found[key] = one
     return found

@@ -15,9 +15,9 @@ from bushcli.cli.run import (
     NEGATIVE,
     NOT_CONVERGED,
     Run,
+    is_first_rank,
     on_a_case,
     ranks_there_are,
-    speaks,
 )
 from bushcli.cli.shared import elsewhere, scheduled
 from bushcli.errors import InputError, Problem
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 @click.option("--model", metavar="LAW", help="Law of the plain model instead of the case's.")
 @click.option(
     "--effects",
-    "wanted",
+    "requested",
     multiple=True,
     metavar="NAME[,NAME...]",
     help="Look for these effects only (see `bushcli list effects`); may be given several times.",
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
 def diagnose(
     run: Run,
     model: str | None,
-    wanted: tuple[str, ...],
+    requested: tuple[str, ...],
     hold_out: tuple[str, ...],
     uniform_odds: bool,
     budget: float | None,
@@ -106,7 +106,7 @@ def diagnose(
                 found = find(
                     case,
                     model=model,
-                    effects=_names(wanted),
+                    effects=_names(requested),
                     hold_out=tuple(dict.fromkeys(hold_out)),
                     uniform=uniform_odds,
                     budget=None if budget is None else 60.0 * budget,
@@ -158,10 +158,10 @@ def _say_what_is_saved(run: Run, journal: Path) -> None:
     run.say(f"no verdict yet; {count} {'result is' if count == 1 else 'results are'} saved for --resume")
 
 
-def _names(wanted: tuple[str, ...]) -> list[str] | None:
+def _names(requested: tuple[str, ...]) -> list[str] | None:
     """Return the names given with all uses of --effects, each a list with commas; None without the option."""
-    names = [name.strip() for given in wanted for name in given.split(",") if name.strip()]
-    if wanted and not names:
+    names = [name.strip() for given in requested for name in given.split(",") if name.strip()]
+    if requested and not names:
         raise InputError(Problem("--effects", "names no effect", "", "NAME[,NAME...]"))
     return list(dict.fromkeys(names)) or None
 
@@ -176,7 +176,7 @@ def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str]
     budget : float or None
         s; None where there is none, and nobody knows how long it will take.
     """
-    if run.quiet or not speaks():
+    if run.quiet or not is_first_rank():
         return None
     begin, last = time.perf_counter(), ""
 

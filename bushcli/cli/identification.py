@@ -14,8 +14,8 @@ from bushcli.cli.run import (
     NEGATIVE,
     NOT_CONVERGED,
     Run,
+    is_first_rank,
     on_a_case,
-    speaks,
     wait_for_ranks,
 )
 from bushcli.cli.shared import pool, scheduled
@@ -50,7 +50,7 @@ def fit(run: Run, model: str | None, weighting: str, strict: bool) -> int:
     result = report.fit_json(case, found, run.timings())
     run.show(report.fit_text(found))
     run.emit(result)
-    if run.output and speaks():
+    if run.output and is_first_rank():
         report.write_fit(run.output, result, case, found)
         run.say(f"wrote {run.output}")
     return NEGATIVE if strict and found.conditions else DONE
@@ -155,7 +155,7 @@ def inverse(
 
     Every channel is weighted by its own noise. With -o DIR each evaluation is saved in DIR/history-LAW, from
     which --resume continues after an interruption. --scheduler shares the starts among the workers of Dask, which
-    keep no such files.
+    write no such files.
     """
     from bushcli.inverse import Task
 
@@ -189,7 +189,7 @@ def inverse(
 
 
 def _identified(run: Run, task: Task, resume: bool, shared: Pool | None) -> Fit:
-    """Identify one law, and keep its evaluations where there is an output."""
+    """Identify one law, and save its evaluations if there is an output folder."""
     from bushcli.inverse import identify
 
     run.say(f"identifying {task.model} from {len(task.case.recordings) - len(task.hold_out)} recordings")
@@ -208,7 +208,7 @@ def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
     result = report.inverse_json(case, fits, run.timings())
     run.show(report.inverse_text(fits))
     run.emit(result)
-    if run.output and speaks():
+    if run.output and is_first_rank():
         report.write_inverse(run.output, result, case, fits)
         run.say(f"wrote {run.output}")
     return _exit_code(fits[0], strict, interrupted)

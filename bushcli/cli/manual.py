@@ -16,7 +16,7 @@ _FILES = (
     ("DIR/result.json", "The result for scripts, as --json prints it."),
 )
 _VARIABLES = (
-    ("BUSHCLI_CACHE", "Folder in which compiled kernels are kept."),
+    ("BUSHCLI_CACHE", "Folder in which compiled kernels are stored."),
     ("OMP_NUM_THREADS", "Threads of the linear algebra; 1 if not set."),
 )
 

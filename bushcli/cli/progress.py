@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from bushcli.cli.run import Run, on_terminal, speaks
+from bushcli.cli.run import Run, is_first_rank, on_terminal
 
 if TYPE_CHECKING:
     from bushcli.effects.effect import EffectParameter
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @contextmanager
 def march_progress(run: Run) -> Iterator[Callable[[str, int, int, int, float], None] | None]:
     """Show the progress of a march: a bar on a terminal, plain lines when the output is piped."""
-    if run.quiet or not speaks():
+    if run.quiet or not is_first_rank():
         yield None
         return
     if not on_terminal(sys.stderr) or run.verbose:
@@ -68,7 +68,7 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
     what : str
         What is counted: "designs".
     """
-    if run.quiet or not speaks():
+    if run.quiet or not is_first_rank():
         yield None
         return
     begin, first, shown = time.perf_counter(), -1, -1
@@ -129,19 +129,19 @@ def search_progress(
     starts : int
         Number of start points; of several, the time left is said at the beginning of each.
     """
-    if run.quiet or not speaks():
+    if run.quiet or not is_first_rank():
         return None
 
     from bushcli.inverse.file_units import values_in_file_units
 
-    begin, begun = time.perf_counter(), 0
+    begin, started = time.perf_counter(), 0
 
     def line(found: Evaluation) -> None:
-        nonlocal begun
-        if found.start > begun:
-            begun = found.start
-            left = (time.perf_counter() - begin) / begun * (starts - begun)
-            run.say(f"start {begun + 1} of {starts}, about {left:.0f} s left")
+        nonlocal started
+        if found.start > started:
+            started = found.start
+            left = (time.perf_counter() - begin) / started * (starts - started)
+            run.say(f"start {started + 1} of {starts}, about {left:.0f} s left")
         run.say(progress_line(replace(found, parameters=values_in_file_units(found.parameters, turned))))
 
     return line

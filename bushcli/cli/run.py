@@ -72,13 +72,13 @@ class Run:
 
     def say(self, text: str) -> None:
         """Narrate on stderr, unless quiet."""
-        if not self.quiet and speaks():
+        if not self.quiet and is_first_rank():
             click.echo(printable(text), err=True)
 
     @property
     def shows(self) -> bool:
         """Whether results for people are printed: not where JSON is asked for, and by one rank only."""
-        return not self.json and speaks()
+        return not self.json and is_first_rank()
 
     def show(self, *renderables: Any) -> None:
         """Print results for people on stdout; nothing where JSON is asked for."""
@@ -98,7 +98,7 @@ class Run:
 
     def emit(self, result: dict[str, Any]) -> None:
         """Print the result as JSON on stdout if asked to."""
-        if self.json and speaks():
+        if self.json and is_first_rank():
             click.echo(json_format.dumps(result, indent=2, allow_nan=False))
 
 
@@ -107,7 +107,7 @@ def on_terminal(stream: TextIO) -> bool:
     return stream.isatty() and not any(name in os.environ for name in ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE"))
 
 
-def speaks() -> bool:
+def is_first_rank() -> bool:
     """Whether this process is the first rank; without MPI it is."""
     if "mpi4py.MPI" not in sys.modules:
         return True
@@ -229,14 +229,14 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
 
 
 def _interrupted() -> int:
-    if speaks():
+    if is_first_rank():
         click.echo("interrupted", err=True)
     return INTERRUPTED
 
 
 def _complain(text: str) -> None:
     """Print an error on stderr; a stderr that is closed or full is ignored."""
-    if speaks():
+    if is_first_rank():
         with suppress(OSError):
             click.echo(text, err=True)
 
@@ -262,7 +262,7 @@ def unwritable(error: OSError) -> int:
 def _mistaken(error: Exception) -> int:
     from bushcli.runtime.tried import installed_dolfinx, untried_dolfinx
 
-    if speaks():
+    if is_first_rank():
         click.echo(printable(f"internal error: {type(error).__name__}: {error}"), err=True)
         click.echo("this is an error in bushcli; --debug shows where", err=True)
         for possible in untried_dolfinx(installed_dolfinx()):

@@ -12,7 +12,7 @@ import click
 
 from bushcli.cli.identification import fit_to_coupons
 from bushcli.cli.progress import work_progress
-from bushcli.cli.run import DONE, NEGATIVE, Run, on_a_case, speaks
+from bushcli.cli.run import DONE, NEGATIVE, Run, is_first_rank, on_a_case
 from bushcli.cli.shared import pool, shares_work
 from bushcli.errors import InputError, Problem
 from bushcli.runtime.interrupt import is_interrupt
@@ -150,8 +150,8 @@ def _task(run: Run, case: Case, plan: Plan, asked: tuple[str, ...], curves: bool
     from bushcli.study.task import Task
 
     if not case.load_cases and not case.recordings:
-        wanted = "[[recordings]] or [[load_cases]]"
-        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", wanted))
+        expected = "[[recordings]] or [[load_cases]]"
+        raise InputError(Problem(case.path.name, "there is nothing to simulate", "", expected))
     answers = tuple(answer(case, text) for text in asked) or default_answers(case)
     material = fit_to_coupons(run, case, None, "relative").material if case.needs_fit else None
     hardness = next((one for one in plan.variables if one.key == HARDNESS), None)
@@ -188,7 +188,7 @@ def _reported(run: Run, found: Study, rows: Rows, strict: bool) -> int:
     result = report.study_json(found, run.timings())
     run.show(report.study_text(found))
     run.emit(result)
-    if run.output and speaks():
+    if run.output and is_first_rank():
         report.write_study(run.output, result, found, rows.write)
         run.say(f"wrote {run.output}")
     return NEGATIVE if strict and found.failed else DONE

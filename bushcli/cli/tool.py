@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from bushcli.cli.run import DONE, NEGATIVE, finish, speaks
+from bushcli.cli.run import DONE, NEGATIVE, finish, is_first_rank
 
 
 @click.command()
@@ -77,7 +77,7 @@ def doctor(json: bool) -> None:
         from bushcli.runtime.doctor import examine
 
         found = examine()
-        if not speaks():
+        if not is_first_rank():
             return DONE
         if json:
             problems = [vars(problem) for problem in found.problems]

@@ -20,7 +20,7 @@ from bushcli.diagnosis.result import (
 )
 from bushcli.diagnosis.searched import Searched
 from bushcli.diagnosis.state import State
-from bushcli.effects.effect import spoken
+from bushcli.effects.effect import readable_name
 from bushcli.recording import Recording, displacement_noise
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.schedule import schedule
@@ -176,7 +176,7 @@ def doubts(
     """
     made = []
     if case.effects:
-        names = ", ".join(spoken(one.name) for one in case.effects)
+        names = ", ".join(readable_name(one.name) for one in case.effects)
         made.append(
             Condition(
                 "effects_of_the_case",

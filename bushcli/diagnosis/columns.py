@@ -95,7 +95,7 @@ def trials(
         found += _grid(case, model, effect, present, present.channels, there)
     known = {name for one in having for name in one.channels or [r.name for r in acting]}
     for rig in _rigs(effect, acting):
-        if not effect.is_told_from_law(rig or [one.name for one in acting], everywhere, model.fixed):
+        if not effect.differs_from_law(rig or [one.name for one in acting], everywhere, model.fixed):
             continue
         if not having or (rig is not None and not known & set(rig)):
             there = [one for one in acting if rig is None or one.name in rig]

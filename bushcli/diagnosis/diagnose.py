@@ -29,7 +29,7 @@ from bushcli.diagnosis.where.missing import missing
 from bushcli.diagnosis.where.record import locate
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
-from bushcli.inverse.verdict import history_not_kept
+from bushcli.inverse.verdict import history_not_saved
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.store import Store
@@ -218,7 +218,7 @@ def _answer(asked: Question, found: _Found, extras: Extras, names: tuple[str, ..
 def _not_kept(store: Store | None) -> tuple[Condition, ...]:
     """Return the condition that results could not be saved: the diagnosis is complete but cannot be resumed."""
     failure = "" if store is None else store.failure()
-    return (history_not_kept(failure),) if failure else ()
+    return (history_not_saved(failure),) if failure else ()
 
 
 def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | None:

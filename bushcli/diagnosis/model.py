@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.effects.active import ActiveEffect, told_apart
+from bushcli.effects.active import ActiveEffect, uniquely_named
 from bushcli.inverse.task import Task
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ class Model:
     anchor: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "effects", told_apart(self.effects))
+        object.__setattr__(self, "effects", uniquely_named(self.effects))
 
     @property
     def identities(self) -> tuple[str, ...]:

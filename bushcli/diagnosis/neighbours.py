@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from bushcli.case import Case
 from bushcli.diagnosis.model import Model
-from bushcli.effects.effect import spoken
+from bushcli.effects.effect import readable_name
 from forms.law import laws
 
 # Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.
@@ -43,4 +43,4 @@ def without_effects(model: Model) -> Model:
 
 def label(model: Model) -> str:
     """A model in words: "yeoh + mullins + offset (radial)"."""
-    return " + ".join([model.law, *map(spoken, model.identities)])
+    return " + ".join([model.law, *map(readable_name, model.identities)])

@@ -1,7 +1,7 @@
 """The most informative next recording per minute of testing, given the rivals.
 
-Each rival foretells every recording of a menu. How much a recording is expected to say about which of them is right is
-the mutual information of model and data, bounded from below by the distances between what they foretell:
+Each rival predicts every recording of a menu. How much a recording is expected to say about which of them is right is
+the mutual information of model and data, bounded from below by the distances between the curves that they predict:
 
     I >= - sum_k p_k log sum_j p_j exp(-C_kj),
 
@@ -35,7 +35,7 @@ from bushcli.diagnosis.posterior import Weighed
 from bushcli.diagnosis.result import NextTest
 from bushcli.diagnosis.state import Problem
 from bushcli.effects.active import acting
-from bushcli.effects.effect import spoken
+from bushcli.effects.effect import readable_name
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.runtime.workers import Workers
 from bushcli.simulate.predict import rubber_of
@@ -61,8 +61,8 @@ WORTH, APART = 0.1, math.log(20.0)
 
 
 @dataclass(frozen=True)
-class Foretold:
-    """What a model expects of a recording: force (n,) and the spread of it that its parameters leave, (n, p)."""
+class ExpectedCurve:
+    """Curve that a model predicts for a recording: force (n,), and its spread by the parameters, (n, p)."""
 
     force: Array
     spread: Array
@@ -92,7 +92,7 @@ def next_test(
     for proposal in _menu(problem):
         notify("next", "test", proposal.name)
         questions = [(problem.case, one.state.model, _spread(one), proposal) for one in chosen]
-        answers = workers.run(foretell, questions)
+        answers = workers.run(expected_curve, questions)
         if any(one is None for one in answers):
             continue
         sigma = _sigma(problem, proposal, max(float(np.ptp(one.force)) for one in answers))
@@ -114,10 +114,10 @@ def _spread(one: Weighed) -> tuple[tuple[str, ...], Array]:
     return one.state.fitted.names, vectors * np.sqrt(np.maximum(values, 0.0))
 
 
-def foretell(
+def expected_curve(
     case: Case, model: Model, known: tuple[tuple[str, ...], Array], proposal: Proposal
-) -> Foretold | None:
-    """What a rival expects of a recording; None where it cannot be solved.
+) -> ExpectedCurve | None:
+    """Return the curve that a rival predicts for a recording; None where it cannot be solved.
 
     Parameters
     ----------
@@ -149,10 +149,10 @@ def foretell(
         answer = simulation.solve(model.values, names)
     except (NotConverged, NoEquilibrium):
         return None
-    return Foretold(answer.force, answer.slope @ root)
+    return ExpectedCurve(answer.force, answer.slope @ root)
 
 
-def _distance(right: Foretold, other: Foretold, sigma: float) -> float:
+def _distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
     """Return the Bhattacharyya distance of two predictions with their uncertainty."""
     difference = (right.force - other.force) / sigma
     spread = np.hstack([right.spread, other.spread]) / sigma
@@ -228,4 +228,4 @@ def _words(proposal: Proposal, bits: float, possible: float, pairs: Sequence[tup
 
 
 def _name(one: Weighed) -> str:
-    return " + ".join(map(spoken, one.effects)) or "no effect"
+    return " + ".join(map(readable_name, one.effects)) or "no effect"

@@ -103,7 +103,7 @@ def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
     return in_rig(effect, channels[0]) if effect.of_channel and channels else effect.name
 
 
-def told_apart(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
+def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:
     """Return the effects with unique names: if an effect occurs more than once, all but the first are named by rig."""
     seen: set[str] = set()
     rigs: dict[int, str] = {}

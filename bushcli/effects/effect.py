@@ -142,7 +142,7 @@ class EffectParameter:
             Planes of symmetry that other effects take from the shape.
         """
         planes = shape.mirror_planes - broken
-        alike = all(modes()[name].looks_the_same(planes) for name in acting)
+        alike = all(modes()[name].is_symmetric_end_to_end(planes) for name in acting)
         images = {image for _, image in self.twins} if alike else set()
         return tuple(choice for choice in self.choices if choice not in images)
 
@@ -233,7 +233,7 @@ class Effect:
         """The parameters whose `off` values switch the effect off."""
         return tuple(p for p in self.parameters if p.off is not None)
 
-    def is_told_from_law(self, having: Collection[str], channels: Collection[str], law_held: bool) -> bool:
+    def differs_from_law(self, having: Collection[str], channels: Collection[str], law_held: bool) -> bool:
         """Whether the effect can change a curve in a way that a law fitted to the same recordings cannot.
 
         Parameters
@@ -280,7 +280,7 @@ def rig_of(name: str) -> str:
     return name.partition(_AT)[2]
 
 
-def spoken(name: str) -> str:
+def readable_name(name: str) -> str:
     """Return the name of an effect for a sentence: "offset (radial)" for "offset@radial"."""
     rig = rig_of(name)
     return f"{effect_name(name)} ({rig})" if rig else name

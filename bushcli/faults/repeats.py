@@ -23,7 +23,7 @@ _BESIDE = 5
 # A jump out of a run is this many times the largest step beside it, steps of the converter, share of the
 # range.
 _JUMP, _STEPS, _SHARE = 3.0, 4.0, 5e-3
-# A jump makes up for the run: between these multiples of what the steps beside it foretell.
+# A jump makes up for the run: between these multiples of the jump that the steps beside it predict.
 _MADE_UP = (0.5, 2.0)
 # Samples at the limit of a clipped load cell; change that was cut off: over noise, converter steps, range.
 _AT_LIMIT, _CUT_NOISE, _CUT_STEPS, _CUT_SHARE = 3, 5.0, 3.0, 0.01

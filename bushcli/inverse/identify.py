@@ -29,7 +29,7 @@ from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
-from bushcli.inverse.verdict import conditions, history_not_kept, profiles_cut_short, start_replaced
+from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.runtime.executor import Pool
 from cases.stability import coupon_limits
 
@@ -226,7 +226,7 @@ class _Run:
         )
         doubts = conditions(fit, task, best, interrupted)
         if problem.journal is not None and problem.journal.failure:
-            doubts += (history_not_kept(problem.journal.failure),)
+            doubts += (history_not_saved(problem.journal.failure),)
         return replace(fit, conditions=(profiles_cut_short(), *doubts) if cut else doubts)
 
 

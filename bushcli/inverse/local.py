@@ -48,8 +48,8 @@ class Minimum:
     at_edge : bool
         The law's stability holds the search back from a lower misfit.
     stationary : bool
-        The search did not move, because its start is the minimum already: no step promises a lower misfit. A law
-        that is linear in its parameters is solved exactly before the search begins.
+        The search did not move, because its start is the minimum already: no step is predicted to lower the misfit.
+        A law that is linear in its parameters is solved exactly before the search begins.
     """
 
     start: Array
@@ -102,7 +102,7 @@ class Watched:
         """`Problem.residual`."""
         unknown = Trial(self.iterations, float("nan"), float("nan"))
         self.problem.trial = self.follower.asks(x) if self.follower else unknown
-        if self.follower and self._is_hopeless(x):
+        if self.follower and self._is_surely_rejected(x):
             rejected: Array = np.full(self.problem.samples + len(self.problem.states), np.nan)
             self.follower.gets(rejected)
             return rejected
@@ -131,7 +131,7 @@ class Watched:
             raise Level("the misfit no longer falls")
         return found
 
-    def _is_hopeless(self, x: Array) -> bool:
+    def _is_surely_rejected(self, x: Array) -> bool:
         """Whether the penalty of instability alone exceeds the cost of the best point: the trial would be rejected.
 
         It is not solved then, which would take long or fail. The trust region makes no difference between a trial that
@@ -196,7 +196,8 @@ def minimise(
         x, ended, message = watched.best[1], isinstance(stopped, Level), str(stopped)
     finally:
         problem.trial = None
-    beside = watched.failed > 0 and loss == "linear" and promise(problem, x, lower, upper) > STATIONARY
+    linear = watched.failed > 0 and loss == "linear"
+    beside = linear and predicted_decrease(problem, x, lower, upper) > STATIONARY
     return Minimum(
         start,
         x,
@@ -213,10 +214,10 @@ def minimise(
 def _is_minimum_already(problem: Problem, start: Array, x: Array, lower: Array, upper: Array) -> bool:
     """Whether a search ended where it began because no step lowers the misfit."""
     stayed = bool(np.all(np.abs(x - start) <= STAYED * np.maximum(np.abs(start), 1e-12)))
-    return stayed and promise(problem, x, lower, upper) <= STATIONARY
+    return stayed and predicted_decrease(problem, x, lower, upper) <= STATIONARY
 
 
-def promise(problem: Problem, x: Array, lower: Array, upper: Array) -> float:
+def predicted_decrease(problem: Problem, x: Array, lower: Array, upper: Array) -> float:
     """Return the share of the cost that a full Gauss-Newton step within the bounds would remove; zero at a minimum.
 
     Parameters

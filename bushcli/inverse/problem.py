@@ -36,7 +36,7 @@ STABILITY_EDGE = 0.005
 ACTIVE = 1e-3
 STABILITY_STATES = 24
 
-# A relative change of the cost or of the parameters below this ends the search: far below what noise can tell.
+# A relative change of the cost or of the parameters below this ends the search: far below what noise can resolve.
 TOLERANCE = 1e-7
 # So many evaluations that lower the cost by less than this share are the floor of a valley: curves that leave some
 # combination of many parameters open (Ogden's on one recording) have no other end. A tenth of a unit of chi square.

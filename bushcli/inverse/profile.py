@@ -83,7 +83,7 @@ def noise_unit(problem: Problem, x: Array, covariance: Array, index: int) -> flo
     return unit if np.isfinite(unit) and unit > 0 else max(problem.cost(x), 1e-300) / problem.samples
 
 
-def worth_a_profile(problem: Problem, best: Minimum, covariance: Array) -> list[int]:
+def parameters_to_profile(problem: Problem, best: Minimum, covariance: Array) -> list[int]:
     """Return the parameters whose standard error would mislead.
 
     All of the law's where one of them is poorly determined, or the search ended at the edge of stability or of what can
@@ -137,7 +137,7 @@ def profiles_of(
     found : dict[int, Profile]
         Profiles by index of their parameter; filled in.
     """
-    again = list(worth_a_profile(problem, best, covariance))
+    again = list(parameters_to_profile(problem, best, covariance))
     while again:
         known = len(problem.states)
         for index in again:

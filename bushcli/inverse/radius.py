@@ -1,6 +1,6 @@
 """State of SciPy's trust region between two evaluations: iteration, length of the trial step, radius.
 
-`scipy.optimize.least_squares` tells none of it while it runs. But its trials are all it asks for, and the rules by
+`scipy.optimize.least_squares` reports none of it while it runs. But it requests all its trials, and the rules by
 which the radius follows from them are short and without randomness: they are followed here, beside the optimiser. A
 test compares with SciPy's own radii. Lengths are in the optimiser's units: each parameter over its scale (the largest
 norm that its column of the Jacobian has had, so that a length of one changes the weighted misfit by about one), near
@@ -75,8 +75,8 @@ class Follower:
             return
         fell = 0.5 * float(self.misfit @ self.misfit - misfit @ misfit)
         change = self._slope @ hat
-        promised = -float(self._gradient @ hat + 0.5 * (change @ change + hat @ (self._curvature * hat)))
-        ratio = fell / promised if promised > 0 else 1.0 if promised == fell == 0 else 0.0
+        predicted = -float(self._gradient @ hat + 0.5 * (change @ change + hat @ (self._curvature * hat)))
+        ratio = fell / predicted if predicted > 0 else 1.0 if predicted == fell == 0 else 0.0
         hit = length > 0.95 * self.radius if self.method == "trf" else length >= self.radius * (1 - 1e-9)
         if ratio < 0.25:
             self.radius = 0.25 * length

@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 
 # A start is given up when after so many evaluations its misfit (root of the cost) is still this many times the first
 # start's and the last few evaluations have not halved it.
-HOPELESS_AFTER, HOPELESS_RATIO, LAST_FEW = 8, 3.0, 4
+OUTPERFORMED_AFTER, OUTPERFORMED_RATIO, LAST_FEW = 8, 3.0, 4
 
 INTERRUPTED = "interrupted"
 
@@ -97,7 +97,7 @@ def refine(
         costs.append(found.cost)
         if stopped():
             raise _GivenUp(INTERRUPTED)
-        if is_hopeless(costs, given.reference):
+        if is_outperformed(costs, given.reference):
             raise _GivenUp("given up: the misfit stays far above the first start's")
 
     problem = task.pose(channels, _journal(task, given), follow)
@@ -135,7 +135,7 @@ def _journal(task: Task, given: Assignment) -> Journal | None:
     return Journal(folder, identity, given.resume)
 
 
-def is_hopeless(costs: Sequence[float], reference: float) -> bool:
+def is_outperformed(costs: Sequence[float], reference: float) -> bool:
     """Whether a search with these costs so far (NaN without solution) should be given up.
 
     Parameters
@@ -145,10 +145,10 @@ def is_hopeless(costs: Sequence[float], reference: float) -> bool:
     reference : float
         Cost of the first start's minimum, a number without unit.
     """
-    if len(costs) < HOPELESS_AFTER:
+    if len(costs) < OUTPERFORMED_AFTER:
         return False
     best, before = (_least(part) for part in (costs, costs[:-LAST_FEW]))
-    return best == np.inf or (best > HOPELESS_RATIO**2 * reference and best > 0.25 * before)
+    return best == np.inf or (best > OUTPERFORMED_RATIO**2 * reference and best > 0.25 * before)
 
 
 def _least(costs: Sequence[float]) -> float:
@@ -301,7 +301,7 @@ _worker: dict[str, Any] = {}
 def _begin_worker(task: Task, coarse: bool, stop: Any) -> None:
     from mpi4py import MPI
 
-    # Ctrl-C goes to the whole group of processes: the first one tells the others when to stop.
+    # Ctrl-C goes to the whole group of processes: the first one signals the others when to stop.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     channels, _ = task.channels(coarse=coarse, comm=MPI.COMM_SELF)
     _worker.update(task=task, channels=channels, problem=task.pose(channels), stop=stop)

@@ -3,7 +3,7 @@
 Where a softening law is asked for more strain than it can bear, the rubber at the corners of the bond gives way first:
 at one Gauss point the tangent moduli lose their positive definiteness and the strain there doubles; soon after, the
 march finds no equilibrium. That wall has no misfit to lead along it. The law's stability in the states that the
-rubber reaches has: so these states are looked at wherever a search ends or meets failures, not only at its start,
+rubber reaches has: so these states are checked wherever a search ends or meets failures, not only at its start,
 those in which the law is unstable join the problem, and the search goes on.
 
 A wall that stability does not explain is followed by what is known of it: the points on either side
@@ -51,7 +51,7 @@ def search(
     known: set[bytes] = set()
 
     def explained(x: Array) -> bool:
-        # A point is looked at once: its states do not change.
+        # A point is checked once: its states do not change.
         new = x.tobytes() not in known
         known.add(x.tobytes())
         return new and watch(problem, x)

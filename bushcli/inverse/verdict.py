@@ -102,7 +102,7 @@ def profiles_cut_short() -> Condition:
     )
 
 
-def history_not_kept(reason: str) -> Condition:
+def history_not_saved(reason: str) -> Condition:
     """The evaluations could not be written for `--resume`."""
     return Condition(
         "history_not_kept",
@@ -307,7 +307,7 @@ def _several(ends: tuple[EndPoint, ...]) -> list[Condition]:
                 Condition(
                     "several_minima",
                     f"distinct parameter sets fit equally well: {listed}",
-                    "another recording, or a law with fewer parameters; the curves alone cannot tell them apart",
+                    "another recording, or a law with fewer parameters; the curves alone cannot distinguish them",
                 )
             ]
     return []

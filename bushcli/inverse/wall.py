@@ -87,8 +87,8 @@ def _steps(problem: Problem, x: Array, lower: Array, upper: Array) -> Array:
         basis = np.linalg.svd(normal[None, :])[2][1:].T
         step = basis @ np.linalg.lstsq(slope / norms @ basis, -value, rcond=None)[0]
         length = float(np.linalg.norm(step))
-        promised = value @ value - np.sum((value + slope / norms @ step) ** 2)
-        if promised < STATIONARY * (value @ value) or length == 0.0:
+        predicted = value @ value - np.sum((value + slope / norms @ step) ** 2)
+        if predicted < STATIONARY * (value @ value) or length == 0.0:
             # Nothing to be gained in this plane; but is it the wall's? Ask where nothing is known yet.
             side = _unknown(np.hstack([basis, -basis]).T, np.vstack([failed, solved]))
             if side is None:

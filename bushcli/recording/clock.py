@@ -64,7 +64,7 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
     stamps : Column
         Times as they were read, s.
     displacement, force : (n,) arrays
-        In internal units; they tell a row that was written twice from a second sample at the same time.
+        In internal units; they distinguish a row that was written twice from a second sample at the same time.
 
     Raises
     ------

@@ -6,7 +6,7 @@ Two stiffnesses are defined here once, for coarse noise-free and for dense noisy
   Q = Q0 + k q + c q^3 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is
   fitted, with Huber's weights against outliers, to the points within 15 % of the largest displacement and
   at least 5 of them. Where noise leaves k of a bushing a standard error above 1 %, the window grows to 25,
-  40 and at most 60 %; a coupon is stretched too far for its curvature to be told from noise.
+  40 and at most 60 %; a coupon is stretched too far for its curvature to be distinguished from noise.
 - *secant stiffness*: peak to peak, (Q(q_max) - Q(q_min)) / (q_max - q_min). Each end is the mean over
   the points within 1 % of the range from it, so that one noisy sample does not decide; where a loop is open,
   loading and unloading points near the end are averaged.

@@ -31,9 +31,9 @@ from bushcli.recording.segment import Branch, segment
 
 Array = NDArray[np.float64]
 
-_CLOSED_NOISE = 8.0  # as `bushcli.recording.segment` tells a turning point from noise
+_CLOSED_NOISE = 8.0  # as `bushcli.recording.segment` distinguishes a turning point from noise
 _CLOSED_SHARE = 0.01
-_OVERSHOOT = 0.05  # as `bushcli.recording.segment` tells an overshoot from an excursion
+_OVERSHOOT = 0.05  # as `bushcli.recording.segment` distinguishes an overshoot from an excursion
 _END = 0.01  # as `Curve.secant_stiffness`
 
 

@@ -22,7 +22,7 @@ _SPECIMENS = {
 
 
 def mode_of_name(name: str, specimen: str) -> str | None:
-    """Return the mode that the name of a file tells, or None where it tells none or several.
+    """Return the mode that the name of a file contains, or None where it contains none or several.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ _BRACKETS = re.compile(
 )
 #: A factor beside a unit: "x10 N", "1000 N".
 _POWER = re.compile(r"[x×*]?10+|1[eE]\d")
-#: Longer texts are no names of columns; what they say is not looked at.
+#: Longer texts are no names of columns, and are ignored.
 _LONGEST_NAME = 200
 
 
@@ -213,7 +213,7 @@ def match_quality(text: str, kind: str) -> int:
     text : str
         Name of a column.
     kind : str
-        Quantity that is looked for, a key of the table of words.
+        Quantity that is searched for, a key of the table of words.
     """
     head = heading(text)
     for written in head.written:
@@ -231,7 +231,7 @@ def word_quality(head: Heading, kind: str) -> int:
     head : Heading
         Heading, cut into words.
     kind : str
-        Quantity that is looked for, a key of the table of words.
+        Quantity that is searched for, a key of the table of words.
     """
     if any(word in _FOREIGN for word in head.words):
         return 0

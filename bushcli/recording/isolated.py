@@ -1,4 +1,4 @@
-"""Run somebody else's parser in a process of its own, with bounds on time and memory, and take over what it read.
+"""Run another library's parser in a separate process, with limits on time and memory, and return what it read.
 
 A file from a rig may be damaged, and a parser of a binary format then loops, takes all memory, or crashes. In a process
 of its own that is an error like any other. The child runs `main` of this module; it writes one line of JSON

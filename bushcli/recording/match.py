@@ -21,7 +21,7 @@ TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logar
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is looked for: a quantity of a mode, the key of `UNITS` that it has, and words that do not count."""
+    """A column that is searched for: a quantity of a mode, its key of `UNITS`, and words that are ignored."""
 
     mode: Mode
     quantity: Quantity
@@ -82,14 +82,14 @@ def candidates(table: Table, wanted: Wanted) -> list[int]:
     """
     rank = [_rank(table, i, heading(name), wanted) for i, name in enumerate(table.names)]
     if not any(table.names):
-        # A row of units alone tells as much as it is unambiguous.
+        # A row of units alone identifies a column if it is unambiguous.
         units = [tabulated_unit(unit) for unit in table.units]
         rank = [int(unit is not None and unit.measured == wanted.measured) for unit in units]
     return [i for i, q in enumerate(rank) if q == max(rank) > 0]
 
 
 def by_unit(table: Table, wanted: Wanted) -> list[int]:
-    """Return the columns in a unit of the quantity whose names say nothing: ``Channel 3 [mm]``.
+    """Return the columns in a unit of the quantity whose names do not describe it: ``Channel 3 [mm]``.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> ArrayT
 def _only(tables: list[ArrayTable], source: Source, mode: Mode, quantity: Quantity) -> Channel | None:
     """Return the one group that has a quantity; None if no group has."""
     if isinstance(source.columns.get(quantity), int):
-        return None  # a number says nothing where the columns are in several groups
+        return None  # a column's number is ambiguous if the columns are in several groups
     wanted = Wanted.of(source, mode, quantity)
     having = [table for table in tables if has_columns(table, source, mode, [quantity])]
     # A group whose channel says what it is, before those whose unit alone would do.

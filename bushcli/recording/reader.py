@@ -1,7 +1,8 @@
 """The type of a reader: one file in `bushcli/recording/readers` per format, found without registration.
 
 A reader of a binary format says which groups of columns a file holds, with names and units as they are written there;
-it converts nothing. What stands on somebody else's parser runs in a process of its own (`bushcli.recording.isolated`).
+it converts nothing. A reader that uses another library's parser runs in a separate process
+(`bushcli.recording.isolated`).
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Part:
     names, units : sequence of str
         By column, as written; empty texts where there is none.
     samples : int
-        Rows; 0 where only reading tells.
+        Rows; 0 if unknown before reading.
     load : callable, optional
         Index of a column from 0 -> its values (n,), as the file stores them. The file is open only while the part is.
     cells : sequence of (int, sequence of str), optional

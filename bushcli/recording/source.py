@@ -85,7 +85,7 @@ class Source:
     largest_stretch : float, optional
         Points of a coupon beyond it are left out.
     accept : tuple of float
-        Values that look like codes for missing ones, such as -9999, and were measured all the same.
+        Values that look like codes for missing ones, such as -9999, but were measured.
     group : str or int, optional
         Sheet or group of the file, by name or by number from 1; found out when None.
     sample_rate : float, optional

@@ -164,7 +164,7 @@ def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decim
     row, column = found
     text = rows[row][column]
     plain = text.replace(decimal, "")
-    what = f"column {column + 1}: {text} may be {text.replace(',', '.')} or {plain}, and no other number tells which"
+    what = f"column {column + 1}: {text} may be {text.replace(',', '.')} or {plain}, and no other number shows which"
     other = "comma" if decimal == "," else "point"
     expected = (
         f'decimal = "{decimal}" in the table of the case file, if it is a decimal {other}; else write {plain}'

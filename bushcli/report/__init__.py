@@ -22,7 +22,7 @@ if TYPE_CHECKING:
         write_fit,
         write_inverse,
     )
-    from bushcli.report.output_mesh import BEGINNING, write_beginning, write_meshes, write_refused
+    from bushcli.report.output_mesh import BEGINNING, write_meshes, write_refused, write_starter_case
     from bushcli.report.output_study import write_design, write_study
     from bushcli.report.protocol import protocol_json, protocol_parts
     from bushcli.report.ranking import rank
@@ -53,7 +53,6 @@ __all__ = [
     "rank",
     "study_json",
     "study_text",
-    "write_beginning",
     "write_check",
     "write_design",
     "write_diagnosis",
@@ -62,6 +61,7 @@ __all__ = [
     "write_inverse",
     "write_meshes",
     "write_refused",
+    "write_starter_case",
     "write_study",
 ]
 
@@ -80,7 +80,7 @@ _MODULES = {
         "write_fit",
         "write_inverse",
     ),
-    "output_mesh": ("BEGINNING", "write_beginning", "write_meshes", "write_refused"),
+    "output_mesh": ("BEGINNING", "write_starter_case", "write_meshes", "write_refused"),
     "output_study": ("write_design", "write_study"),
     "protocol": ("protocol_json", "protocol_parts"),
     "ranking": ("rank",),

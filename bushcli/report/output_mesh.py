@@ -75,7 +75,7 @@ def write_refused(directory: Path, error: GeometryError) -> tuple[Path, ...]:
     )
 
 
-def write_beginning(directory: Path, case: str) -> tuple[Path, ...]:
+def write_starter_case(directory: Path, case: str) -> tuple[Path, ...]:
     """Write a case file to start from, unless the folder has one, which the user may have edited.
 
     Parameters

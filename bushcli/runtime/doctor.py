@@ -49,7 +49,7 @@ class Examination:
 
 
 def examine() -> Examination:
-    """Look at the environment of this process."""
+    """Examine the environment of this process."""
     facts = {"python": f"{platform.python_version()} ({sys.executable})", "system": platform.platform()}
     problems: list[Condition] = []
     modules: dict[str, ModuleType] = {}

@@ -72,7 +72,7 @@ class Bodies:
         shape, mode, rubber, refinement, comm, features
             As for `cases.simulate.prepare`.
         """
-        # A mode that is not of the catalogue is one load case's own; its name says nothing.
+        # A mode outside the catalogue belongs to one load case; its name does not identify it.
         of_rubber = all(item.feature.of_rubber for item in features)
         if not of_rubber or plates(shape) or modes().get(mode.name) is not mode:
             self.made += 1

@@ -1,7 +1,7 @@
 """The recordings of cases with the faults of their samples, read once for as long as their files stay as they are.
 
-A study simulates many designs beside the same recordings. To read a rig's file and to look for its faults takes longer
-than to simulate the bushing.
+A study simulates many designs beside the same recordings. To read a rig's file and to search for its faults takes
+longer than to simulate the bushing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOST = 64
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """A recording that was read; its faults are looked for when they are asked for."""
+    """A recording that was read; its faults are searched for when they are first requested."""
 
     recording: Recording
 

@@ -252,7 +252,7 @@ class _Run:
         )
 
     def _steps(self, channel: Channel, simulation: Simulation | Reaction) -> float | None:
-        """Choose the steps along a recorded path, and return the error that they make where it was looked for."""
+        """Choose the steps along a recorded path, and return their error if it was requested."""
         if channel.name in self.kept.fineness:
             simulation.plan(self.kept.fineness[channel.name])
             return None

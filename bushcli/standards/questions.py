@@ -25,11 +25,11 @@ class Lack:
     channels : tuple of str
         Those that lack it.
     question : str
-        What cannot be told.
+        What the recordings leave open.
     why : str
         What the recordings have.
     remedy : str
-        The recording that would tell.
+        The recording that would answer it.
     """
 
     channels: tuple[str, ...]

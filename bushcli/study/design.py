@@ -181,7 +181,7 @@ def design(
         A key has no range, or no search found a design that can be simulated.
     """
     low, high = bounds_of(variables)
-    begins = _begins(np.clip(start, low, high), low, high, starts, seed)
+    begins = _starting_points(np.clip(start, low, high), low, high, starts, seed)
     ends = _ends(pool, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
     # Ties go to the first start, whatever the order in which they came.
     best = min(ends, key=lambda end: (round(end.cost, 14), *end.values))
@@ -209,7 +209,7 @@ def _ends(
     return ends
 
 
-def _begins(first: Array, low: Array, high: Array, count: int, seed: int) -> list[Array]:
+def _starting_points(first: Array, low: Array, high: Array, count: int, seed: int) -> list[Array]:
     from scipy.stats import qmc
 
     if count == 1:

@@ -33,7 +33,7 @@ def roles_of(solids: Mapping[int, str], given: Mapping[str, str], where: str) ->
     Raises
     ------
     GeometryError
-        Nothing tells which solid is rubber.
+        The file does not show which solid is rubber.
     """
     if len(solids) == 1 and not given:
         return dict.fromkeys(solids, RUBBER)

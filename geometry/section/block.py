@@ -159,7 +159,7 @@ def _followed(name: str, tags: list[int]) -> _Side:
 
 
 def _chained(sides: list[_Side]) -> list[_Side]:
-    """Turn each side so that it ends where the next one is: of a cut face the signs of the curves do not tell."""
+    """Turn each side so that it ends where the next one is: the signs of a cut face's curves are not reliable."""
 
     def nearest(point: Array, other: _Side) -> float:
         return float(np.linalg.norm(other.points[[0, -1]] - point, axis=1).min())

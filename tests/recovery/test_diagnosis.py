@@ -242,7 +242,7 @@ def test_a_channel_that_is_held_out_is_predicted_and_took_part_in_nothing(tmp_pa
     held = found.channels[1]
     assert held.held_out
     assert not found.channels[0].held_out
-    # The law of the axial recording foretells the torsional one: axial and torsional are shear of one rubber.
+    # The law of the axial recording predicts the torsional one: axial and torsional are shear of one rubber.
     assert held.after_percent < held.before_percent + 0.1
     assert held.after_percent < 5.0
 

@@ -107,7 +107,7 @@ def test_a_law_that_has_no_equilibrium_from_the_start_begins_nearer_to_its_own(e
 @pytest.fixture
 def no_profiles(monkeypatch):
     """Leave out the profiles of poorly determined parameters, which take most of the time and do not matter here."""
-    monkeypatch.setattr(profile, "worth_a_profile", lambda *_: [])
+    monkeypatch.setattr(profile, "parameters_to_profile", lambda *_: [])
 
 
 # -- stability -----------------------------------------------------------------------------------------------------

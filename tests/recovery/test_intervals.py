@@ -14,7 +14,7 @@ NOISE = 0.1
 
 def test_standard_errors_from_white_noise(experiment, monkeypatch):
     # Standard errors are tested; profiles take most of the time.
-    monkeypatch.setattr(profile, "worth_a_profile", lambda *_: [])
+    monkeypatch.setattr(profile, "parameters_to_profile", lambda *_: [])
     # Against what noise-free curves give: intervals speak of noise, not of the mesh's 0.13 %.
     truth = identify(Task(experiment("axial"), "yeoh")).parameters
     fits = [identify(Task(experiment("axial", noise=NOISE, seed=s), "yeoh")) for s in range(SEEDS)]

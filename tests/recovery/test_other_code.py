@@ -59,7 +59,7 @@ def test_cycles_of_a_path_independent_rubber_are_one_curve(recorded):
 
 def test_a_mesh_that_is_four_percent_too_stiff_is_survived_and_said(recorded, monkeypatch):
     """No law meets both channels to their noise: the truth is outside the standard errors, and that is said."""
-    monkeypatch.setattr(profile, "worth_a_profile", lambda *_: [])
+    monkeypatch.setattr(profile, "parameters_to_profile", lambda *_: [])
     fit = identify(Task(recorded("coarse", "axial", "radial"), "yeoh"))
     assert fit.converged
     c10 = fit.parameters["C10"]

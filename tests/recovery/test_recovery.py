@@ -80,7 +80,7 @@ def test_all_channels_together(experiment):
 
 def test_noise_is_the_misfit_left(experiment, monkeypatch):
     # No profiles: they take most of the time.
-    monkeypatch.setattr(profile, "worth_a_profile", lambda *_: [])
+    monkeypatch.setattr(profile, "parameters_to_profile", lambda *_: [])
     fit = identify(Task(experiment("axial", noise=1.0), "yeoh"))
     # 1 % of the peak force; 60 samples estimate a standard deviation to 1/sqrt(120) = 9 %, here to three of those.
     for curve in fit.curves:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bushcli.case import Case, load_case, resolved
-from bushcli.effects.active import told_apart
+from bushcli.effects.active import uniquely_named
 from bushcli.errors import CaseError, InputError
 from forms.law import laws
 
@@ -610,8 +610,8 @@ channels = ["torsional"]
     assert torsional.values["displacement"] == pytest.approx(math.radians(0.2))
     assert axial.values["displacement"] == 0.1
     assert [one["name"] for one in resolved(load(folder, text))["effects"]] == ["offset", "offset"]
-    assert told_apart((torsional,))[0].name == "offset"
-    assert [one.name for one in told_apart((torsional, axial))] == ["offset@torsional", "offset"]
+    assert uniquely_named((torsional,))[0].name == "offset"
+    assert [one.name for one in uniquely_named((torsional, axial))] == ["offset@torsional", "offset"]
 
 
 def test_resolved_effects_are_a_case_again(folder):

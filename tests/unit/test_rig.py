@@ -225,11 +225,11 @@ def test_warm_rubber_is_softer_but_its_stop_is_not():
 def test_a_factor_on_all_channels_is_the_laws():
     gain, batch, stop = (effect(name) for name in ("gain", "batch_stiffness", "bump_stop"))
     two = ["axial", "radial"]
-    assert gain.is_told_from_law(["axial"], two, law_held=False)
-    assert not gain.is_told_from_law(two, two, law_held=False)
-    assert gain.is_told_from_law(["axial"], ["axial"], law_held=True)
-    assert not batch.is_told_from_law(["axial"], two, law_held=False)
-    assert stop.is_told_from_law(["axial"], ["axial"], law_held=False)
+    assert gain.differs_from_law(["axial"], two, law_held=False)
+    assert not gain.differs_from_law(two, two, law_held=False)
+    assert gain.differs_from_law(["axial"], ["axial"], law_held=True)
+    assert not batch.differs_from_law(["axial"], two, law_held=False)
+    assert stop.differs_from_law(["axial"], ["axial"], law_held=False)
 
 
 @pytest.mark.parametrize(

@@ -212,7 +212,7 @@ def correlation_time(misfit: Array) -> float:
 
 
 def smoothed(recording: Recording) -> Array:
-    """Recorded force (n,) without most of its noise, and none of a sample's own: what its branch foretells of it.
+    """Recorded force (n,) without most of its noise, and none of a sample's own: as its branch predicts it.
 
     A polynomial is fitted to each branch, without the sample; the force of short branches stays as it is.
     """

@@ -145,7 +145,7 @@ def _tables(windows: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
 
 
 def _innovations(values: Array, correlation: float) -> Array:
-    """What each sample has that the one before does not foretell, in units of the noise's standard deviation."""
+    """What each sample has that the one before does not predict, in units of the noise's standard deviation."""
     found = values.copy()
     found[1:] = (values[1:] - correlation * values[:-1]) / np.sqrt(1.0 - correlation**2)
     return found

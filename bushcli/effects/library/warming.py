@@ -50,7 +50,7 @@ EFFECT = Effect(
         EffectParameter(
             "amount",
             "1",
-            "share of the force that is lost in the end",
+            "share of the force that is lost after a long time",
             0.05,
             0.0,
             0.9,

@@ -21,7 +21,7 @@ _UNIT, _UNITS = (
     ("units", "unit", "Units", "UNITS"),
 )
 _NAMES = ("columns", "column_names", "names", "channels", "channel_names", "fields")
-#: Datasets that are looked at, columns of a matrix.
+#: Largest numbers of datasets, and of columns of a matrix, that are read.
 _MOST, _WIDEST = 10_000, 1_000
 
 

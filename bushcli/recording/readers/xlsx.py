@@ -15,7 +15,7 @@ from bushcli.recording.reader import Part, Reader
 _MOST_CELLS = 6_000_000
 #: Bytes that the workbook may have when it is unpacked.
 _MOST_BYTES = 1_000_000_000
-#: Columns that are looked at, and empty rows after which a sheet has ended.
+#: Columns that are read, and empty rows after which a sheet has ended.
 _WIDEST, _GAP = 1_000, 10_000
 
 

@@ -27,7 +27,7 @@ _MOST_BYTES = 400_000_000
 _MARK = b"\xaf\xbe\xad\xde"
 #: Parameter that holds the name of a specimen.
 _SPECIMEN = 48154
-#: What the table says for a unit that the file does not tell; no unit is called so.
+#: Text in the table for a unit that the file does not name; no unit has this name.
 UNKNOWN = "unknown"
 
 

@@ -41,7 +41,7 @@ class View:
 SECTION = View(np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0]))
 
 
-def looking_from(direction: Array) -> View:
+def view_from(direction: Array) -> View:
     """Return the view from a direction, with z upwards."""
     towards = direction / np.linalg.norm(direction)
     right = np.cross([0.0, 0.0, 1.0], towards)
@@ -63,7 +63,7 @@ def cut_view(reference: Array) -> View:
             direction[axis] = -(1.0 if axis else 0.75)
         elif high[axis] < small[axis]:
             direction[axis] = 1.0 if axis else 0.75
-    return looking_from(direction)
+    return view_from(direction)
 
 
 def is_section(surface: Surface) -> bool:
@@ -233,7 +233,7 @@ def revolved(surface: Surface) -> Surface:
 def revolved_view() -> View:
     """Return the view into the open quarter, from above."""
     middle = np.radians((_SECTOR + 360.0) / 2.0)
-    return looking_from(np.array([np.cos(middle), np.sin(middle), 0.75]))
+    return view_from(np.array([np.cos(middle), np.sin(middle), 0.75]))
 
 
 def shade(pieces: Array, view: View) -> Array:

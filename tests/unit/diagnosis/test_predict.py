@@ -153,5 +153,5 @@ def test_predictions_of_the_catalogue_are_what_fits_bring(made, name):
         added.append(Addition(trial, (features.of(column),)))
     (found,) = Beside(made.state, added).singles()
     state = made.fit(found.model, made.state)
-    gained, foretold = (log - made.state.evidence.log for log in (state.evidence.log, found.log_evidence))
-    assert foretold == pytest.approx(gained, abs=max(SLACK, 0.3 * abs(gained)))
+    gained, predicted = (log - made.state.evidence.log for log in (state.evidence.log, found.log_evidence))
+    assert predicted == pytest.approx(gained, abs=max(SLACK, 0.3 * abs(gained)))

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from bushcli.inverse.local import Minimum
-from bushcli.inverse.profile import interval, profile, worth_a_profile
+from bushcli.inverse.profile import interval, parameters_to_profile, profile
 from bushcli.inverse.refit import RISE_95
 from bushcli.inverse.result import Profile
 
@@ -147,8 +147,8 @@ def minimum(x, **changes):
 def test_what_is_worth_a_profile(linear):
     problem, x = linear(), np.array([2.0, -0.5])
     well = np.diag([1e-4, 1e-4])
-    assert worth_a_profile(problem, minimum(x), well) == []
+    assert parameters_to_profile(problem, minimum(x), well) == []
     # One poorly determined bends all of the law's with it; so does an edge.
-    assert worth_a_profile(problem, minimum(x), np.diag([1e-4, 0.04])) == [0, 1]
-    assert worth_a_profile(problem, minimum(x, at_edge=True), well) == [0, 1]
-    assert worth_a_profile(problem, minimum(x, beside_failure=True), well) == [0, 1]
+    assert parameters_to_profile(problem, minimum(x), np.diag([1e-4, 0.04])) == [0, 1]
+    assert parameters_to_profile(problem, minimum(x, at_edge=True), well) == [0, 1]
+    assert parameters_to_profile(problem, minimum(x, beside_failure=True), well) == [0, 1]

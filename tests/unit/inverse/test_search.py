@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.inverse.local import minimise, promise
-from bushcli.inverse.refine import HOPELESS_AFTER, is_hopeless
+from bushcli.inverse.local import minimise, predicted_decrease
+from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed
 from bushcli.inverse.search import search
 
 LOWER, UPPER = np.full(2, -1e3), np.full(2, 1e3)
@@ -84,22 +84,22 @@ def test_an_edge_of_stability_is_followed_to_its_lowest_point(linear):
 def test_nothing_is_promised_at_a_minimum(linear):
     problem = linear()
     x, covariance = problem.minimum()
-    assert promise(problem, x, LOWER, UPPER) == pytest.approx(0.0, abs=1e-9)
+    assert predicted_decrease(problem, x, LOWER, UPPER) == pytest.approx(0.0, abs=1e-9)
     # Two standard errors away: chi square 4 of about 198.
     away = x + 2.0 * covariance[:, 1] / np.sqrt(covariance[1, 1])
-    assert promise(problem, away, LOWER, UPPER) == pytest.approx(4.0 / 202.0, rel=0.01)
+    assert predicted_decrease(problem, away, LOWER, UPPER) == pytest.approx(4.0 / 202.0, rel=0.01)
     # A bound on the way takes it away.
-    assert promise(problem, away, away - 1e-12, away + 1e-12) == pytest.approx(0.0, abs=1e-6)
+    assert predicted_decrease(problem, away, away - 1e-12, away + 1e-12) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_start_is_given_up_when_it_neither_comes_near_nor_gets_on():
     nan = float("nan")
     reference = 1.0
     falling = [1e6 * 0.25**k for k in range(20)]
-    assert not any(is_hopeless(falling[:n], reference) for n in range(20))
+    assert not any(is_outperformed(falling[:n], reference) for n in range(20))
     stuck = [500.0, 400.0, nan, 390.0, 380.0, nan, 370.0, 365.0, 361.0]
-    assert not is_hopeless(stuck[: HOPELESS_AFTER - 1], reference)
-    assert is_hopeless(stuck, reference)
+    assert not is_outperformed(stuck[: OUTPERFORMED_AFTER - 1], reference)
+    assert is_outperformed(stuck, reference)
     # Near enough to be another minimum worth knowing: twice the misfit.
-    assert not is_hopeless([4.1] * 20, reference)
-    assert is_hopeless([nan] * HOPELESS_AFTER, reference)
+    assert not is_outperformed([4.1] * 20, reference)
+    assert is_outperformed([nan] * OUTPERFORMED_AFTER, reference)

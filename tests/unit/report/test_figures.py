@@ -151,7 +151,7 @@ def test_an_edge_within_a_plane_is_no_outline():
 
 
 def test_nearer_faces_are_deeper_towards_the_eye():
-    view = projection.looking_from(np.array([0.0, -1.0, 0.5]))
+    view = projection.view_from(np.array([0.0, -1.0, 0.5]))
     assert view.depth(np.array([0.0, -5.0, 0.0])) > view.depth(np.array([0.0, 5.0, 0.0]))
     axes = np.array([view.right, view.up, view.towards])
     assert axes @ axes.T == pytest.approx(np.eye(3))

@@ -45,7 +45,7 @@ def _toml(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-def beginning(case: Case, folder: Path) -> str:
+def starter_case(case: Case, folder: Path) -> str:
     """Return the text of a case file to start from, with all that was found in a geometry file.
 
     Parameters
