@@ -198,17 +198,9 @@ class Search:
 
         for one, fitted in zip(chosen, self.workers.run(fit, questions, notify), strict=True):
             if fitted is None:
-                name = label(one.model)
-                self.lost.append(name)
-                self.rows.append(
-                    self._row(
-                        one.model,
-                        one.predicted,
-                        float("nan"),
-                        float("nan"),
-                        "cannot be solved from any start",
-                    )
-                )
+                none, why = float("nan"), "cannot be solved from any start"
+                self.lost.append(label(one.model))
+                self.rows.append(self._row(one.model, one.predicted, none, none, why))
                 continue
             self._enter(State(self.problem, fitted), one.predicted)
 
