@@ -89,7 +89,8 @@ def log_odds(
     for one in effects:
         odds = effect_odds(one.effect.name, uniform)
         total += math.log(odds / rigs if one.effect.of_channel and rigs > 1 else odds)
-        # Each value of a choice, or of a dimension that is scanned, is a model of its own.
+        # Each number of branches, value of a choice, or of a dimension that is scanned, is a model of its own.
+        total -= math.log(one.effect.branches)
         for parameter in one.parameters:
             total -= math.log(max(1, len(parameter.choices or parameter.scan))) if parameter.of_mesh else 0.0
     for there, odds in ((other_law, OTHER_LAW), (freed, FREED_LAW), (unknown, UNKNOWN)):

@@ -53,9 +53,9 @@ class ActiveEffect:
     def variant(self) -> str:
         """What distinguishes it from the same effect in another model: "2 branches", "outer bottom"; often nothing."""
         found = []
-        branches = {_branch(p.name) for p in self.parameters if _branch(p.name)}
-        if len(branches) > 1:
-            found.append(f"{len(branches)} branches")
+        if self.effect.branches > 1:
+            count = len({_branch(p.name) for p in self.parameters})
+            found += [f"{count} branches"] if count > 1 else []
         for p in self.parameters:
             if p.choices:
                 found.append(p.choices[round(self.values[p.name])].replace("_", " "))

@@ -224,6 +224,11 @@ class Effect:
         raise UnknownName(name, f"parameter of {self.name}", tuple(p.name for p in self.parameters))
 
     @property
+    def branches(self) -> int:
+        """Largest number of branches: one, and those whose parameters are optional."""
+        return 1 + len({p.name.lstrip("abcdefghijklmnopqrstuvwxyz_") for p in self.parameters if p.optional})
+
+    @property
     def of_channel(self) -> bool:
         """Whether it belongs to the rig of one channel: another channel may have it too, with other values."""
         return any(p.of_channel for p in self.parameters)

@@ -1,10 +1,11 @@
-"""Friction inside filled rubber: a rate-independent branch beside the law.
+"""Friction inside filled rubber: one to three rate-independent branches beside the law.
 
-A neo-Hookean spring of modulus g times the law's initial shear modulus follows the deformation behind a slider, which
-gives way at the shear strain ``slip`` of the spring; after a reversal the branch is stiff again until it slips the
-other way. In simple shear e at small strain its stress obeys s' = g mu e' while |s| < g mu slip, else it stays at that
-bound (the knee is rounded a little). The loop is the same at every rate; cycles to +-e lose 4 g mu slip (e - slip) per
-volume. Amplitude g.
+In each branch a neo-Hookean spring of modulus g times the law's initial shear modulus follows the deformation behind a
+slider, which gives way at the shear strain ``slip`` of the spring; after a reversal the branch is stiff again until it
+slips the other way. In simple shear e at small strain its stress obeys s' = g mu e' while |s| < g mu slip, else it
+stays at that bound (the knee is rounded a little). The loop is the same at every rate; cycles to +-e lose
+4 g mu slip (e - slip) per volume. Rubber slips at many strains: branches with several slips lie over each other.
+Amplitudes g, g2, g3.
 
 References
 ----------
@@ -22,32 +23,22 @@ from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 
 if TYPE_CHECKING:
-    from cases.feature import Feature
-
-
-def feature() -> Feature:
-    """Return one branch of a spring behind a slider."""
-    from cases.feature import Feature
-    from forms.branches.elastoplastic import BRANCH
+    from cases.feature import Feature, Values
     from forms.potential import Attached
 
-    return Feature(branches=lambda values: [Attached(BRANCH, values)])
 
-
-EFFECT = Effect(
-    name="friction",
-    title="Internal friction",
-    summary="Filled rubber slips inside: the same loop at every rate, stiff just after each reversal.",
-    acts="rubber",
-    parameters=(
+def _branch(i: int, modulus: float, slip: float) -> tuple[EffectParameter, EffectParameter]:
+    number, words = ("", "the branch") if i == 1 else (str(i), f"branch {i}")
+    return (
         EffectParameter(
-            "g",
+            f"g{number}",
             "1",
-            "modulus of the branch over the law's",
-            0.2,
+            f"modulus of {words} over the law's",
+            modulus,
             0.0,
             10.0,
             off=0.0,
+            optional=i > 1,
             prior=Prior(
                 "half_t",
                 0.3,
@@ -57,12 +48,13 @@ EFFECT = Effect(
             ),
         ),
         EffectParameter(
-            "slip",
+            f"slip{number}",
             "1",
             "shear strain at which it slips",
-            0.05,
+            slip,
             1e-4,
             1.0,
+            optional=i > 1,
             scan=(0.01, 0.03, 0.1, 0.3),
             prior=Prior(
                 "log_uniform",
@@ -72,7 +64,31 @@ EFFECT = Effect(
                 "and 10 % (Payne effect); larger slips serve the overlay of several branches by one",
             ),
         ),
-    ),
+    )
+
+
+def _branches(values: Values) -> list[Attached]:
+    """Return the branches whose parameters have values."""
+    from forms.branches.elastoplastic import BRANCH
+    from forms.potential import Attached
+
+    numbers = [name.removeprefix("g") for name in values if name.startswith("g")]
+    return [Attached(BRANCH, {"g": values[f"g{i}"], "slip": values[f"slip{i}"]}) for i in numbers]
+
+
+def feature() -> Feature:
+    """Return the branches, each a spring behind a slider."""
+    from cases.feature import Feature
+
+    return Feature(branches=_branches)
+
+
+EFFECT = Effect(
+    name="friction",
+    title="Internal friction",
+    summary="Filled rubber slips inside: the same loop at every rate, stiff just after each reversal.",
+    acts="rubber",
+    parameters=(*_branch(1, 0.2, 0.05), *_branch(2, 0.1, 0.2), *_branch(3, 0.1, 0.02)),
     needs="reversals at two amplitudes; a second rate or a hold distinguishes it from viscoelasticity",
     rivals=("mullins", "viscoelasticity"),
     source="Garcia Tarrago et al. (2007), Torsion stiffness of a rubber bushing, doi:10.1243/03093247JSA246",
