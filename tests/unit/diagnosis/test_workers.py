@@ -85,7 +85,7 @@ def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp
     with pytest.raises(KeyboardInterrupt), Workers(2, Store(tmp_path, FitCodec())).open() as crew:
         crew.run(time.sleep, [(0.0,), (100.0,), (100.0,), (100.0,), (100.0,)], interrupt)
     assert time.monotonic() - begin < 50.0
-    assert not active_children()
+    assert none_left()
     (file,) = tmp_path.glob(f"*{SUFFIX}")
     assert Store(tmp_path, FitCodec(), resume=True).read(file, (0.0,)) == (True, None)
     # Another answer than the work would give: it can only come from there.
