@@ -63,7 +63,9 @@ def test_channels_share_the_odds_of_what_belongs_to_one_of_them():
 def test_numbers_of_branches_share_the_odds_of_their_effect():
     found = log_odds((active("viscoelasticity"),), False, False, False, 1)
     assert found == pytest.approx(math.log(ODDS["viscoelasticity"] / 3))
-    assert log_odds((active("friction"),), False, False, False, 1) == pytest.approx(math.log(ODDS["friction"] / 3))
+    assert log_odds((active("friction"),), False, False, False, 1) == pytest.approx(
+        math.log(ODDS["friction"] / 3)
+    )
 
 
 def test_uniform_odds_prefer_no_effect():
