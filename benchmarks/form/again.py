@@ -27,7 +27,7 @@ from bushcli.diagnosis.likelihood.form import Likelihood
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.prediction import Prediction
 from bushcli.diagnosis.queue import FAINT, Search
-from bushcli.effects.effect import effect_name
+from bushcli.effects.names import effect_name
 
 Sets = dict[frozenset[str], float]
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from bushcli.case.finding import Keys, dotted, shown
 from bushcli.case.limits import DEEPEST
-from bushcli.effects.effect import effect_name, rig_of
+from bushcli.effects.names import effect_name, rig_of
 from bushcli.errors import CaseError, Problem
 
 _SEGMENT = re.compile(r"([A-Za-z0-9_-]+(?:@[^\[\]@]+)?)((?:\[\d+\])*)\Z")

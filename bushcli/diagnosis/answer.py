@@ -20,7 +20,7 @@ from bushcli.diagnosis.result import (
 )
 from bushcli.diagnosis.searched import Searched
 from bushcli.diagnosis.state import State
-from bushcli.effects.effect import readable_name
+from bushcli.effects.names import readable_name
 from bushcli.recording import Recording, displacement_noise
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.schedule import schedule

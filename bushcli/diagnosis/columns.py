@@ -19,7 +19,8 @@ from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.prior import scales_of
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import Effect, EffectParameter, effect_name, effects, rig_of, unsuited
+from bushcli.effects.effect import Effect, EffectParameter, effects, unsuited
+from bushcli.effects.names import effect_name, rig_of
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.inverse.channel import Channel
 from bushcli.recording import Recording

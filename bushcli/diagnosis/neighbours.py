@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from bushcli.case import Case
 from bushcli.diagnosis.model import Model
-from bushcli.effects.effect import readable_name
+from bushcli.effects.names import readable_name
 from forms.law import laws
 
 # Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.

@@ -35,7 +35,7 @@ from bushcli.diagnosis.posterior import Weighed
 from bushcli.diagnosis.result import NextTest
 from bushcli.diagnosis.state import Problem
 from bushcli.effects.active import acting
-from bushcli.effects.effect import readable_name
+from bushcli.effects.names import readable_name
 from bushcli.effects.rig import NoEquilibrium
 from bushcli.runtime.workers import Workers
 from bushcli.simulate.predict import rubber_of

@@ -13,7 +13,8 @@ from bushcli.diagnosis.model import Key, Model
 from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import Group
 from bushcli.diagnosis.state import State
-from bushcli.effects.effect import effect_name, effects
+from bushcli.effects.effect import effects
+from bushcli.effects.names import effect_name
 
 # Share of the posterior that the credible set holds.
 CREDIBLE = 0.95

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from bushcli.effects.effect import Effect, EffectParameter, in_rig
+from bushcli.effects.effect import Effect, EffectParameter
+from bushcli.effects.names import in_rig
 from bushcli.errors import InputError, Problem
 
 
@@ -32,7 +33,7 @@ class ActiveEffect:
     @property
     def name(self) -> str:
         """Name of the effect; "offset@radial" if the same effect occurs in more than one rig."""
-        return in_rig(self.effect, self.rig)
+        return in_rig(self.effect.name, self.rig)
 
     @property
     def identity(self) -> str:
@@ -100,7 +101,7 @@ def identity(effect: Effect, channels: tuple[str, ...] | None) -> str:
     channels : tuple of str or None
         Channels that have it; the first one names the rig. None for all channels.
     """
-    return in_rig(effect, channels[0]) if effect.of_channel and channels else effect.name
+    return in_rig(effect.name, channels[0]) if effect.of_channel and channels else effect.name
 
 
 def uniquely_named(active: Sequence[ActiveEffect]) -> tuple[ActiveEffect, ...]:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.effects.change import RigChange
+from bushcli.effects.names import effect_name
 from bushcli.effects.prior import Prior
 from cases.mode import modes
 from forms.law import UnknownName
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _SLEEVE = Sleeve(thickness=1.0)
-# Separates the name of an effect from the rig where the same effect occurs more than once.
-_AT = "@"
 
 
 @dataclass(frozen=True)
@@ -260,35 +259,6 @@ class Effect:
             # A rig's effects are of one displacement and one force.
             return False
         return known.specimen in self.specimens and (self.modes is None or mode in self.modes)
-
-
-def in_rig(effect: Effect, rig: str) -> str:
-    """Return the name of an effect in the rig of a channel, "offset@radial"; without a rig the effect's own name.
-
-    Parameters
-    ----------
-    effect : Effect
-        Effect as registered.
-    rig : str
-        Name of a channel; empty for the first use of the effect.
-    """
-    return f"{effect.name}{_AT}{rig}" if rig else effect.name
-
-
-def effect_name(name: str) -> str:
-    """Return the name of an effect without its rig: "offset" for "offset@radial"."""
-    return name.partition(_AT)[0]
-
-
-def rig_of(name: str) -> str:
-    """Return the rig in the name of an effect, "radial" for "offset@radial"; empty without a rig."""
-    return name.partition(_AT)[2]
-
-
-def readable_name(name: str) -> str:
-    """Return the name of an effect for a sentence: "offset (radial)" for "offset@radial"."""
-    rig = rig_of(name)
-    return f"{effect_name(name)} ({rig})" if rig else name
 
 
 def unsuited(

@@ -15,7 +15,7 @@ from typing import Any
 from bushcli.case import Case, load_case
 from bushcli.case.rebuild import rebuilt_case
 from bushcli.effects.active import require_values
-from bushcli.effects.effect import effect_name, rig_of
+from bushcli.effects.names import effect_name, rig_of
 from bushcli.errors import InputError, Problem, nearest
 from bushcli.export.curves import Array, ForceCurve, curves_of, matrix_of
 from bushcli.runtime.bounded import TooLarge, read_bounded

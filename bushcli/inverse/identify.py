@@ -31,6 +31,7 @@ from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.runtime.executor import Pool
+from bushcli.runtime.interrupt import told_as_such
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
@@ -111,7 +112,8 @@ def identify(
     run = _Run(task, problem, held_out, start, lower, upper, journal, resume, progress, pool)
     interrupted = False
     try:
-        run.search()
+        with told_as_such():
+            run.search()
     except KeyboardInterrupt:
         interrupted = True
         if problem.best is None:
@@ -306,15 +308,16 @@ def _profiled(
     if interrupted or task.source != "recordings" or task.method == "dogleg":
         return best, [], False
     try:
-        for _ in range(BETTER_ROUNDS):
-            found.clear()
-            covariance = certainty.covariance(problem, best.x)
-            better = profiles_of(problem, best, covariance, lower, upper, found)
-            if better is None:
-                break
-            # The search had ended too early: from here it goes further down.
-            on = search(problem, better, lower, upper, task.method, task.loss)
-            best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
+        with told_as_such():
+            for _ in range(BETTER_ROUNDS):
+                found.clear()
+                covariance = certainty.covariance(problem, best.x)
+                better = profiles_of(problem, best, covariance, lower, upper, found)
+                if better is None:
+                    break
+                # The search had ended too early: from here it goes further down.
+                on = search(problem, better, lower, upper, task.method, task.loss)
+                best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
     except KeyboardInterrupt:
         # What is wanted of the search is there: an interval less is no reason to lose it.
         cut = True

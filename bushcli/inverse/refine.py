@@ -29,6 +29,7 @@ from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.runtime.canonical import canonical
 from bushcli.runtime.executor import Died, Pool
+from bushcli.runtime.interrupt import told_as_such
 
 Array = NDArray[np.float64]
 
@@ -107,11 +108,12 @@ def refine(
     nowhere = Minimum(initial, initial, float("nan"), 0, False, "the start cannot be solved")
     assert task.method != "dogleg"
     try:
-        ended = (
-            search(problem, initial, lower, upper, task.method, task.loss)
-            if np.isfinite(problem.cost(initial))
-            else nowhere
-        )
+        with told_as_such():
+            ended = (
+                search(problem, initial, lower, upper, task.method, task.loss)
+                if np.isfinite(problem.cost(initial))
+                else nowhere
+            )
     except (_GivenUp, KeyboardInterrupt) as reason:
         cost, x = problem.best or (float("nan"), initial)
         ended = Minimum(initial, x, cost, 0, False, str(reason) or INTERRUPTED)

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from bushcli.case import Case, Material, MeshOptions, resolved
 from bushcli.case.unit import turning
 from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import EffectParameter, effect_name
+from bushcli.effects.effect import EffectParameter
+from bushcli.effects.names import effect_name
 from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
 from bushcli.inverse.channel import Channel, bushing_channels, coupon_channels

@@ -11,7 +11,7 @@ from bushcli.diagnosis.searched import Searched
 from bushcli.diagnosis.where.maps import MissingProfile
 from bushcli.diagnosis.where.record import Location, Mismatch
 from bushcli.diagnosis.words import sentence
-from bushcli.effects.effect import effect_name
+from bushcli.effects.names import effect_name
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_values import derived, shown
 from bushcli.report.diagnosis_words import headline

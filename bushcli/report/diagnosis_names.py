@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from bushcli.effects.effect import effect_name, effects, rig_of
+from bushcli.effects.effect import effects
+from bushcli.effects.names import effect_name, rig_of
 from bushcli.report.quantity import listed
 
 UNKNOWN, NOTHING, FREE_LAW = "unknown", "nothing", "free_law"

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from bushcli.case.unit import outside, unit
 from bushcli.diagnosis.result import DiagnosedChannel, Named, Quantity
-from bushcli.effects.effect import EffectParameter, effect_name, effects
+from bushcli.effects.effect import EffectParameter, effects
+from bushcli.effects.names import effect_name
 from bushcli.report.quantity import number, with_std
 from cases.mode import modes
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
-from bushcli.effects.effect import effect_name
+from bushcli.effects.names import effect_name
 from bushcli.faults import DataFault
 from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, title, together, within
 from bushcli.report.quantity import listed, percent

@@ -10,7 +10,15 @@ from types import ModuleType
 
 import pytest
 
-from bushcli.runtime.interrupt import SAME, abandon_compilation, is_interrupt, listen, meet, ranks_started
+from bushcli.runtime.interrupt import (
+    SAME,
+    abandon_compilation,
+    is_interrupt,
+    listen,
+    meet,
+    ranks_started,
+    told_as_such,
+)
 
 
 @pytest.fixture
@@ -119,6 +127,13 @@ def test_an_interruption_in_a_conversion_of_ctypes_is_one():
     with pytest.raises((ctypes.ArgumentError, KeyboardInterrupt)) as raised:
         ctypes.pythonapi.Py_IncRef(Interrupted())
     assert is_interrupt(raised.value)
+
+
+def test_an_interruption_in_another_form_is_raised_as_such():
+    with pytest.raises(KeyboardInterrupt), told_as_such():
+        raise ctypes.ArgumentError("argument 1: KeyboardInterrupt: ")
+    with pytest.raises(ValueError, match="another"), told_as_such():
+        raise ValueError("another")
 
 
 def test_other_errors_are_none():

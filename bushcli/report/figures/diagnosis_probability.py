@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator
 
 from bushcli.diagnosis.result import Diagnosis
-from bushcli.effects.effect import effect_name
+from bushcli.effects.names import effect_name
 from bushcli.report.diagnosis_names import NOTHING, UNKNOWN, phrase, short_chance, title
 from bushcli.report.diagnosis_values import ShownQuantity, derived_text, shown
 from bushcli.report.figures.picture import (
