@@ -24,8 +24,8 @@ outer_radius = 22.0
 length = 40.0
 [mesh]
 elements_across = 2
-elements_along = 4
-elements_around = 8
+elements_along = 3
+elements_around = 6
 """
 SECTION = """
 [geometry]
