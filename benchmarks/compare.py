@@ -11,7 +11,7 @@ from benchmarks.measure import Result, Subject, side_by_side, table
 from benchmarks.problem import TASKS, errors
 
 HERE = Path(__file__).resolve().parent
-# Elements across the rubber, along it (for radial load along half of it), around half the circumference.
+# Elements across the rubber, along its length (for radial load half of it), around half the circumference.
 MESHES = {
     "axial": {"bushcli": ["6x12"], "ngsolve": ["6x12"], "felupe": ["6x12"], "calculix": ["6x12"]},
     "radial": {
@@ -25,7 +25,7 @@ SHOWN = {"axial": (0.4, 4.0, 8.0), "radial": (1.5, 2.1, 3.0)}
 
 
 def subjects(mode: str) -> Iterator[Subject]:
-    """All programs on all meshes; what cannot be installed is named on stderr."""
+    """All programs on all meshes; a program that cannot be installed is named on stderr."""
     task = TASKS[mode]
     for program, meshes in MESHES[mode].items():
         try:
@@ -44,7 +44,7 @@ def subjects(mode: str) -> Iterator[Subject]:
 
 
 def whole(mode: str, mesh: str) -> str:
-    """A mesh in bushcli's numbers, which count the whole bushing."""
+    """Convert a mesh to bushcli's numbers, which count the whole bushing."""
     across, along, *around = (int(n) for n in mesh.split("x"))
     if mode == "axial":
         return f"{across}x{along}"

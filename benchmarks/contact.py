@@ -1,8 +1,8 @@
-"""Contact: against other codes, its cost where nothing meets, and random marches.
+"""Contact: comparison with other codes, cost where no surfaces touch, and random marches.
 
 ``setup/enter python benchmarks/contact.py bump``, ``void``, ``hertz``, ``solid`` (a void of the kidney STEP, closed
 in three dimensions), ``thick`` (a plain bushing to 80 % of its thickness), ``speed``, or ``random 30`` (seeds 0 to 29;
-``random 30 7`` begins with seed 7). The numbers go to docs/contact.md. Data: tests/verification/data/real.
+``random 30 7`` begins with seed 7). The results are in docs/contact.md. Data: tests/verification/data/real.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def compared(name: str) -> None:
 
 
 def speed(runs: int = 7) -> None:
-    """March a plain bushing with and without contact by turns, and print the least time of the processor of each."""
+    """March a plain bushing alternately with and without contact, and print the least processor time of each."""
     for mode, end in (("axial", 8.0), ("radial", 4.0)):
         shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
         made = {
@@ -95,7 +95,7 @@ def hertzian() -> None:
 
 
 def followed(name: str, shape: Shape, q: np.ndarray) -> None:
-    """March a bushing radially, and print force, steps tried and time at each point, and what memory it took."""
+    """March a bushing radially; print force, time and penetration at each point, then steps tried and memory."""
     begin = time.process_time()
     model = prepare(shape, modes()["radial"], YEOH)
     size = model.space.dofmap.index_map.size_global
@@ -155,8 +155,8 @@ def thick(rng: np.random.Generator) -> tuple[str, Shape, str, float]:
 
 
 def stop(rng: np.random.Generator) -> tuple[str, Shape, str, float]:
-    """Return a slice with a bump stop in its void, pressed beyond where it meets."""
-    # Elements of another size may leave triangles among the quadrilaterals, which this slice has not.
+    """Return a slice with a bump stop in its void, pressed beyond first contact."""
+    # Elements of another size could leave triangles among the quadrilaterals; this size leaves none.
     return "bump stop", KidneySlice(bump=True, size=2.2), "radial", rng.uniform(1.0, 1.6)
 
 

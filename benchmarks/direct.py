@@ -1,4 +1,4 @@
-"""bushcli's own times: against the targets, where they go, how they grow, threads and ranks."""
+"""bushcli's times: against targets, by part of the program, with finer meshes, with threads and ranks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from benchmarks.measure import Result, Subject, side_by_side, table
 from benchmarks.problem import C10, C20, C30, INNER_RADIUS, KAPPA, LENGTH, OUTER_RADIUS, errors
 
 OWN = str(Path(__file__).resolve().parent / "own.py")
-# Mode -> end (mm or degrees) and steps; the reference curves of the last two end there.
+# Mode -> end (mm or degrees) and steps; for the last two modes the reference curves end there.
 LOADS = {"axial": (8.0, 20), "radial": (2.1, 10), "torsional": (20.0, 10), "conical": (3.5, 7)}
 GROWING = ("tangent", "factorisation", "back-substitution", "residual")
 COMMAND = "from bushcli.cli import main; main()"
@@ -33,7 +33,7 @@ C30 = {C30}
 
 
 def march(mode: str, name: str, *options: str, ranks: int = 1, threads: int = 1) -> Subject:
-    """A march to the end of the mode's load in a process of its own."""
+    """A march to the end of the mode's load in a separate process."""
     stop, steps = LOADS[mode]
     command = [
         sys.executable,
@@ -53,13 +53,13 @@ def march(mode: str, name: str, *options: str, ranks: int = 1, threads: int = 1)
 
 
 def largest_error(mode: str, printed) -> str:
-    """Largest deviation from the reference where both have a point, percent."""
+    """Largest deviation from the reference at points that both have, percent."""
     found = errors(mode, printed["displacement"], printed["force"])
     return f"{max(found.values(), key=abs):.2f}" if found else ""
 
 
 def whole_process(folder: Path) -> Iterator[Subject]:
-    """`bushcli direct` on a case file, as a user starts it."""
+    """Time `bushcli direct` on a case file as a user runs it."""
     for mode in ("axial", "radial"):
         stop, steps = LOADS[mode]
         case = folder / f"{mode}.toml"
@@ -118,7 +118,7 @@ def where_it_goes(results) -> str:
 
 
 def growth(runs: int) -> Iterator[str]:
-    """Finer and coarser meshes, by the factor on the number of elements in each direction."""
+    """Times of finer and coarser meshes, by the factor on the number of elements in each direction."""
     for mode, factors in (("axial", (0.5, 1, 2, 4)), ("radial", (0.75, 1, 1.5, 2))):
         results = side_by_side([march(mode, f"{f:g}", "--factor", str(f)) for f in factors], runs)
         rows = []
@@ -150,7 +150,7 @@ def growth(runs: int) -> Iterator[str]:
 
 
 def threads(runs: int) -> Iterator[str]:
-    """One or two threads, one or two ranks."""
+    """Times with one or two threads and one or two ranks."""
     ways = {"1 thread": {}, "2 threads": {"threads": 2}, "2 ranks": {"ranks": 2}}
     if (os.cpu_count() or 1) < 2:
         return

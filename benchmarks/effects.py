@@ -1,8 +1,9 @@
-"""Cost of the effects: what each adds to a simulation of a long recording, and which of them look alike.
+"""Cost of the effects: what each adds to the simulation of a long recording, and which of them look alike.
 
 `python -m benchmarks effects`: an axial recording of eight cycles and 400 points, one effect at a time.
-`python -m benchmarks memory`: what five derivatives cost where the rubber has memory, in processor time.
-`python -m benchmarks alike`: cosine between what effects do beside a Yeoh law, axial and radial.
+`python -m benchmarks memory`: processor time of five derivatives where the rubber has memory.
+`python -m benchmarks alike`: cosine between the changes by two effects that a Yeoh law cannot imitate, axial and
+radial.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def recording(mode: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def made(mode: str, active: list[ActiveEffect]) -> Simulation:
-    """The simulation of such a recording, as a fit would see it."""
+    """The simulation of such a recording, as in a fit."""
     t, q = recording(mode)
     rubber = Rubber(law("yeoh"), YEOH, 2000.0)
     return Simulation(shapes()["plain"](**BUSHING), modes()[mode], rubber, Refinement(), active, t, q, 1e-4)
@@ -69,7 +70,7 @@ def cost(runs: int) -> Iterator[str]:
 
 
 def memory(runs: int) -> Iterator[str]:
-    """Processor time of a march with memory, alone and with five derivatives, by turns in one process."""
+    """Processor time of a march with memory, alternately alone and with five derivatives, in one process."""
     yield "| effect | channel | march, s | with 5 derivatives, s | ratio | smallest and largest |"
     yield "| --- | --- | --- | --- | --- | --- |"
     for mode in REACH:
@@ -80,7 +81,7 @@ def memory(runs: int) -> Iterator[str]:
             names = (*YEOH, *(f"{name}.{p.name}" for p in active[0].parameters if not p.of_mesh))[:5]
             simulation.solve({})
             simulation.solve({}, names)
-            # By turns: a simulation keeps its last answer.
+            # Alternately, because a simulation keeps its last result.
             pairs = [
                 (
                     _worked(lambda s=simulation: s.solve({})),
@@ -126,7 +127,7 @@ def alike(runs: int) -> Iterator[str]:
 
 
 def _change(effect: Effect, mode: str) -> np.ndarray:
-    """What a typical amplitude does to the curve, over its range; zeros where it does not act."""
+    """Change of the curve by a typical amplitude, relative to its range; zero where the effect does not act."""
     active = ActiveEffect(effect).started()
     on, off = (
         made(mode, [one] if effect.acts_on(mode) else []).solve({}).force for one in (active, active.off())

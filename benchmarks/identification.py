@@ -1,4 +1,4 @@
-"""What an identification costs, and whether its intervals hold the truth.
+"""Cost of an identification, and coverage of its intervals.
 
     OMP_NUM_THREADS=1 python benchmarks/identification.py speed
     OMP_NUM_THREADS=1 python benchmarks/identification.py coverage --seeds 50 --modes axial,torsional
@@ -31,12 +31,12 @@ from cases.simulate import sweep
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[1]
-# Forward differences: relative step, the square root of what the march resolves (1e-7 of the force).
+# Relative step of forward differences: about the square root of the march's resolution (1e-7 of the force).
 STEP = 1e-4
 
 
 def pseudo_experiments() -> ModuleType:
-    """The module of the tests that makes them."""
+    """Import the tests' module that makes the pseudo-experiments."""
     spec = importlib.util.spec_from_file_location("pseudo", ROOT / "tests" / "recovery" / "conftest.py")
     assert spec is not None
     assert spec.loader is not None
@@ -46,7 +46,7 @@ def pseudo_experiments() -> ModuleType:
 
 
 class Bench:
-    """Cases of the pseudo-experiment, with noise."""
+    """Make cases of the pseudo-experiment, with noise."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.pseudo = folder, pseudo_experiments()
@@ -69,7 +69,7 @@ class Bench:
 
 
 def timed(act: Callable[[], Fit]) -> tuple[Fit, float]:
-    """Result, and seconds of wall clock."""
+    """Return the result and the wall-clock time, s."""
     begin = time.perf_counter()
     return act(), time.perf_counter() - begin
 
@@ -95,12 +95,12 @@ def by_differences(case: Case) -> Fit:
 
 
 def shown(fit: Fit) -> str:
-    """Parameters, short."""
+    """Parameters as short text."""
     return ", ".join(f"{estimate.value:.4f}" for estimate in fit.parameters.values())
 
 
 def speed(bench: Bench) -> None:
-    """Identifications, exact against differences against the literature's loop; cost of the derivatives."""
+    """Compare exact derivatives, differences and the literature's loop in identifications; cost of derivatives."""
     print("| channels | derivatives | sweeps | forward solves | seconds | C10, C20, C30 (MPa) | rms, % |")
     print("|---|---|---|---|---|---|---|")
     for modes in (("axial",), ("axial", "torsional"), ("radial",), ("axial", "radial")):
@@ -129,7 +129,7 @@ def speed(bench: Bench) -> None:
 
 
 def least_time(channel: Channel, names: tuple[str, ...]) -> float:
-    """Seconds of a sweep, the least of five."""
+    """Least time of five sweeps, s."""
     found = []
     for _ in range(5):
         begin = time.perf_counter()
@@ -139,11 +139,11 @@ def least_time(channel: Channel, names: tuple[str, ...]) -> float:
 
 
 def coverage(bench: Bench, modes: tuple[str, ...], noise: float, seeds: int) -> None:
-    """How often the 95 % intervals hold the truth.
+    """Print how often the 95 % intervals hold the truth.
 
     Two kinds: value +- 1.96 standard errors, and what the result reports, which is the profiles' intervals where one
     of the standard errors is above 20 % of its value or the search was held back by stability. Truth is what the
-    default mesh finds from noise-free curves, because intervals speak of noise, not of the mesh.
+    default mesh finds from noise-free curves, because intervals describe noise, not the error of the mesh.
     """
     begin = time.perf_counter()
     clean = identify(Task(bench.case(*modes), "yeoh"))

@@ -1,4 +1,4 @@
-"""Virtual environments for the peers, apart from bushcli's own: $BUSHCLI_HOME/bench/NAME."""
+"""Virtual environments for the peers, separate from bushcli's: $BUSHCLI_HOME/bench/NAME."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import subprocess
 import sys
 from pathlib import Path
 
-# FElupe differentiates some of its rubbers with tensortrax, which it does not ask for.
+# FElupe differentiates some of its rubbers with tensortrax, which is not among its requirements.
 PACKAGES = {"ngsolve": ["ngsolve"], "felupe": ["felupe"], "decks": ["felupe", "tensortrax"]}
 
 
 def home() -> Path:
-    """Where the environments are kept."""
+    """Folder of the environments."""
     data = Path(os.environ.get("XDG_DATA_HOME", Path.home() / ".local" / "share"))
     return Path(os.environ.get("BUSHCLI_HOME", data / "bushcli")) / "bench"
 
 
 def interpreter(peer: str) -> Path:
-    """Python that imports the peer, installed from PyPI where it is missing; raises RuntimeError where it cannot be."""
+    """Return a Python that has the peer, installed from PyPI if necessary; raise RuntimeError if that fails."""
     folder = home() / f"{peer}-{sys.version_info.major}.{sys.version_info.minor}"
     python = folder / "bin" / "python"
     if (folder / "complete").exists():
@@ -38,7 +38,7 @@ def interpreter(peer: str) -> Path:
 
 
 def calculix() -> str:
-    """The program `ccx`: $CCX, or on the PATH (Debian: apt-get install calculix-ccx); RuntimeError without it."""
+    """Return the program `ccx`, from $CCX or the PATH (Debian: apt-get install calculix-ccx), or raise RuntimeError."""
     program = os.environ.get("CCX") or shutil.which("ccx")
     if program is None:
         raise RuntimeError(

@@ -14,7 +14,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Subject:
-    """A program to be measured: its name in the table, its command, and what its environment adds."""
+    """A program to be measured: its name in the table, its command, and additional environment variables."""
 
     name: str
     command: Sequence[str]
@@ -40,7 +40,7 @@ class Result:
 
 
 def once(subject: Subject) -> tuple[dict[str, Any], float, float]:
-    """What it printed as its last line of JSON, seconds and MB; raises RuntimeError with its last words."""
+    """Run a subject; return its last line of JSON, seconds and MB; raise RuntimeError with its output if it fails."""
     begin = time.perf_counter()
     process = subprocess.Popen(
         subject.command,
@@ -59,10 +59,10 @@ def once(subject: Subject) -> tuple[dict[str, Any], float, float]:
 
 
 def side_by_side(subjects: Sequence[Subject], runs: int) -> dict[str, Result | str]:
-    """Each subject `runs` times, all of them in turn, so that a busy machine slows all alike; failures as text."""
+    """Run all subjects in turn, `runs` times, so that a busy machine slows all alike; failures are returned as text."""
     found: dict[str, list[tuple[dict[str, Any], float, float]]] = {subject.name: [] for subject in subjects}
     failures: dict[str, str] = {}
-    # The first round fills caches: of kernels, of bytecode, of the disk.
+    # The first round only fills caches: kernels, bytecode, disk.
     for turn in range(runs + 1):
         for subject in subjects:
             if subject.name in failures:

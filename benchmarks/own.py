@@ -1,8 +1,8 @@
-"""One march of bushcli in a process of its own, with its phases and where their time goes.
+"""One march of bushcli in a separate process, with the times of its phases and parts.
 
     python benchmarks/own.py MODE [--stop Q] [--steps N] [--factor F] [--elements AxLxC] [--repeat N]
 
-Prints one line of JSON. Under mpirun, rank 0 does.
+Prints one line of JSON; under mpirun rank 0 prints it.
 """
 
 import time
@@ -42,7 +42,7 @@ imported = time.perf_counter()
 
 
 class Clock:
-    """Calls of a function and the seconds spent in it."""
+    """Count the calls of a function and the seconds spent in it."""
 
     def __init__(self, owner, name):
         self.calls, self.seconds, self.function = 0, 0.0, getattr(owner, name)

@@ -1,4 +1,4 @@
-"""The problem that all programs solve, and the curves it is judged by. Needs NumPy alone: the peers read it too.
+"""The problem that all programs solve, and its reference curves. It needs only NumPy, as the peers import it too.
 
 Plain bushing, rubber 12/22 mm, 40 mm long, rigid sleeves, free ends; Yeoh rubber with kappa/2 (J - 1)^2.
 """
@@ -15,8 +15,8 @@ INNER_RADIUS, OUTER_RADIUS, LENGTH = 12.0, 22.0, 40.0
 C10, C20, C30 = 0.5, -0.05, 0.01
 KAPPA = 2000.0
 REFERENCES = Path(__file__).resolve().parents[1] / "tests" / "verification" / "data"
-# Radial force at 3 mm, beyond the end of the reference curve, where meshes still disagree by a percent: third-order
-# elements of the code that made the references, mesh graded toward the bond edges, 15,200 unknowns.
+# Radial force at 3 mm, beyond the end of the reference curve, where meshes still disagree by a percent. From the code
+# of the references: third-order elements, mesh graded toward the bond edges, 15,200 unknowns.
 RADIAL_3MM = 8120.0
 
 
@@ -46,7 +46,7 @@ def reference(mode: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def errors(mode: str, displacement, force) -> dict[float, float]:
-    """Percent above the reference at each of its displacements that was reached, rest left out."""
+    """Percent above the reference at each of its displacements that was reached, except at rest."""
     q, Q = reference(mode)
     result = {}
     for target, value in zip(q, Q, strict=True):
@@ -57,7 +57,7 @@ def errors(mode: str, displacement, force) -> dict[float, float]:
 
 
 def graded(elements: int, ratio: float, fine: str) -> np.ndarray:
-    """Vertices in [0, 1] whose longest element is `ratio` times the shortest; short at the "stop" or at "both" ends."""
+    """Vertices in [0, 1]; the longest element is `ratio` times the shortest, at the "stop" or at "both" ends."""
     k, n = np.arange(elements), max(elements - 1, 1)
     depth = {"stop": k, "both": np.abs(2 * k - n)}[fine] / n
     lengths = ratio**-depth

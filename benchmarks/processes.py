@@ -1,4 +1,4 @@
-"""Whole processes: bushcli's commands, as a user starts them, beside one that only loads the finite-element stack."""
+"""Whole processes: bushcli's commands as a user runs them, beside a process that only loads the libraries."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from benchmarks.measure import Result, Subject, side_by_side, table
 
 STACK = "from mpi4py import MPI; import dolfinx.fem.petsc, gmsh"
 BATCH = Path(__file__).resolve().parents[1] / "examples" / "batch" / "case.toml"
-# Wanted of a process: seconds on quiet cores, or times the process that loads the stack.
+# Targets: seconds on quiet cores, or multiples of the process that only loads the libraries.
 WANTED = {"direct, axial": "1.45 x", "direct, radial": "1.9 x", "check": "0.35 s"}
 
 
 def processes(runs: int) -> Iterator[str]:
-    """Seconds of each process, and times that of the stack alone."""
+    """Seconds of each process, also as a multiple of the process that only loads the libraries."""
     with tempfile.TemporaryDirectory() as folder:
         results = side_by_side(list(_subjects(Path(folder))), runs)
     rows = []

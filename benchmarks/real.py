@@ -1,4 +1,4 @@
-"""Sections and CAD parts of other codes' curves: error at every point, time and memory, on default meshes.
+"""Sections and CAD parts against other codes' curves: error at every point, time and memory, on default meshes.
 
 python benchmarks/real.py NAME      one march in a process of its own; prints one line of JSON
 """
@@ -21,7 +21,7 @@ DATA = Path(__file__).resolve().parents[1] / "tests" / "verification" / "data" /
 _SECTION = {"shape": "section", "file": "contoured_A_halfsection.dxf"}
 _CONTOURED = {"shape": "cad", "file": "contoured_A.step"}
 _KIDNEY = {"shape": "cad", "file": "kidney_A.step"}
-#: Name -> geometry, mode, reference, and steps on the way to its last point (None = its points).
+#: Name -> geometry, mode, reference, and number of steps to its last point (None = steps at its points).
 CASES = {
     "section, axial, 20 steps": (_SECTION, "axial", "contoured_A_axial.csv", 20),
     "section, axial, negative": (_SECTION, "axial", "contoured_A_axialneg.csv", None),
@@ -40,7 +40,7 @@ CASES = {
 
 
 def real(runs: int) -> Iterator[str]:
-    """Table of all cases; times are medians of the runs."""
+    """Yield a table of all cases; times are medians of the runs."""
     yield "| case | unknowns | mesh, s | solve, s | memory, MB | error, % | reference's own, % |"
     yield "| --- | --- | --- | --- | --- | --- | --- |"
     for name in CASES:
@@ -67,7 +67,7 @@ def _measured(name: str) -> dict[str, float]:
 
 
 def march_once(name: str) -> dict[str, float]:
-    """March to the reference's points, and compare; at other steps, what both share (the ends)."""
+    """March to the reference's points and compare; with other steps compare at the points that both have."""
     from cases.march import march
     from cases.mode import modes
     from cases.program import Program
@@ -91,7 +91,7 @@ def march_once(name: str) -> dict[str, float]:
     share = [(i, int(np.argmin(np.abs(targets - at)))) for i, at in enumerate(path)]
     pairs = [(i, j) for i, j in share if abs(targets[j] - path[i]) < 1e-9 * abs(path[-1])]
     errors = [(100 * abs(history.force[j] / force[i] - 1), own[i]) for i, j in pairs]
-    # The point where most of what is allowed (1 % and the reference's own error) is used.
+    # The point at which the error exceeds the reference's own error most.
     error, reference = max(errors, key=lambda item: item[0] - item[1])
     return {
         "unknowns": model.space.dofmap.index_map.size_global,

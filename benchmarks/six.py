@@ -20,18 +20,18 @@ import numpy as np
 DATA = Path(__file__).resolve().parents[1] / "tests" / "verification" / "data"
 _PLAIN = {"shape": "plain", "inner_radius": 12.0, "outer_radius": 22.0, "length": 40.0}
 _KIDNEY = {"shape": "cad", "file": "kidney_A.step"}
-#: Name -> geometry, entry of six.json, and what is compared of it.
+#: Name -> geometry, entry of six.json, and the part of it that is compared.
 CASES = {
     "plain, path": (_PLAIN, "plain", "path"),
     "plain, 6 x 6": (_PLAIN, "plain", "matrices"),
     "kidney STEP, 6 x 6": (_KIDNEY, "kidney_A", "matrices"),
 }
-#: A coupling counts from this share of the geometric mean of its diagonal entries on.
+#: Couplings below this share of the geometric mean of their diagonal entries are not compared.
 COUPLED = 1e-4
 
 
 def six(runs: int) -> Iterator[str]:
-    """Table of all cases; the march with the median time of the runs is shown."""
+    """Yield a table of all cases; it shows the march with the median time of the runs."""
     yield "| case | unknowns | solve, s | memory, MB | diagonal or main reactions, % | couplings, % |"
     yield "| --- | --- | --- | --- | --- | --- |"
     for name in CASES:
@@ -109,7 +109,7 @@ def march_once(name: str) -> dict[str, Any]:
 
 
 def _path_errors(own: Any, theirs: Any) -> tuple[float, float]:
-    """Largest errors (%) of fx, fz, mz and of my, which couples; at points where they are not zero."""
+    """Largest errors (%) of fx, fz and mz, and of the coupled my, at points where they are not zero."""
 
     def worst(columns: list[int]) -> float:
         a, b = own[:, columns], theirs[:, columns]

@@ -17,12 +17,12 @@ CASE, FILE, REFERENCE = "kidney STEP, radial x, 10 steps", "kidney_A.step", "kid
 REACH, STEPS = 2.5, 10
 #: Largest elements of Netgen's meshes, mm: the coarsest is about as large as bushcli's default mesh.
 SIZES = (5.0, 3.5, 2.5)
-#: Beyond, the tips of the voids close, and the codes disagree.
+#: Beyond this displacement (mm) the tips of the voids close, and the codes disagree.
 SURE = 1.4
 
 
 def subjects() -> Iterator[Subject]:
-    """Both programs; NGSolve on several meshes, or named on stderr where it cannot be installed."""
+    """Both programs, NGSolve on several meshes; if it cannot be installed, stderr says so."""
     environment = {"PYTHONPATH": str(HERE.parent)}
     yield Subject("bushcli, default mesh", [sys.executable, str(HERE / "real.py"), CASE], environment)
     try:
@@ -37,7 +37,7 @@ def subjects() -> Iterator[Subject]:
 
 
 def step(runs: int) -> Iterator[str]:
-    """One table; times are medians of the runs."""
+    """Yield the table; times are medians of the runs."""
     q, force, own = np.loadtxt(DATA / REFERENCE, delimiter=",", skiprows=2).T
     points = [at for at in q if abs(at * STEPS / REACH - round(at * STEPS / REACH)) < 1e-6]
     head = ["program, mesh", "unknowns", "solve, s", "memory, MB", f"error to {SURE:g} mm, %", "beyond, %"]

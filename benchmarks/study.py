@@ -33,7 +33,7 @@ mode = "{mode}"
 amplitude = {amplitude}
 steps = {steps}
 """
-# In place of the load case: a recording, whose path is marched where the rubber has a memory.
+# Instead of the load case: a recording, whose path is marched if the rubber has memory.
 RECORDING = """
 [[recordings]]
 mode = "axial"
@@ -56,7 +56,7 @@ def study(runs: int) -> Iterator[str]:
     for load, designs in ((AXIAL, 1000), (RADIAL, 200), (AXIAL, 4000)):
         yield _throughput(load, designs)
     yield f"\n| one process, processor time | per design | march alone | ratio |\n{'| --- ' * 4}|"
-    # The clock of a machine that does other work too tells little.
+    # Processor time, because the wall clock of a busy machine means little.
     with mock.patch.object(time, "perf_counter", time.process_time):
         for load in (AXIAL, RADIAL):
             with tempfile.TemporaryDirectory() as folder:
@@ -99,7 +99,7 @@ def _throughput(load: tuple[str, float, int], designs: int) -> str:
         wall, spent = time.perf_counter() - begin, _processor() - before
         result = json.loads((out / "result.json").read_text())
     assert result["failed"] == 0, result["failures"]
-    # Of all children so far: the largest of them.
+    # Peak memory of the largest child so far.
     largest = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     return (
         f"| {load[0]} | {designs} | {wall:.0f} s | {spent:.0f} s | {1e3 * spent / designs:.1f} ms "
@@ -114,7 +114,7 @@ def _processor() -> float:
 
 
 def _overhead(name: str, file: Path, designs: int = 60) -> str:
-    """Time whole designs and the marches in them, in one process and in turn, so that other work disturbs both."""
+    """Time designs and the marches within them, in one process, so that other work disturbs both alike."""
     from bushcli.case import load_case
     from bushcli.study import task as module
     from bushcli.study.answers import default_answers

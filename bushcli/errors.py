@@ -87,7 +87,7 @@ def nearest(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
     cutoff : float
         Smallest ratio of `difflib.SequenceMatcher`, from 0 to 1, at which a name is suggested.
     """
-    import difflib  # 4 ms of a start-up, for names that are wrong only
+    import difflib  # 4 ms at start-up, needed only for names that are wrong
 
     folded = {other.casefold(): other for other in known}
     found = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=cutoff)

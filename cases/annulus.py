@@ -14,12 +14,12 @@ import math
 
 Bounds = tuple[float, float]
 
-# Free ends, which the axial formula leaves out, take up to a fifth of a short bushing's stiffness.
+# The axial formula neglects the free ends, which reduce the stiffness of a short bushing by up to a fifth.
 _FREE_ENDS = 0.8
 
 
 def axial(a: float, b: float, length: float) -> Bounds:
-    """Return bounds about 2 pi L / ln(b/a), N/mm per MPa.
+    """Return bounds of the axial stiffness, the upper one 2 pi L / ln(b/a), N/mm per MPa.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ def torsional(a: float, b: float, length: float) -> Bounds:
 def conical(a: float, b: float, length: float) -> Bounds:
     """Return bounds of the tilting stiffness, N mm/rad per MPa.
 
-    Each slice moves radially by its height times the angle, which makes L^2/12 of the radial stiffness, and axially by
-    its radius times the angle, which makes between a^2/2 and b^2/2 of the axial one.
+    Each slice moves radially by its height times the angle, which contributes L^2/12 times the radial stiffness, and
+    axially by its radius times the angle, which contributes between a^2/2 and b^2/2 times the axial stiffness.
 
     Parameters
     ----------

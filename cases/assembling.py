@@ -20,14 +20,14 @@ def assemble(model: Model, solver: Equilibrium) -> list[Attempt]:
     Parameters
     ----------
     model
-        Its state is the unloaded one; it is then that of the assembled bushing, which `Model.commit` has not seen yet.
+        Starts in the unloaded state and ends in that of the assembled bushing, not yet committed (`Model.commit`).
     solver
-        Of the model.
+        Solver of the model.
 
     Raises
     ------
     NotConverged
-        A step was cut back to the smallest and still failed.
+        A step was cut back to the smallest length and still failed.
     """
     attempts: list[Attempt] = []
     model.duration.value = RELAXED
@@ -36,7 +36,7 @@ def assemble(model: Model, solver: Equilibrium) -> list[Attempt]:
     while done < 1.0:
         stage = min(1.0, done + step)
         model.stage.value = stage
-        # On the line through the last two.
+        # Extrapolated linearly from the last two states.
         guess = (
             states[-1] if len(states) < 2 else states[-1] + (states[-1] - states[-2]) * (stage - done) / taken
         )

@@ -1,7 +1,7 @@
 """The bushing's rubber and metal at their quadrature points: energy, forces and stiffness at a state.
 
-Each part (the rubber, each elastic sleeve) goes the same way: unknowns -> gradients -> strain variables -> answer of
-the material -> forces and stiffness by the gradients -> unknowns. Only the material differs.
+Each part (the rubber, each elastic sleeve) is evaluated in the same order: unknowns -> gradients -> strain variables ->
+answer of the material -> forces and stiffness by the gradients -> unknowns. Only the material differs.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ class Part:
     points
         Their quadrature points.
     material
-        What is there.
+        Material of the cells.
     moved
-        The stress-free body there, where it is not the mesh.
+        Position of the stress-free body at the points; None where it is the mesh.
 
     Attributes
     ----------
     g : shape (points, rows)
         Gradients and pressure at the state of the last `look`.
     P : shape (points, rows)
-        Energy's derivatives by them, as `answer` left them.
+        Derivatives of the energy by the entries of `g`, as the last `answer` computed them.
     A : shape (points, upper triangle)
-        Second derivatives by them, as `stiffen` left them.
+        Second derivatives of the energy by the entries of `g`, as the last `stiffen` computed them.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Part:
         self._seen: Array | None = None
 
     def place(self, swelling: float, anew: bool) -> None:
-        """Update where the stress-free body is.
+        """Update the position of the stress-free body.
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class Part:
         self._seen = x.copy()
 
     def look_again(self, x: Array) -> None:
-        """Do the same as `look` where the state is likely, but not bound, to be that of the last one."""
+        """Do the same as `look`, unless the state is that of the last call."""
         if self._seen is None or not np.array_equal(self._seen, x):
             self.look(x)
 
@@ -111,12 +111,12 @@ class Part:
         answers = np.zeros((count * points, 1 + variables))
         answers[:, 1:] = stresses.reshape(-1, variables)
         function = kernel(gradients.forces(self._name, self._setting))
-        # All in one call: on the half-plane a call costs more than the points.
+        # All in one call: in the half-plane a call takes longer than the work at the points.
         found = function(len(answers), {"gradients": self._repeated(count), "answer": answers})
         return found.reshape(count, points, -1)
 
     def strain_rates(self, changes: Array) -> Array:
-        """Return the changes of the strain variables that changes of the gradients, (k, points, rows), cause."""
+        """Return the changes of the strain variables due to changes of the gradients, (k, points, rows)."""
         count, points, rows = changes.shape
         function = kernel(gradients.strain_rates(self._name, self._setting))
         inputs = {"gradients": self._repeated(count), "change": changes.reshape(-1, rows)}
@@ -175,7 +175,7 @@ class Body:
         Parameters
         ----------
         numbers : Numbers
-            What the material is made of.
+            Input of the kernels, computed from the parameters.
         anew : bool
             Whether parameters may have moved the stress-free body.
         """
@@ -201,7 +201,7 @@ class Body:
         x : Array
             This rank's unknowns, shape (m,).
         forces : Array
-            Vector over this rank's unknowns, shape (m,), to which is added.
+            Vector over this rank's unknowns, shape (m,); changed in place.
         """
         for part in self.parts:
             part.look(x)
@@ -221,7 +221,7 @@ class Body:
         places : Sequence[Index]
             Positions of the entries of element matrices, part by part.
         values : Array
-            Entries to which is added, shape (entries,).
+            Entries, shape (entries,); changed in place.
         """
         for part, place in zip(self.parts, places, strict=True):
             part.points.add_stiffness(part.A, place, values)
@@ -234,7 +234,7 @@ class Body:
         direction : Array
             Vector over this rank's unknowns, shape (m,).
         forces : Array
-            Vector over this rank's unknowns, shape (m,), to which is added.
+            Vector over this rank's unknowns, shape (m,); changed in place.
         """
         for part in self.parts:
             part.points.add_forces(part.contracted(part.points.gradients(direction)), forces)

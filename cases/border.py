@@ -1,9 +1,9 @@
 """Free motions of the inner sleeve as unknowns beside those of the mesh: a bordered tangent.
 
-A motion that no force holds is one more unknown, its reaction one more equation, and both have a place in PETSc's
-vectors: that of a constrained unknown, which no one else uses. A turn is counted as the length of an arc, a moment as a
-force on it, so that all entries are mm and N. The bordered tangent is solved by its Schur complement on the sleeve's
-rigid motions (`cases.rigid`), with the factorisation of the rest.
+A motion that no force holds is one more unknown, and its reaction one more equation. Both use the entry of a
+constrained unknown in PETSc's vectors, which is otherwise unused. A rotation is expressed as the length of an arc and a
+moment as a force along it, so that all entries are in mm and N. The bordered tangent is solved by its Schur complement
+on the sleeve's rigid motions (`cases.rigid`), with the factorisation of the rest.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Border:
     Parameters
     ----------
     model
-        Of a path of six motions, some of them free.
+        Model of a path of six motions, some of which are free.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Border:
     # -- in vectors ----------------------------------------------------------------------------------------------
 
     def read(self, x: PETSc.Vec) -> Array:
-        """Free motions (mm, rad) that a vector holds; collective."""
+        """Return the free motions (mm, rad) stored in a vector; collective."""
         return self._shared(x.array_r[self._slots]) / self._length
 
     def write(self, x: PETSc.Vec, motions: Array) -> None:
@@ -70,7 +70,7 @@ class Border:
         Parameters
         ----------
         x : PETSc.Vec
-            Over the unknowns; changed in place.
+            Vector over the unknowns; changed in place.
         motions : Array
             Free motions, mm or rad, shape (number of free motions,).
         """
@@ -82,9 +82,9 @@ class Border:
         Parameters
         ----------
         b : PETSc.Vec
-            Over the unknowns; changed in place.
+            Vector over the unknowns; changed in place.
         reactions : Array
-            Forces (N) and moments (N mm) of the whole bushing, shape (6,); those of motions that are held are not used.
+            Forces (N) and moments (N mm) of the whole bushing, shape (6,); those of held motions are not used.
         """
         share = reactions[self._free] / (self._length * self._model.multiplicity)
         b.array_w[self._slots] = share[: len(self._slots)]
@@ -118,11 +118,11 @@ class Border:
         Parameters
         ----------
         pc : PETSc.PC
-            The preconditioner that calls; not used.
+            The calling preconditioner; not used.
         b : PETSc.Vec
             Right-hand side; unchanged.
         x : PETSc.Vec
-            Takes the solution.
+            Receives the solution.
         """
         found = self._tangent
         assert found is not None
@@ -140,20 +140,20 @@ class Border:
         right.destroy()
 
     def release(self) -> None:
-        """Free the PETSc objects; `destroy` would be a call-back of PETSc's."""
+        """Free the PETSc objects. A method named `destroy` would be called by PETSc."""
         self.factor.destroy()
 
     # -- along the path ------------------------------------------------------------------------------------------
 
     def rate(self, ksp: PETSc.KSP, rate: Array) -> tuple[Array, Array]:
-        """Rate of all local unknowns, and of the free motions, while the sleeve moves; at the tangent assembled last.
+        """Return the rates of all local unknowns and of the free motions by q, from the tangent assembled last.
 
         Parameters
         ----------
         ksp
-            With this as its preconditioner.
+            Solver whose preconditioner is this object.
         rate
-            Of the constrained unknowns with the free motions at rest, shape (n,), mm per unit of q.
+            Rate of the constrained unknowns with the free motions at rest, shape (n,), mm per unit of q.
         """
         model, found = self._model, self._tangent
         assert found is not None

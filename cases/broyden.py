@@ -14,21 +14,21 @@ from itertools import pairwise
 
 from petsc4py import PETSc
 
-# A correction that would have to be lengthened more than this says that the factorisation points nowhere.
+# If a correction has to be scaled up by more than this, the factorisation is too old to be of use.
 LONGEST = 10.0
 
 
 def broyden_step(ksp: PETSc.KSP, b: PETSc.Vec, steps: Sequence[tuple[PETSc.Vec, float]]) -> PETSc.Vec | None:
-    """Return the next step: that of the old factorisation, corrected by all steps before it; None if it is too long.
+    """Return the next step, from the old factorisation and corrected by all previous steps; None if it is too long.
 
     Parameters
     ----------
     ksp
-        With the factorisation at hand.
+        Solver with the present factorisation.
     b
         Residual.
     steps
-        Steps before, each with the square of its norm (the unit of the unknowns, squared).
+        Previous steps, each with the square of its norm (the unit of the unknowns, squared).
     """
     step = b.duplicate()
     ksp.solve(b, step)

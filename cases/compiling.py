@@ -1,6 +1,7 @@
-"""Compiling a function of a point (`forms.point`): its UFL is made, and the form compiler makes a library of it.
+"""Compilation of a function of a point (`forms.point`): its UFL is built, and the form compiler makes a library of it.
 
-Apart from `cases.kernels`, which calls the library: what was compiled before needs neither UFL nor the form compiler.
+Separate from `cases.kernels`, which calls the library, because a function that is already compiled needs neither UFL
+nor the form compiler.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ def compiled_function(function: PointFunction) -> tuple[tuple[str, ...], int, An
     }
     values = bare(ufl.as_vector(list(function.make(inputs))))
     compiled, module = jit.compiled_expression(values, _places(function.batch), MPI.COMM_SELF)
-    # What does not occur in the result is not asked for.
+    # Inputs that do not occur in the result are left out.
     order = [compiled.original_coefficient_positions[i] for i in range(compiled.num_coefficients)]
     left = ufl.algorithms.extract_coefficients(values)
     names = {inputs[name]: name for name in inputs}
@@ -40,13 +41,13 @@ def compiled_function(function: PointFunction) -> tuple[tuple[str, ...], int, An
 
 @cache
 def _places(batch: int) -> Array:
-    """Points of an interval, of no importance but for their number."""
+    """Return points of an interval, of which only the number matters."""
     return (np.arange(batch, dtype=np.float64)[:, None] + 0.5) / batch
 
 
 @cache
 def _numbers(n: int, batch: int) -> Any:
-    """Space whose functions are n numbers at each of so many points, on a domain of no importance."""
+    """Return a space whose functions are n numbers at each of `batch` points, on a dummy domain."""
     if batch == 1:
         return ufl.FunctionSpace(_domain(), basix.ufl.element("DG", "interval", 0, shape=(n,)))
     weights = np.full(batch, 1.0 / batch)

@@ -33,7 +33,7 @@ def coupon_mode(
     stretched, fixed : str
         Axes that are stretched, and axes that keep their length, of "xyz".
     needs_compressibility : bool
-        Whether an incompressible law cannot be loaded so.
+        Whether the mode cannot load an incompressible law.
     unit_slope : float or None
         Slope of the nominal stress of an incompressible coupon at rest over the shear modulus, dimensionless.
     """

@@ -1,4 +1,4 @@
-"""A drag on the displacements: it holds a state that is not in balance by itself (`cases.settling`)."""
+"""A drag on the displacements, which balances a state that is not an equilibrium (`cases.settling`)."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Drag:
     Attributes
     ----------
     origin : shape (n,)
-        `Equilibrium.unknowns` of the state towards which the drag holds.
+        `Equilibrium.unknowns` of the state towards which the drag pulls.
     most : int
-        Iterations of Newton for a state with the drag.
+        Largest number of Newton iterations for a state with the drag.
     viscosity : float
         Ratio of the drag's stiffness to that of the displacements at rest.
     """
@@ -35,7 +35,7 @@ class Drag:
         self._origin, self._way = model.system.create_vector(), model.system.create_vector()
 
     def begin(self, x: PETSc.Vec) -> None:
-        """Hold the state in a vector of unknowns."""
+        """Use the state in a vector of unknowns as the origin."""
         x.copy(self._origin)
 
     def add_forces(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
@@ -54,7 +54,7 @@ class Drag:
         self._stiffness.multAdd(self._way, b, b)
 
     def add_stiffness(self, matrix: PETSc.Mat) -> None:
-        """Add its derivative to the tangent, which has entries wherever two unknowns share a cell."""
+        """Add the drag's derivative to the tangent, which has entries wherever two unknowns share a cell."""
         matrix.axpy(self.viscosity, self._stiffness, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
 
     def destroy(self) -> None:

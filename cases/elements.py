@@ -55,7 +55,7 @@ class Unknowns:
 
 
 def _unknowns(part: Any, cells: Index) -> Index:
-    """Of a part of a mixed space, those of a block one after the other; there may be no cells on a rank."""
+    """Unknowns of a part of a mixed space, those of a block in sequence; a rank may have no cells."""
     found = [part.dofmap.cell_dofs(cell) for cell in cells]
     return np.array(found, dtype=np.int32).reshape(len(cells), part.element.space_dimension)
 

@@ -1,10 +1,10 @@
 """Equilibrium at one displacement of the sleeve: an earlier factorisation is tried first, then Newton's method.
 
-Most of the time of a step would go into the tangent and its factorisation. Where the path is smooth the last
-factorisation still points the right way, and Broyden's method corrects the extrapolated state with it, at one
-residual and one back-substitution per iteration: a thirtieth of a Newton iteration in three dimensions. SNES judges
-the result. Where that fails a fresh tangent at the extrapolated state gets the same chance, and after it SNES starts
-over from there with Newton's method and a line search.
+The tangent and its factorisation would take most of the time of a step. Where the path is smooth, the last
+factorisation is still good enough for Broyden's method to correct the extrapolated state, at one residual and one
+back-substitution per iteration: a thirtieth of a Newton iteration in three dimensions. SNES checks the result. If that
+fails, Broyden's method is tried with a new tangent at the extrapolated state; if that fails too, SNES starts over from
+there with Newton's method and a line search.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from cases.rounding import REASONS, rounding
 Array = NDArray[np.float64]
 
 MAX_NEWTON, MAX_BROYDEN = 25, 25
-# Broyden's method is given up where SPAN iterations have not brought the residual down to this share.
+# Broyden's method is given up where SPAN iterations have not reduced the residual to this share.
 SPAN, SHARE = 4, 0.5
 # A factorisation that took more iterations than this is renewed before the next step: with 4 to 10 the measured
 # times of a mode differ by 15 % (benchmarks/README.md).
@@ -47,14 +47,14 @@ class Equilibrium:
     tolerance
         Out-of-balance force over the norm of the reactions.
     most
-        Iterations of Newton after which a solution has failed.
+        Largest number of Newton iterations; a solution that needs more has failed.
 
     Attributes
     ----------
     force, energy : float
         Generalised force (N, N mm; MPa for a coupon) and stored energy (N mm) at the last solution.
     six : shape (6,) or None
-        Force and moment on the sleeve there (N, N mm); None but for a path of six motions.
+        Force and moment on the sleeve there (N, N mm); None except on a path of six motions.
     tangents : int
         Tangents assembled and factorised so far.
     """
@@ -112,12 +112,12 @@ class Equilibrium:
         with surfaces.resting() as rested:
             outcome = self._solved(q, guess)
         if rested and not outcome.found and surfaces.near():
-            # Surfaces meet that did not before: the same step with contact.
+            # Surfaces meet that did not meet before: repeat the step with contact.
             return self._solved(q, guess, outcome.iterations)
         return outcome
 
     def _solved(self, q: float, guess: Array, corrections: int = 0) -> Outcome:
-        """Bring the model's state into equilibrium with what is in contact now."""
+        """Bring the model's state into equilibrium, with contact included or left out (`SurfaceForms.resting`)."""
         self.q, self.rate = q, self.model.rate(q)
         for renew in (self._fatigue is None or self._fatigue > TIRED, True):
             self._begin(guess)
@@ -135,7 +135,7 @@ class Equilibrium:
 
     @contextmanager
     def dragged(self, drag: Drag) -> Iterator[None]:
-        """Hold the model by a drag towards its origin, with as many iterations of Newton as that allows."""
+        """Add a drag towards its origin to the model, and limit Newton's iterations to `Drag.most`."""
         self._begin(drag.origin)
         drag.begin(self.x)
         self._drag, self._fatigue, usual, self.most = drag, None, self.most, drag.most
@@ -151,7 +151,7 @@ class Equilibrium:
 
     @property
     def pose(self) -> Array | None:
-        """Where the sleeve is at the last solution, (6,) in mm and rad; None but for a path of six motions."""
+        """Where the sleeve is at the last solution, (6,) in mm and rad; None except on a path of six motions."""
         return None if self.six is None else self.model.motion.pose(self.q)
 
     def unknowns(self) -> Array:
@@ -159,7 +159,7 @@ class Equilibrium:
         return np.concatenate([self.model.state.x.array, self.model.motion.free])
 
     def ahead(self, q: float, at: Array) -> Array:
-        """Return the derivative of `unknowns` by q at any solution; at a corner of the path, of the segment after it.
+        """Return the derivative of `unknowns` by q at any solution; at a corner of the path, on the segment after it.
 
         Parameters
         ----------
@@ -173,7 +173,7 @@ class Equilibrium:
         return np.concatenate([self.tangent_rate(), self.free_rate])
 
     def tangent_rate(self, factorised: bool = False) -> Array:
-        """dx/dq of this rank's unknowns at the last solution; factorises the tangent there if it has to be at hand."""
+        """Return dx/dq of this rank's unknowns at the last solution; `factorised`: factorise the tangent there."""
         self.free_rate: Array = np.zeros_like(self.model.motion.free)
         if self.border is not None:
             self.factorise()
@@ -194,7 +194,7 @@ class Equilibrium:
         return rate
 
     def fresh(self, most: int) -> bool:
-        """Whether the last solution took at most so many iterations with the factorisation at hand."""
+        """Whether the last solution took at most `most` iterations with the factorisation at hand."""
         return self._fatigue is not None and self._fatigue <= most
 
     def factorise(self) -> None:
@@ -212,7 +212,7 @@ class Equilibrium:
     # -- Broyden's method ----------------------------------------------------------------------------------------
 
     def _broyden(self, renew: bool) -> tuple[bool, int]:
-        """Correct the state in `x`, with its own tangent or that at hand; whether it balances, and the iterations."""
+        """Correct the state in `x`, with a new tangent or the last one; return whether it balances, and iterations."""
         steps: list[tuple[PETSc.Vec, float]] = []
         norms = [self._residual()]
         try:
@@ -246,16 +246,16 @@ class Equilibrium:
         self._function(self.snes, self.x, self.b)
         return float(self.b.norm())
 
-    # -- Newton's method, and the judgement ----------------------------------------------------------------------
+    # -- Newton's method, and convergence -----------------------------------------------------------------------
 
     def _newton(self, corrections: int, factorised: bool = False) -> Outcome:
-        """Solve by SNES from `x`, after some corrections; the tangent there may be the one factorised last."""
+        """Solve by SNES from `x`, after some corrections; `factorised`: the tangent there was factorised last."""
         self._factorised = factorised
         self._interrupt = None
         try:
             self.snes.solve(None, self.x)
         except PETSc.Error:
-            # What is raised in a callback comes out as PETSc's own error.
+            # An exception raised in a callback arrives here as PETSc's own error.
             if self._interrupt is not None:
                 raise self._interrupt from None
             raise
@@ -326,7 +326,7 @@ class Equilibrium:
             raise
 
     def _balanced(self, norm: float) -> bool:
-        """Whether the residual in `b` is small: its forces over the reactions, its volumes over the body's own."""
+        """Whether the residual in `b` is small: its forces relative to the reactions, its volumes to the body's."""
         if norm > self.tolerance * self.reactions + self.floor:
             return False
         squares = float(np.sum(self.b.array_r[self.model.system.owned_pressures] ** 2))

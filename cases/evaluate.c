@@ -3,13 +3,13 @@
 #include <stdint.h>
 #include <string.h>
 
-/* FFCx: A += values. Up to DOLFINx 0.9 without the last argument, which a C function that has no such one ignores. */
+/* FFCx: A += values. Up to DOLFINx 0.9 kernels have no last argument, and a C function without it ignores it. */
 typedef void (*kernel)(double *, const double *, const double *, const double *, const int *, const uint8_t *, void *);
 
 #define MOST_INPUTS 1024
 
-/* out[i] += f(inputs of point i), inputs from blocks of `width` numbers, `stride` apart (0: the same for all points); before
- * that the first `clear` numbers of out[i] are zeroed. */
+/* out[i] += f(inputs of point i), inputs from blocks of `width` numbers, `stride` apart (0: the same for all points);
+ * before that, the first `clear` numbers of out[i] are zeroed. */
 void evaluate(uintptr_t function, long n, int blocks, const uintptr_t *block, const long *width, const long *stride,
               double *out, long out_stride, long clear)
 {

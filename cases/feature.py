@@ -1,8 +1,8 @@
-"""Features: changes of a model, such as memory of the rubber or another assembly; without any effect when absent.
+"""Features: changes of a model, such as memory of the rubber or another assembly, that their off values switch off.
 
 A feature is data and small functions in UFL, with parameters of its own that can be changed, differentiated and set to
-their off values without building anything again. The effects of `bushcli` that act on the rubber or on the assembly
-are made of one each.
+their off values without building anything again. Each effect of `bushcli` that acts on the rubber or on the assembly
+consists of one feature.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class Place:
     u : UFL vector
         Displacement unknowns of the setting.
     motion : mapping of str to UFL vector
-        Motion of a boundary, "inner" or "outer", continued over the whole mesh, in the components of u; of those that
-        features ask for (`Feature.follows`).
+        Motion of each boundary, "inner" or "outer", that features ask for (`Feature.follows`), continued over the whole
+        mesh, in the components of u.
     x : UFL vector
         Coordinates in the stress-free body, mm.
     normal : UFL vector
@@ -45,11 +45,11 @@ class Place:
     weight : UFL scalar
         Area of the stress-free boundary per length (or area) of its mesh.
     kinematics : str
-        Of the setting (`cases.mode.Setting`).
+        Kinematics of the setting (`cases.mode.Setting`).
     shear_modulus : UFL scalar
-        The law's initial one, MPa.
+        The law's initial shear modulus, MPa.
     shape : Shape
-        What is meshed.
+        The meshed shape.
     """
 
     u: Scalar
@@ -72,13 +72,13 @@ class Feature:
     branches : callable, optional
         Parameters -> branches of the rubber's energy.
     compliance : callable, optional
-        Parameters -> what is added to 1 / bulk modulus, 1/MPa.
+        Parameters -> addition to 1 / bulk modulus, 1/MPa.
     swelling : callable, optional
         Parameters -> volume ratio of the stress-free rubber to the mesh.
     shape : callable, optional
         Shape and values of the parameters -> shape that is meshed in its place.
     metal : callable, optional
-        Parameters and an elastic sleeve -> its Young's modulus (MPa) in place of its own; None where that stays.
+        Parameters and an elastic sleeve -> its Young's modulus (MPa) with the feature; None where it does not change.
     stress_free : callable, optional
         Parameters, coordinates on the mesh (UFL vector, (r, z) in the half-plane) and meshed shape -> where the
         stress-free body is.
@@ -94,13 +94,14 @@ class Feature:
     surface : callable, optional
         Parameters and `Place` -> surface energies, UFL forms of rank 0.
     released : tuple of str
-        Boundaries whose bond is the surface energy's affair, not a prescribed displacement.
+        Boundaries that the surface energy holds, not a prescribed displacement.
     follows : str
         Boundary whose motion a surface energy needs: "inner", "outer", or empty.
     springs : float
-        Stiffness per area of its stiffest springs, in shear moduli per thickness: they leave rounding in the residual.
+        Stiffness per area of its stiffest springs, in shear moduli per thickness: rounding of their forces limits the
+        residual.
     breaks : frozenset of str
-        Planes that are planes of symmetry no longer: "x", "y", "z".
+        Planes of symmetry that the feature breaks: "x", "y", "z".
     assembled : bool
         The parameters act before the test: they are brought to their values in steps, at rest, and time-dependent
         branches relax.
@@ -125,7 +126,7 @@ class Feature:
 
     @property
     def of_rubber(self) -> bool:
-        """Whether it is of the rubber alone: it then knows nothing of the mesh, and goes with it to another shape."""
+        """Whether it concerns the rubber alone: it then does not depend on the mesh, and serves any shape."""
         return replace(self, branches=None, compliance=None) == Feature()
 
     @property
@@ -136,7 +137,7 @@ class Feature:
 
 @dataclass(frozen=True)
 class Installed:
-    """A feature with values of its parameters; `name` makes "name.parameter" of theirs."""
+    """A feature with the values of its parameters, whose full names are "name.parameter"."""
 
     name: str
     feature: Feature

@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 def write_fields(model: Model, displacements: Array, states: Array, file: Path) -> None:
     """Write an XDMF time series (with its HDF5 file beside it).
 
-    "Time" in it is the generalised displacement where the path visits each only once, else the number of the step:
-    the file format keeps one field per time.
+    "Time" in it is the generalised displacement where the path visits each value only once, else the number of the
+    step: the file format keeps one field per time.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def _cartesian(model: Model, u: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
         return ufl.as_vector([u[0], u[1], 0.0])
     radius = ufl.SpatialCoordinate(model.mesh.mesh)[0]
     r = radius + u[0]
-    # The half-plane is drawn in x (radius) and y (axis); what turns out of it is z.
+    # The half-plane is drawn in x (radius) and y (axis); motion out of it is along z.
     return ufl.as_vector([r * ufl.cos(u[1]) - radius, u[2], r * ufl.sin(u[1])])
 
 

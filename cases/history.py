@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Attempt:
-    """One attempt at a step: from and to (mm or rad), corrections of the state, SNES reason by name, seconds."""
+    """One attempt at a step: its start and stop (mm or rad), corrections of the state, SNES reason by name, seconds."""
 
     start: float
     stop: float
@@ -43,19 +43,20 @@ class History:
     energy : shape (n,)
         Stored energy, N mm.
     newton : shape (n,)
-        Corrections of the state (Broyden's and Newton's) since the target before, failed attempts included.
+        Corrections of the state (Broyden's and Newton's) since the previous target, failed attempts included.
     attempts
-        Every try, accepted or not.
+        Every attempt at a step, accepted or not.
     states : shape (n, m) or None
         This rank's unknowns at the targets, if they were kept.
     sensitivity : shape (n, parameters) or None
-        Derivative of the force with respect to the parameters asked for.
+        Derivative of the force with respect to the parameters that `march` was given.
     path_sensitivity : shape (n, parameters) or None
-        Derivative of the displacement with respect to them: of those that move the path.
+        Derivative of the displacement with respect to the same parameters; zero for those that do not move the path.
     motion, reactions : shape (n, 6) or None
-        Of a path of six motions: where the sleeve is (mm, rad), and what holds it there (N, N mm; `cases.six`).
+        On a path of six motions: where the sleeve is (mm, rad), and the reactions that hold it there (N, N mm;
+        `cases.six`).
     reaction_sensitivity : shape (n, 6, parameters) or None
-        Derivative of the reactions with respect to the parameters asked for.
+        Derivative of the reactions with respect to the same parameters.
     """
 
     displacement: Array
@@ -78,11 +79,11 @@ class NotConverged(RuntimeError):
     Attributes
     ----------
     history
-        What it has, at the targets reached.
+        The history of the march, at the targets reached.
     target, last
-        Where it was going and the last displacement in equilibrium, mm or rad.
+        The target that the march was heading for, and the last displacement in equilibrium, mm or rad.
     reason
-        SNES's, by name.
+        Name of SNES's reason.
     """
 
     def __init__(self, history: History, target: float, reason: str, last: float) -> None:
@@ -98,9 +99,9 @@ def unsolved(reason: str, attempts: Sequence[Attempt] = ()) -> NotConverged:
     Parameters
     ----------
     reason : str
-        Why, as the exception's message says it.
+        Reason, in the words of the exception's message.
     attempts : sequence of Attempt
-        Steps that were tried.
+        Steps that were attempted.
     """
     none = np.zeros(0)
     return NotConverged(History(none, none, None, none, none.astype(int), tuple(attempts)), 0.0, reason, 0.0)

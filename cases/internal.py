@@ -1,7 +1,7 @@
 """Memory of the rubber: internal variables of all branches at the quadrature points.
 
-They are kept as they were at the beginning of the present step. A step that is cut back leaves them as they are; an
-accepted one writes those at its end.
+The stored values are those at the beginning of the present step. A step that is cut back leaves them unchanged; an
+accepted step replaces them by the values at its end.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class Internal:
     Parameters
     ----------
     body
-        Whose rubber remembers.
+        Body whose rubber has the memory.
     """
 
     def __init__(self, body: Body) -> None:

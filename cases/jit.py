@@ -29,7 +29,7 @@ FLAGS = [
     "-fno-semantic-interposition",
 ]
 
-# Seconds after which a compilation without result is taken for killed; the longest take two minutes.
+# Seconds after which a compilation without a result counts as killed; the longest take two minutes.
 ABANDONED = 900.0
 
 
@@ -70,8 +70,8 @@ def cache_directory() -> Path:
 def _enter(folder: Path) -> None:
     """Lock the folder until this process ends, and remove the remains of interrupted compilations.
 
-    A compilation that was killed leaves a source for whose end others would wait in vain. While any process uses the
-    folder it may be compiling, and only what is old is taken for abandoned.
+    A compilation that was killed leaves a source, and other processes would wait in vain for it to be compiled. While
+    another process uses the folder it may be compiling, so that only old sources count as abandoned.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -83,15 +83,15 @@ def _enter(folder: Path) -> None:
             _clear_remains(folder, ABANDONED)
         else:
             _clear_remains(folder, 0.0)
-        # Waits where another process has just come and clears up.
+        # Waits while another process, which has just started, removes remains.
         fcntl.flock(in_use, fcntl.LOCK_SH)
     except OSError:
-        # A file system without locks, or a folder that is for reading.
+        # A file system without locks, or a read-only folder.
         _clear_remains(folder, ABANDONED)
 
 
 def _clear_remains(folder: Path, oldest: float) -> None:
-    """Remove sources that have not been compiled for so many seconds."""
+    """Remove sources that are at least `oldest` seconds old and not compiled."""
     for source in folder.glob("*.c"):
         finished = source.with_suffix(".c.cached").exists() or source.with_suffix(".c.failed").exists()
         try:
@@ -115,7 +115,7 @@ def options() -> dict[str, Any]:
     }
 
 
-# -- what is compiled ------------------------------------------------------------------------------------------------
+# -- compilation -----------------------------------------------------------------------------------------------------
 
 
 def compiled_expression(expression: Any, points: Any, comm: Any) -> tuple[Any, Any]:
@@ -142,13 +142,13 @@ def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> An
     Parameters
     ----------
     name
-        Of the module.
+        Name of the module.
     sources
         The C files, which become one.
     declarations
-        What of it Python may call, as cffi reads it.
+        Declarations of what Python may call, in cffi's syntax.
     """
-    from _cffi_backend import __version__ as cffi_version  # cffi itself loads a parser of C
+    from _cffi_backend import __version__ as cffi_version  # importing cffi itself would load a parser of C
 
     code = "\n".join(source.read_text() for source in sources)
     digest = hashlib.sha256(f"{code}{declarations}{FLAGS}{cffi_version}".encode()).hexdigest()[:16]
@@ -163,7 +163,7 @@ def compiled_source(name: str, sources: Sequence[Path], declarations: str) -> An
         builder = cffi.FFI()
         builder.cdef(declarations)
         builder.set_source(module, code, extra_compile_args=["-std=c17", *FLAGS], libraries=["m"])
-        # Made beside its place and moved there: another process sees all of it or nothing.
+        # Built beside its final place and moved there: another process sees all of it or nothing.
         with tempfile.TemporaryDirectory(dir=file.parent) as folder:
             Path(builder.compile(tmpdir=folder)).replace(file)
     return load(file)
@@ -182,7 +182,8 @@ def load(library: Path) -> Any:
 def _guard() -> None:
     """Make the form compiler build a damaged module again instead of loading it.
 
-    It has no option for that: loading what a full disk or a power cut has left ends the process, with a bus error.
+    It has no option for that, and loading a file that a full disk or a power cut has truncated ends the process with a
+    bus error.
     """
     from ffcx.codegeneration import jit
 
@@ -213,7 +214,7 @@ def remove_damaged(folder: Path, module: str) -> None:
         return  # not there, or another process compiles it
     library = folder / f"{module}{sysconfig.get_config_var('EXT_SUFFIX')}"
     if not is_whole(library):
-        # The mark of the end first: who finds the source without it waits.
+        # The mark of completion first: a process that finds the source without it waits.
         for file in (ready, library, folder / f"{module}.c"):
             file.unlink(missing_ok=True)
 
@@ -227,7 +228,8 @@ def damaged(folder: Path | None = None) -> list[Path]:
 def is_whole(file: Path) -> bool:
     """Whether a shared library is as long as its own header says; loading a truncated one ends in a bus error.
 
-    A 64-bit ELF file ends with its table of sections; what is not such a file is taken as it is.
+    A 64-bit ELF file ends with its table of sections. Any other file is whole on macOS if it is not empty, and nowhere
+    else.
     """
     try:
         size = file.stat().st_size

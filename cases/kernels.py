@@ -78,12 +78,12 @@ class Kernel:
     Parameters
     ----------
     function
-        What it computes.
+        The function to be compiled.
 
     Attributes
     ----------
     size : int
-        Numbers that it returns at a point.
+        Count of the numbers that it returns at a point.
     """
 
     def __init__(self, function: PointFunction) -> None:
@@ -104,7 +104,7 @@ class Kernel:
         self._function = int(self._module.ffi.cast("uintptr_t", compiled.tabulate_tensor_float64))
 
     def bound(self, out: Array, inputs: Mapping[str, Array], clear: bool = False) -> Call:
-        """Return what adds the results at all points to the first columns of ``out``, shape (n, >= size).
+        """Return a call that adds the results at all points to the first columns of ``out``, shape (n, >= size).
 
         It reads from and writes to these very arrays whenever it is called.
 
@@ -115,7 +115,7 @@ class Kernel:
         inputs : Mapping[str, Array]
             By name: shape (n, >= width), of which the first columns are taken, or (width,) for all points alike.
         clear : bool
-            Whether ``out`` is zeroed before.
+            Whether ``out`` is zeroed first.
         """
         arrays = [inputs[name] for name in self._names]
         for name, array, width in zip(self._names, arrays, self._widths, strict=True):

@@ -5,7 +5,7 @@ dQ/ds = v . dR/ds, with v = dx/dq the tangent's answer to a motion of the sleeve
 symmetric, so that v is the adjoint solution too, and one solution per step serves every cell. A cell's share of
 v . dR/ds is the work of its stresses on the strains of v.
 
-What the rubber remembers is held: that a spot which is stiffer would also remember otherwise is neglected. The sum over
+The rubber's memory is held fixed: that a stiffer spot would also have another memory is neglected. The sum over
 all cells is the derivative with respect to a factor on all rubber at once.
 """
 
@@ -36,7 +36,7 @@ class Cells:
     points : shape (n, 2) or (n, 3)
         Corners, mm: (R, Z) of the half-plane, or x, y, z.
     corners : shape (m, 3), (m, 4) or (m, 8)
-        By cell: of triangles or tetrahedra, and of quadrilaterals or hexahedra in tensor-product order.
+        Corners of each cell: a triangle, a tetrahedron, or a quadrilateral or hexahedron in tensor-product order.
     volume : shape (m,)
         mm^3, of the whole bushing: mirror images and the turn about the axis included.
     """
@@ -76,7 +76,8 @@ class LocalStiffness:
     model
         The model.
     reaction
-        On a path of six motions, the number of the reaction that is meant; None = the power, where no motion is free.
+        On a path of six motions, the number of the reaction that is differentiated; None = the power, where no motion
+        is free.
 
     Attributes
     ----------
@@ -87,7 +88,7 @@ class LocalStiffness:
         self.model, self._reaction = model, reaction
         inner = model.mesh.mesh
         found = model.cells("rubber")
-        # Part of the rubber's points that this rank's own cells have.
+        # Those of the rubber's cells that this rank owns.
         self._own = np.flatnonzero(found < inner.topology.index_map(inner.topology.dim).size_local)
         self.cells = self._cells(found[self._own])
 
@@ -119,12 +120,12 @@ class LocalStiffness:
         geometry, dimension = model.mesh.mesh.geometry, model.mesh.dimension
         # Corners come first among the nodes of a cell of second order.
         nodes = cell_nodes(model.mesh.mesh)[own][:, : model.mesh.corners]
-        # Ranks share points: by their global numbers they are one, and cells on both sides stay neighbours.
+        # Ranks share points: global numbers identify them, so that cells on both sides stay neighbours.
         names = geometry.index_map().local_to_global(nodes.ravel()).reshape(nodes.shape)
         parts = model.comm.allgather((names, geometry.x[nodes][..., :dimension]))
         names, places = (np.concatenate([part[i] for part in parts]) for i in range(2))
         _, first, corners = np.unique(names, return_index=True, return_inverse=True)
-        # Of the stress-free shape, before the rubber swells or shrinks.
+        # Volume of the stress-free shape, before the rubber swells or shrinks.
         model.take_parameters()
         volume = self._by_cell(np.full(model.body.rubber.points.number, 1.0 / model.body.swelling))
         return Cells(places.reshape(-1, dimension)[first], corners.reshape(names.shape), volume)

@@ -1,7 +1,7 @@
 """The march along a program: the only place where a load is applied.
 
-The stepper goes from one equilibrium to the next (`cases.stepper`), the recorder keeps what is reached at the targets
-(`cases.recorder`); here is what happens at each target, and what an accepted or refused step leads to.
+The stepper goes from one equilibrium to the next (`cases.stepper`), the recorder stores the results at the targets
+(`cases.recorder`); this module says what happens at each target, and after an accepted or a rejected step.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ Array = NDArray[np.float64]
 # Out-of-balance force over the norm of the reactions. The force, a first integral of the energy, is then within 1e-8
 # of what it is at 1e-12 (measured in all four modes), so that differences between neighbouring parameters make sense.
 TOLERANCE = 1e-8
-# Iterations of Newton after which a march with little patience fails a step. Behind a fold of the free surface up to 25
-# were seen to end well; a step that is half as long comes to the same end sooner.
+# Largest number of Newton iterations for a step of a march with limited patience. Beyond a fold of the free surface,
+# solutions with up to 25 were seen to converge; with a step half as long the march gets there sooner.
 IMPATIENT = 15
 
 
@@ -80,20 +80,21 @@ def march(
         Parameter -> derivative of the program's displacements with respect to it, shape (n,), for parameters that move
         the path.
     series
-        A spring through which the bushing is driven: the program is of both together, the history's displacement the
-        bushing's.
+        A spring through which the bushing is driven: the program then prescribes the displacement of both together, and
+        the history's displacement is that of the bushing.
     progress
         Called after each target.
     observer
         Called at each target; leaves the model's state as it is.
     patience
-        Failed steps after which the march is given up, none of which is taken by a flow (`cases.settling`); None = only
-        when the step cannot be cut back any more.
+        Largest number of failed steps before the march is given up, without any flow (`cases.settling`); None = it is
+        given up only when the step cannot be cut back any more.
 
     Raises
     ------
     NotConverged
-        The step was cut back to the smallest and still failed, or patience is out. Carries the history so far.
+        The step was cut back to the smallest length and still failed, or more steps failed than `patience` allows.
+        Carries the history so far.
     """
     solver = Equilibrium(model, tolerance, MAX_NEWTON if patience is None else IMPATIENT)
     try:
@@ -177,7 +178,7 @@ class _Run:
                 if better is not None and math.isnan(better):
                     raise self._stopped(target, "DIVERGED_SERIES")
                 if better is not None:
-                    # Not yet the displacement that spring and bushing share: the same step again.
+                    # Spring and bushing together are not yet at the prescribed displacement: repeat the step.
                     target = better
                     continue
             self._accepted(step, number, arrived=step.goal == target)
@@ -228,10 +229,10 @@ class _Derivatives:
         self.names = sensitivity.names
         self._targets = {name: np.asarray(path_rates[name]) for name in self.names if name in path_rates}
         self._now = dict.fromkeys(self._targets, 0.0)
-        # Of the force, and of the bushing's displacement, with respect to each parameter, after the last step.
+        # Derivatives of the force and of the bushing's displacement by each parameter, after the last step.
         self.at: Array = np.zeros(len(self.names))
         self.rates: Array = np.zeros(len(self.names))
-        # Of six reactions, (6, names); None but on a path of six motions.
+        # Derivatives of six reactions, (6, names); None except on a path of six motions.
         self.reactions: Array | None = None
 
     def follow(self, solver: Equilibrium, number: int, share: float, time: float) -> None:

@@ -1,6 +1,6 @@
 """Stress and moduli at the points of a part of the body: the sum over law, volumetric part and branches.
 
-One row a point, as `forms.point` describes it. A branch that depends on the law's energy e, V(e, ...), adds
+One row per point, as `forms.point` describes it. A branch that depends on the law's energy e, V(e, ...), adds
 
     V_e W_a   and   V_e W_ab + V_ee W_a W_b + V_ae W_b + V_be W_a
 
@@ -28,8 +28,8 @@ from forms.setting import Setting
 Array = NDArray[np.float64]
 
 
-# Directions that a branch's rates are computed along at once, and from how many on; they share the work that is not
-# theirs: five cost as much as three (measured, Maxwell and slider).
+# Number of directions along which a branch's rates are computed at once, and the least number for which that pays: they
+# share work, so that five cost as much as three computed singly (measured, Maxwell and slider).
 BATCH, WORTH_IT = 5, 3
 
 
@@ -56,7 +56,7 @@ class Remembered:
         self.values[:] = self._functions.virgin
 
     def answer(self, moduli: bool) -> Kernel:
-        """Return its stresses, with or without moduli."""
+        """Return the kernel of its stresses, with or without moduli."""
         return kernel(self._functions.moduli if moduli else self._functions.stress)
 
     @property
@@ -121,11 +121,11 @@ class _Answered:
     Attributes
     ----------
     law, total : shape (points, length)
-        The law's, where a branch asks for its energy, and that of all together.
+        Answer of the law, kept separate where a branch needs the law's energy, and sum of all answers.
     begin : Call
         The law's answer, into ``law``.
     adding : list of (Remembered, Call, Array)
-        Branches; what depends on the law's energy has an array of its own.
+        Branches; the answer of one that depends on the law's energy has an array of its own.
     volumetric : Call
     """
 
@@ -148,12 +148,12 @@ class Rubber:
     branches
         In the order of `cases.parameters.Numbers.branches`.
     points
-        How many.
+        Number of points.
 
     Attributes
     ----------
     strain : shape (points, variables)
-        Where the answers are asked for: strain variables and pressure, written by others.
+        Strain variables and pressure at which answers are computed; written by others.
     branches : list of Remembered
     """
 
@@ -169,14 +169,14 @@ class Rubber:
         self._upper = np.triu_indices(self.variables)
 
     def take(self, numbers: Numbers) -> None:
-        """Be made of this from now on."""
+        """Use these material numbers from now on."""
         self._parameters["law"][:] = numbers.law
         self._parameters["volumetric"][:] = numbers.volumetric
         for branch, parameters in zip(self.branches, numbers.branches, strict=True):
             branch.parameters[:] = parameters
 
     def answer(self, moduli: bool) -> Array:
-        """Return energy, stresses and moduli at `strain`, shape (points, length); the energy is without the branches'.
+        """Return energy, stresses and moduli at `strain`, shape (points, length); the energy excludes the branches.
 
         The next call writes into the same array.
         """
@@ -272,7 +272,7 @@ class Rubber:
 
     @cached_property
     def _ends(self) -> list[tuple[Remembered, Call, Array]]:
-        """What computes each branch's stored energy and memory at the end of the step, and the array it does so in."""
+        """Calls that compute each branch's stored energy and memory at the end of the step, each with its output."""
         found: list[tuple[Remembered, Call, Array]] = []
         for branch in self.branches:
             row = np.zeros((self._points, branch.end.size))

@@ -4,7 +4,7 @@ Prescribed values leave rows and columns of zeros, which a factorisation would t
 a bushing's unknowns lie on the sleeves: without their couplings the factorisation takes half the time.
 
 Element matrices are added to an array of this rank's rows, those that belong to other ranks included; PETSc gets whole
-rows of it, and sends on what is not this rank's.
+rows of it, and sends the rows of other ranks to them.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Pattern:
     Attributes
     ----------
     values : Array
-        Entries of this rank's rows, to which element matrices are added, and one more for what goes nowhere.
+        Entries of this rank's rows, to which element matrices are added, and one more for entries that are dropped.
     places : list of Index
         For each part, the position in `values` of each entry of its element matrices.
     """
@@ -81,7 +81,7 @@ class Pattern:
         rows, columns : shape (n,)
             Local numbers of the unknowns that are coupled.
         """
-        from scipy.sparse import csr_matrix  # 0.1 s: only where bodies touch
+        from scipy.sparse import csr_matrix  # takes 0.1 s: only where bodies touch
 
         wide = copy(self)
         free = self._free(rows, columns)
@@ -159,7 +159,7 @@ class Pattern:
         if self._owned is None and self._comm.size == 1:
             self._owned = (self._start, self._column)
         if self._owned is None:
-            # Entries that other ranks bring in are known once they have been brought.
+            # Entries from other ranks are known only after an assembly.
             matrix.setLGMap(numbering, numbering)
             matrix.setUp()
             self.values[:] = 0.0

@@ -18,7 +18,7 @@ class Metal:
     Attributes
     ----------
     strain : shape (points, variables)
-        Where answers are asked for.
+        Strain variables at which answers are computed.
     """
 
     def __init__(self, setting: Setting, points: int) -> None:

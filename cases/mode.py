@@ -68,12 +68,12 @@ class Mode:
     reversed_by
         A plane whose mirror image turns the motion q into -q: where the shape is symmetric about it, the curve is odd.
     follow
-        Makes the mode of a path of six motions; None where q alone moves the sleeve.
+        Path of six motions -> its mode; None where q alone moves the sleeve.
     shares
         Number of equal faces that work on q: the force is divided by it (equibiaxial 2, volumetric 3).
     unit_stiffness
         Inner radius, outer radius and length (mm) of a bonded annulus -> bounds of its stiffness at rest over the shear
-        modulus; None where no formula is known. Recordings are judged by it: is this rubber's stiffness at all?
+        modulus; None where no formula is known. It shows whether a recording can have the stiffness of rubber at all.
     unit_slope
         The same of a coupon: slope of the nominal stress at rest over the shear modulus, dimensionless.
     """
@@ -108,7 +108,7 @@ class Mode:
         """
         if "z" not in planes:
             return False
-        # Linear in the coordinates but for a constant: four points determine it.
+        # The motion is affine in the coordinates: four points determine it.
         x = np.column_stack([np.zeros(3), np.eye(3)])
         q = 0.3
         motion = self.solid.motion(x, q)
@@ -126,7 +126,7 @@ def setting_for(mode: Mode, dimension: int) -> Setting:
     Parameters
     ----------
     mode : Mode
-        What is done to the body.
+        The mode.
     dimension : int
         2 for the half-plane, 3 for space.
 

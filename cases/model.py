@@ -44,7 +44,7 @@ from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
 
-# Gauss points in each direction: one more than the displacement's order; fewer leave modes without stiffness.
+# It gives one Gauss point more in each direction than the displacement's order; fewer leave modes without stiffness.
 QUADRATURE_DEGREE_PER_ORDER = 2
 
 
@@ -56,13 +56,13 @@ class Model:
     mesh
         Named mesh, cut at the mirror planes of the mode's setting.
     mode
-        What is done to it.
+        Mode of deformation.
     law, parameters
-        The rubber (MPa).
+        The rubber's law and its parameters (MPa).
     bulk_modulus
         MPa; infinite = exactly incompressible.
     features
-        What else there is to rubber and assembly.
+        Further changes of the rubber and the assembly.
 
     Attributes
     ----------
@@ -72,9 +72,9 @@ class Model:
     system : System
         Residual and tangent at the present state.
     internal : Internal or None
-        What the rubber remembers; None where the force depends on the displacement alone.
+        Memory of the rubber; None where the force depends on the displacement alone.
     duration, stage : Constant
-        Of the present step (s), and the share of the assembly that is done, 0 to 1.
+        Duration of the present step (s), and share of the assembly that is done, 0 to 1.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Model:
         self.features = tuple(features)
         self.setting = setting_for(mode, mesh.dimension)
         self.comm = mesh.mesh.comm
-        # A sleeve that a surface energy refers to is one more field, its motion, prescribed everywhere like the others.
+        # The motion of a sleeve that a surface energy refers to is one more field, prescribed everywhere.
         followed = sorted({item.feature.follows for item in self.features} - {""})
         self.space = fem.functionspace(
             mesh.mesh, mixed_element(mesh, self._gradients.components, len(followed))
@@ -152,7 +152,7 @@ class Model:
 
     @property
     def quadrature_degree(self) -> int:
-        """Degree of the quadrature; UFL's own estimate would take hundreds of points if the body is not the mesh."""
+        """Degree of the quadrature; UFL's own estimate would take hundreds of points where the body is not the mesh."""
         return QUADRATURE_DEGREE_PER_ORDER * self.mesh.displacement_order
 
     def cells(self, region: str) -> NDArray[np.int32]:
@@ -160,7 +160,7 @@ class Model:
         return np.asarray(self.mesh.cells.find(self.mesh.region[region]), dtype=np.int32)
 
     def moved_points(self, region: str, rule: Rule) -> MovedPoints | None:
-        """Where the stress-free body is, at points of a region's cells; None where it is the mesh.
+        """Return the position of the stress-free body at points of a region's cells; None where it is the mesh.
 
         Parameters
         ----------
@@ -196,7 +196,7 @@ class Model:
     # -- parameters ----------------------------------------------------------------------------------------------
 
     def take_parameters(self) -> None:
-        """Bring what depends on parameters, stage and duration up to their present values."""
+        """Update everything that depends on parameters, stage and duration to their present values."""
         self.system.take_parameters()
 
     def set_parameters(self, parameters: Mapping[str, float], bulk_modulus: float | None = None) -> None:
@@ -263,7 +263,7 @@ class Model:
         q
             Generalised displacement, mm or rad.
         ahead
-            At a turning point of the path: take the derivative of what follows q, not of what led to it.
+            At a turning point of the path: take the derivative on the way from q on, not that on the way to q.
 
         Returns
         -------

@@ -44,13 +44,13 @@ class Motion:
     Parameters
     ----------
     mesh, mode, setting
-        Of the model.
+        Those of the model.
     space
         The mixed space (u, p, and the motion of each boundary in ``followed``).
     features, parameters
-        Of the model.
+        Those of the model.
     moved
-        Features -> where they put the stress-free body, None where they leave it.
+        Features -> position of the stress-free body; None where they do not move it.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Motion:
         self.six = setting.six
         self.free: Array = np.zeros(0 if self.six is None else len(self.six.free))
 
-    # -- which they are ------------------------------------------------------------------------------------------
+    # -- constrained unknowns -----------------------------------------------------------------------------------
 
     def _found(self) -> Constrained:
         values = self._on_boundaries()
@@ -86,7 +86,7 @@ class Motion:
                 alone, dofs = collapsed(self._space.sub(field).sub(component))
                 points = alone.tabulate_dof_coordinates()
                 values |= {int(d): (component, points[i], driven, name) for i, d in enumerate(dofs)}
-        # The pressure has no work to do in a metal sleeve, where the energy does not contain it.
+        # The energy of a metal sleeve does not contain the pressure.
         for dof in self._idle_pressures():
             values[dof] = (-1, np.zeros(3), False, "")
         dofs = np.array(sorted(values), dtype=np.int32)
@@ -137,7 +137,7 @@ class Motion:
         return [int(d) for d in np.setdiff1d(np.concatenate(idle), busy)]
 
     def relocate(self, x: Array) -> None:
-        """Take the constrained unknowns to be at other points, shape (n, 3), mm."""
+        """Move the constrained unknowns to other points, shape (n, 3), mm."""
         self.constrained = replace(self.constrained, x=x)
 
     # -- how they move -------------------------------------------------------------------------------------------
@@ -155,9 +155,9 @@ class Motion:
         Parameters
         ----------
         q
-            mm or rad; s of a path of six motions, whose free ones stand still.
+            mm or rad; for a path of six motions s, with the free motions at rest.
         ahead
-            Where a path of six motions has a corner, of the line after it.
+            At a corner of a path of six motions: take the rate along the line after it.
         """
         if self.six is not None:
             moved = twist_of(self.pose(q)) @ self.six.rate(q, ahead)
@@ -167,7 +167,7 @@ class Motion:
     # -- with six motions ----------------------------------------------------------------------------------------
 
     def pose(self, q: float) -> Array:
-        """Where the sleeve is on a path of six motions, (6,) in mm and rad: what is prescribed and what is free."""
+        """Where the sleeve is on a path of six motions, (6,) in mm and rad: prescribed and free motions."""
         assert self.six is not None
         pose = self.six.pose(q)
         pose[list(self.six.free)] = self.free
@@ -181,18 +181,18 @@ class Motion:
         q
             Path's parameter, s.
         by
-            Parameter that resizes the sleeve: the derivative by it.
+            Parameter that resizes the sleeve; if given, the derivative by it is returned.
         """
         c, pose = self.constrained, self.pose(q)
         x = c.x.T if self._resized is None else c.x.T + self._resized()
         fields = twists(x, pose)
         if by:
-            # Linear in the coordinates but for a constant.
+            # Affine in the coordinates: the difference drops the constant.
             fields = twists(x + self._resizing(by), pose) - fields
         return np.where(c.driven, fields[:, c.component, np.arange(len(c.dofs))], 0.0)
 
     def arms(self, q: float) -> Array:
-        """Constrained points as the sleeve turns them, from its centre, (3, constrained), mm."""
+        """Vectors from the sleeve's centre to the constrained points, turned with the sleeve, (3, constrained), mm."""
         x = self.constrained.x.T if self._resized is None else self.constrained.x.T + self._resized()
         return rotation(self.pose(q)[3:]) @ x
 
@@ -256,13 +256,13 @@ class Motion:
             x = x + self._resized()
         displacement = motion(x, q)
         if by:
-            # A rigid motion is linear in the coordinates but for a constant.
+            # A rigid motion is affine in the coordinates: the difference drops the constant.
             displacement = motion(x + self._resizing(by), q) - displacement
         return np.where(c.driven, displacement[c.component, np.arange(len(c.dofs))], 0.0)
 
     @cached_property
     def _resized(self) -> Callable[[], Array] | None:
-        """Displacement (3, n) of the constrained points from mesh to resized body; where a rotation needs it."""
+        """Displacement (3, n) of the constrained points from mesh to resized body; None unless a rotation needs it."""
         moved = self._moved([item for item in self._features if item.feature.resizes])
         turns = self._mode.rotational or self.six is not None
         if moved is None or self._setting.kinematics != "cartesian" or not turns:
@@ -279,7 +279,7 @@ class Motion:
         return self._resizings[name]()
 
     def _at_constrained(self, vector: Any) -> Callable[[], Array]:
-        """Return what evaluates a UFL vector at the constrained points, (3, n), with the present parameters."""
+        """Return a function that evaluates a UFL vector at the constrained points, (3, n), at present parameters."""
         dofs = self.constrained.dofs
         block = np.zeros(self._size, dtype=np.int64)
         for field in (0, *range(2, 2 + len(self._followed))):

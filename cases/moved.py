@@ -1,7 +1,7 @@
 """Position of the stress-free body at points of the mesh, and its derivatives by the parameters.
 
 Each feature that moves the body does so by a `forms.kinematics.Moved` of its own, evaluated here at the points;
-displacements of several are added, and the gradient of the sum is inverted in numbers.
+the displacements of several features are added, and the gradient of the sum is inverted numerically.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Place:
     Attributes
     ----------
     displacement : shape (cells, points, d)
-        From the mesh, mm.
+        Displacement from the mesh, mm.
     inverse : shape (cells, points, d, d)
         M^-1, with M the gradient of X + displacement(X) on the mesh.
     ratio : shape (cells, points)
@@ -59,7 +59,7 @@ class StressFree:
     Parameters
     ----------
     mesh, features, parameters
-        Of the model.
+        Those of the model.
     """
 
     def __init__(self, mesh: NamedMesh, features: Sequence[Installed], parameters: Parameters) -> None:
@@ -103,9 +103,9 @@ class MovedPoints:
     Parameters
     ----------
     mesh
-        DOLFINx's.
+        DOLFINx's mesh.
     moved
-        By name of the feature.
+        Position of the stress-free body, by the name of the feature that moves it.
     parameters
         Name of a feature's parameter -> ufl.variable.
     cells, points
@@ -138,7 +138,7 @@ class MovedPoints:
         for _, own, rates in parts:
             M = np.linalg.inv(own)
             for name, (u, change) in rates.items():
-                # Of the gradient, then of the inverse and the determinant of the sum.
+                # Derivatives of the gradient, then of the inverse and the determinant of the sum.
                 slope = -M @ change @ M
                 turned = inverse @ slope
                 self._rates[name] = Place(u, -turned @ inverse, ratio * np.trace(turned, axis1=-2, axis2=-1))

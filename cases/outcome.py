@@ -1,4 +1,4 @@
-"""What came of one solution for an equilibrium."""
+"""Outcome of one attempt to solve for an equilibrium."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one solution.
+    """Outcome of one attempt to solve for an equilibrium.
 
     Attributes
     ----------
     iterations
         Corrections of the state: Broyden's and Newton's.
     newton
-        Newton's alone, by SNES; 0 where Broyden's were enough.
+        Corrections by Newton's method alone, in SNES; 0 where Broyden's were enough.
     reason
-        SNES's, by name.
+        Name of SNES's reason.
     """
 
     iterations: int

@@ -45,11 +45,11 @@ class Numbers:
     volumetric : shape (2,)
         Compliance (1/MPa) and swelling (1).
     branches : tuple of Array
-        Of each branch, its parameters, the law's initial shear modulus (MPa) and the duration of the step (s).
+        For each branch: its parameters, the law's initial shear modulus (MPa) and the duration of the step (s).
     metals : tuple of Array
-        Of each elastic sleeve, shear and bulk modulus (MPa).
+        For each elastic sleeve: shear and bulk modulus (MPa).
     shear_modulus : float
-        The law's, MPa.
+        The law's initial shear modulus, MPa.
     """
 
     law: Array
@@ -69,7 +69,7 @@ class Parameters:
     marked
         The same as UFL variables, by which forms can be differentiated.
     duration, stage : Constant
-        Of the present step (s), and the share of the assembly that is done, 0 to 1.
+        Duration of the present step (s), and share of the assembly that is done, 0 to 1.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class Parameters:
         self.duration, self.stage = _constant(mesh, 0.0), _constant(mesh, 1.0)
         self.marked = {name: ufl.variable(constant) for name, constant in self.constants.items()}
         self._dimensions = {f"{item.name}.{key}" for item in features for key in item.feature.dimensions}
-        # Views of the constants' memory: asking a constant costs more than all the rest.
+        # Views of the constants' memory: reading a constant's value takes longer than all the rest.
         self._views = [c.value for c in (*self.constants.values(), self.stage, self.duration)]
         self._kept: tuple[tuple[float, ...], Numbers] | None = None
 
@@ -164,7 +164,7 @@ class Parameters:
         return sleeve.youngs_modulus
 
     def _made(self, values: Mapping[str, Any]) -> list[Any]:
-        """Law, volumetric, branches, metals, shear modulus: of floats, or of complex numbers."""
+        """Law, volumetric, branches, metals, shear modulus, computed from floats or from complex numbers."""
         law = {name: values[name] for name in self.law_names}
         shear = self._law.shear_modulus(**law)
         compliance, swelling = values["compliance"], 1.0

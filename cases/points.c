@@ -1,9 +1,9 @@
-/* Loops over the quadrature points of a group of cells: what has to be fast and is the same for every material.
+/* Loops over the quadrature points of a group of cells: work that has to be fast and is the same for every material.
  *
  * The gradients g of a point are linear in the unknowns: g_k = sum_m T[table_k][m] (Phi_m . u[component_k]), with Phi the
- * shape functions and their derivatives in the reference cell, the same for all cells, and T what the place of the cell
- * makes of them. The pressure follows as one more. The energy's derivatives by g, P = dW/dg and A = d2W/dg2 (upper
- * triangle, row by row), make the element's forces, sum_q w B^T P, and its stiffness, sum_q w B^T A B. Material answers
+ * shape functions and their derivatives in the reference cell, the same for all cells, and T their transformation by the
+ * geometry of the cell. The pressure follows as one more. The energy's derivatives by g, P = dW/dg and A = d2W/dg2 (upper
+ * triangle, row by row), give the element's forces, sum_q w B^T P, and its stiffness, sum_q w B^T A B. Material answers
  * come from kernels that the form compiler made (`evaluate.c`).
  */
 
@@ -31,8 +31,8 @@ typedef struct
 /* Four numbers that the processor multiplies at once. */
 typedef double four __attribute__((vector_size(32), aligned(8)));
 
-/* The loops that follow are written for sizes that the compiler knows where the elements are the usual ones: nodes,
- * the fours that hold them, components and tables. */
+/* For the usual elements the compiler knows the sizes in the loops that follow: nodes, the fours that hold them,
+ * components and tables. */
 #define FOR_SIZES(loop, s, ...)                                                                     \
     do                                                                                              \
     {                                                                                               \
@@ -266,7 +266,7 @@ static inline void assemble(const group *s, const int nodes, const int fours, co
                 block(nodes, fours, s->points * count, M, s->reference, K + i * nodes * n + j * nodes, n);
             }
         add_pressure(s, nodes, fours, full, K);
-        /* Of the components' blocks those on and above the diagonal were computed. */
+        /* Only the components' blocks on and above the diagonal were computed. */
         for (int i = 0; i < n; ++i)
             for (int j = i + 1; j < n; ++j)
                 K[j * n + i] = K[i * n + j];
@@ -298,7 +298,7 @@ void contract(long n, int rows, const double *A, const double *g, double *P)
         }
 }
 
-/* Where each entry of n x n element matrices stands in a CSR matrix with sorted columns; `nowhere` for fixed unknowns. */
+/* Position of each entry of n x n element matrices in a CSR matrix with sorted columns; `nowhere` for fixed unknowns. */
 void locate(long cells, int n, const int32_t *unknown, const uint8_t *fixed, const int32_t *start, const int32_t *column,
             int32_t nowhere, int32_t *place)
 {

@@ -1,7 +1,7 @@
 """Quadrature points of a group of cells: gradients and pressure there, and the forces that stresses there cause.
 
 Shape functions are tabulated once, with the mesh's geometry in them. Where the stress-free body is not the mesh, their
-derivatives are those by its coordinates: nothing else knows of it.
+derivatives are taken by its coordinates; nothing else depends on it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Points:
     Parameters
     ----------
     mesh, space
-        The latter mixed, displacement first and pressure second.
+        The mesh, and its mixed space with displacement first and pressure second.
     setting
         How the deformation follows from gradients.
     cells
@@ -42,7 +42,7 @@ class Points:
     shape : tuple of int
         Cells and points in each.
     rows : int
-        Gradients, and the pressure as the last.
+        Number of gradients, plus one for the pressure, which is the last row.
     unknowns : Unknowns
     """
 
@@ -55,7 +55,7 @@ class Points:
         self._N, slopes = _tabulated(elements[0], rule.points)
         self._pressure, _ = _tabulated(elements[1], rule.points)
         self._half_plane = setting.gradients[-1][1] != "d2"
-        # The shape functions themselves are asked for in the half-plane only.
+        # The shape functions themselves are needed in the half-plane only.
         functions = np.stack([*slopes, self._N] if self._half_plane else [*slopes], axis=1)
         self._reference = _filled(functions)
         self._transposed = _filled(functions.reshape(-1, functions.shape[-1]).T)
@@ -73,7 +73,7 @@ class Points:
         self.move(Place.rest(self._x.shape))
 
     def move(self, place: Place, swelling: float = 1.0) -> None:
-        """Take the stress-free body to be where ``place`` says; its volume is ``swelling`` times that of this shape.
+        """Set the position of the stress-free body; its volume is ``swelling`` times that of this shape.
 
         Parameters
         ----------
@@ -108,7 +108,7 @@ class Points:
         x : Array
             This rank's unknowns, shape (m,).
         out : Array | None
-            Where the results go, shape (n, >= size).
+            Array for the results, shape (number, rows).
         """
         g = np.empty((self.number, self.rows)) if out is None else out
         loops().lib.gradients(self._group.struct, pointer(x), pointer(g))
@@ -124,14 +124,14 @@ class Points:
         return np.asarray(np.einsum("pn,cin->cpi", self._N, x[self.unknowns.displaced]))
 
     def add_forces(self, P: Array, forces: Array) -> None:
-        """Add to a vector of unknowns the forces of P, shape (number, rows): energy density by each gradient.
+        """Add the forces of P, the derivatives of the energy density by the gradients, to a vector over the unknowns.
 
         Parameters
         ----------
         P : Array
-            Energy density by each gradient, shape (number, rows), MPa.
+            Derivative of the energy density by each gradient, shape (number, rows), MPa.
         forces : Array
-            Vector over this rank's unknowns, shape (m,), to which is added.
+            Vector over this rank's unknowns, shape (m,); changed in place.
         """
         loops().lib.forces(self._group.struct, pointer(P), pointer(forces))
 
@@ -145,7 +145,7 @@ class Points:
         place : Index
             Positions of the entries in ``values`` (`cases.matrix`).
         values : Array
-            Entries to which is added, shape (entries,).
+            Entries, shape (entries,); changed in place.
         """
         loops().lib.stiffness(self._group.struct, pointer(A), pointer(place, "int32_t"), pointer(values))
 
@@ -169,7 +169,7 @@ class Points:
     # -- tables --------------------------------------------------------------------------------------------------
 
     def _turn(self, slopes: Array, radius: Array, over_radius: Array) -> Array:
-        """What of the reference cell's functions makes each table, shape (cells, points, tables, functions).
+        """Factors of the reference cell's functions in each table, shape (cells, points, tables, functions).
 
         Parameters
         ----------
@@ -246,14 +246,14 @@ class Moving:
         return g
 
     def add_forces(self, P: Array, forces: Array) -> None:
-        """Add the change of the forces that P makes by way of the gradients.
+        """Add the change of the forces of P that is due to the change of the gradients.
 
         Parameters
         ----------
         P : Array
-            Energy density by each gradient, shape (number, rows), MPa.
+            Derivative of the energy density by each gradient, shape (number, rows), MPa.
         forces : Array
-            Vector over this rank's unknowns, shape (m,), to which is added.
+            Vector over this rank's unknowns, shape (m,); changed in place.
         """
         loops().lib.forces(self.group.struct, pointer(P), pointer(forces))
 

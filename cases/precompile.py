@@ -32,7 +32,7 @@ def functions() -> list[PointFunction]:
 
 
 def parameter_sets(law: Law) -> list[tuple[str, ...]]:
-    """Names of a law's parameters: without its optional ones, and with more and more pairs of them, as terms have."""
+    """Names of a law's parameters: without the optional ones, then with one more pair of them (a term) each time."""
     needed = [p.name for p in law.parameters if not p.optional]
     optional = [p.name for p in law.parameters if p.optional]
     return [(*needed, *optional[:count]) for count in range(0, len(optional) + 1, 2)]
@@ -44,7 +44,7 @@ def precompile(processes: int | None = None) -> tuple[int, float]:
     Parameters
     ----------
     processes
-        At once; as many as processors if not given.
+        Number of processes at once; that of the processors if not given.
     """
     begin = time.perf_counter()
     loops()
@@ -88,7 +88,7 @@ def _functions() -> Iterator[PointFunction]:
 
 
 def _weight(function: PointFunction) -> int:
-    """Longer to compile, larger: by strain variables, parameters, and second derivatives."""
+    """Estimate of the time to compile, from strain variables, parameters, and second derivatives."""
     return (
         function.blocks.get("strain", 1)
         * sum(function.blocks.values())

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Two points nearer to each other than this share of the step ahead are one.
+# Two points nearer to each other than this share of the step ahead count as one.
 CLOSEST = 0.2
 # Parabola through the last three: a cubic overshoots where the free surface folds.
 PREDICTOR_STATES = 3
@@ -44,7 +44,8 @@ class Known:
     def extrapolate(self, q: float) -> Array:
         """Lagrange polynomial through the points, at q.
 
-        Points that nearly coincide, as where a path returns, would make wild polynomials: of such the newer one counts.
+        Points that nearly coincide, as where a path returns, would make wild polynomials: only the newer of them is
+        used.
         """
         apart = CLOSEST * abs(q - self.q[-1])
         chosen: list[int] = []

@@ -63,7 +63,7 @@ def path(points: Sequence[float], steps: int, rate: float | None = None) -> Prog
     steps : int
         Steps on the longest segment; the others get their share, at least two.
     rate : float | None
-        mm/s or rad/s, which gives the time; a hold then needs times of its own and is refused.
+        mm/s or rad/s, which gives the times; a hold (a repeated point) has no duration then and is refused.
     """
     corners = np.asarray(points, dtype=float)
     if corners[0] != 0.0:

@@ -1,9 +1,9 @@
 """dx/dq along a path, with a factorisation of the tangent that is some steps old.
 
 The derivative of the state by q solves K v = 0 with the sleeve's own rate prescribed. Along a path v changes little,
-and the factorisation at hand still points the right way: GMRES, preconditioned by it and begun with what the last rates
-extrapolate to, needs a few back-substitutions and products with the tangent, which is applied at the quadrature points
-and never assembled. That is less than assembling and factorising it: in three dimensions a third.
+and the factorisation at hand is still a good preconditioner: GMRES, started from an extrapolation of the last rates,
+needs a few back-substitutions and products with the tangent, which is applied at the quadrature points and never
+assembled. In three dimensions that takes a third of the time of assembling and factorising it.
 
 References
 ----------
@@ -25,13 +25,14 @@ from cases.ranks import summed
 
 Array = NDArray[np.float64]
 
-# Iterations after which a fresh factorisation is cheaper: two dozen cost as much in three dimensions, six in the
+# Largest number of iterations. Two dozen cost as much as a fresh factorisation in three dimensions, six in the
 # half-plane.
 MOST = 8
-# Relative error of a rate over the march's tolerance, and the least, which rounding allows. The derivatives by
-# parameters were then within 4e-7 of their largest value at the default tolerance (Yeoh and Ogden, four modes).
+# Relative error of a rate over the march's tolerance, and the least error that rounding allows. With these, the
+# derivatives by parameters were within 4e-7 of their largest value at the default tolerance (Yeoh and Ogden, four
+# modes).
 LOOSER, SMALLEST = 100.0, 1e-11
-# Rates that are extrapolated from: a cubic. More of them carry on each other's errors.
+# Number of rates in the extrapolation, a cubic. With more of them, errors are carried on from rate to rate.
 KEPT = 4
 
 
@@ -44,11 +45,11 @@ class Found:
     model
         Its moduli are those of the solution (`System.stiffen`).
     ksp
-        With a factorisation of some earlier tangent.
+        Solver with a factorisation of some earlier tangent.
     q, rate
-        Of the sleeve: its displacement, and the constrained unknowns' derivative by it.
+        Displacement of the sleeve, and the derivative of the constrained unknowns by it.
     tolerance
-        Of the march.
+        Tolerance of the march.
     """
 
     model: Model
@@ -96,7 +97,7 @@ class Rates:
         return total
 
     def iterated(self, at: Found) -> Array | None:
-        """The rate at a solution, all local unknowns; None where it was not found soon enough."""
+        """The rate at a solution, all local unknowns; None if it needs too many iterations."""
         model = at.model
         prescribed = at.rate
         rate = self.guess(at.q, prescribed)
@@ -122,7 +123,7 @@ class Rates:
         while not self._norm(at, left) <= close:
             if len(directions) == MOST:
                 return False
-            # The error left is the next direction; minimise what is left over all directions so far.
+            # The remaining error is the next direction; minimise the error over all directions so far.
             image, direction = self._preconditioned(at, left, b, step), left.copy()
             for before, its_image in directions:
                 share = self._dot(at, its_image, image)

@@ -1,4 +1,4 @@
-"""Recorder of a march: what is saved at each target, and the history made of it."""
+"""Recorder of a march: it stores the results at each target, and makes the history from them."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ class Recorder:
     Parameters
     ----------
     program
-        What is followed.
+        Program of the march.
     keep_states
         Whether the unknowns at the targets are kept.
     derivatives
-        Whether derivatives are.
+        Whether derivatives are recorded.
 
     Attributes
     ----------
     attempts : list of Attempt
-        Every try so far.
+        Every attempt so far.
     """
 
     def __init__(self, program: Program, keep_states: bool, derivatives: bool) -> None:
@@ -69,7 +69,7 @@ class Recorder:
         Parameters
         ----------
         q, force, energy, newton, state
-            As of `point`: mm or rad, N or N mm, N mm, number, shape (n,).
+            As in `point`: mm or rad, N or N mm, N mm, number, shape (n,).
         """
         if self._rows and q != self._rows[-1][0] and not self._differentiated:
             self.point(q, force, energy, newton, state)
@@ -93,7 +93,7 @@ class Recorder:
         force, path
             Derivatives of the force and of the displacement by each parameter, shape (parameters,).
         reactions
-            Those of six reactions, shape (6, parameters), on a path of six motions.
+            Derivatives of six reactions, shape (6, parameters), on a path of six motions; None elsewhere.
         """
         if reactions is not None:
             self._reaction_slopes.append(reactions)
@@ -121,7 +121,7 @@ class Recorder:
 
 
 def _times(program: Program, displacement: Array) -> Array:
-    """Time of each recorded point: the program's, and on the way to a target that was not reached a share of it."""
+    """Time of each recorded point: the program's, interpolated on the way to a target that was not reached."""
     assert program.time is not None
     count = min(len(displacement), len(program.time))
     reached = program.time[:count].copy()

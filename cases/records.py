@@ -1,9 +1,9 @@
 """Index files beside the compiled kernels: which library belongs to a function of a point.
 
-The form compiler names a library by the signature of its UFL, which takes some 20 ms a kernel to build, ten times as
-long as to load the library. A note is found by what the function is called, and counts for this text of `forms`, this
-UFL and these flags of the compiler only. Where there is none, or where it or its library is damaged, the function is
-built and compiled as if there were no notes.
+The form compiler names a library by the signature of its UFL, which takes some 20 ms per kernel to build, ten times as
+long as loading the library. A record is found by the name of the function, and is valid only for the present text of
+`forms`, version of UFL and flags of the compiler. If there is none, or if it or its library is damaged, the function is
+built and compiled as if there were no records.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _SOURCES = ("forms", "cases/compiling.py", "cases/records.py")
 
 @dataclass(frozen=True)
 class Record:
-    """What a caller has to know of a compiled function.
+    """Facts about a compiled function that a caller needs.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ def note(function: PointFunction, library: Path, size: int, names: tuple[str, ..
     ----------
     function : PointFunction
     library : Path
-        In the kernels' folder.
+        The compiled library, in the kernels' folder.
     size : int
         Numbers that the function returns at a point.
     names : tuple of str
@@ -85,7 +85,7 @@ def note(function: PointFunction, library: Path, size: int, names: tuple[str, ..
 
 
 def _file(function: PointFunction) -> Path | None:
-    """The place of a function's note; None for one without a name that lasts."""
+    """Path of a function's record; None for a function without a lasting name."""
     key = _lasting(function.key)
     if key is None:
         return None
@@ -98,8 +98,8 @@ def _file(function: PointFunction) -> Path | None:
 def _lasting(part: Hashable) -> str | None:
     """Return a key as text that is the same in every process; None if there is none.
 
-    Functions go by module and name. Only those at the top of a module of `forms` are named by that: `_revision` covers
-    their text, and not that of a law which somebody writes elsewhere.
+    A function is identified by module and name only if it stands at the top level of a module of `forms`: `_revision`
+    covers the text of these modules, and not that of a law which somebody writes elsewhere.
     """
     if isinstance(part, tuple):
         parts = [_lasting(one) for one in part]
@@ -113,7 +113,7 @@ def _lasting(part: Hashable) -> str | None:
 
 @cache
 def _revision() -> str:
-    """Digest of all that decides what a function of a point is compiled to, besides what the folder is named by."""
+    """Digest of all that determines how a function of a point is compiled, except what the folder's name contains."""
     root = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256(" ".join(jit.FLAGS).encode())
     for package in ("fenics-ufl", "fenics-basix", "cffi"):

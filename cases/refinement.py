@@ -7,7 +7,7 @@ factorising it.
 
 References
 ----------
-As of `cases.rates`, which does the same for a single load and older factorisations.
+See `cases.rates`, which does the same for a single load and older factorisations.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from cases.rigid import solved
 
 Array = NDArray[np.float64]
 
-# Iterations after which a fresh factorisation is not dearer.
+# Largest number of iterations; with more, a fresh factorisation costs no more.
 MOST = 3
 
 
@@ -33,9 +33,9 @@ def refined(at: Found, loads: Array, guess: Array) -> Array | None:
     at : Found
         The solution, with the moduli there and a factorisation of some earlier tangent.
     loads : shape (k, n)
-        On the free unknowns, complete on the rank that owns them; zero in ghosts and constrained unknowns.
+        Loads on the free unknowns, complete on the rank that owns them; zero in ghosts and constrained unknowns.
     guess : shape (k, n)
-        All local unknowns; the constrained ones are as prescribed, and stay.
+        All local unknowns; the constrained ones have their prescribed values and keep them.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def refined(at: Found, loads: Array, guess: Array) -> Array | None:
         error = float(np.max(_norms(at, left)[size > 0.0] / size[size > 0.0], initial=0.0))
         if not np.isfinite(error):
             return None
-        # What is left is added too, and shrinks by that by as much as it did in the last iteration.
+        # Adding the remainder reduces the error again, by as much as the last iteration did.
         if error * min(1.0, error / before) <= close:
             return found + left
         if len(directions) == MOST:
@@ -71,7 +71,7 @@ def refined(at: Found, loads: Array, guess: Array) -> Array | None:
 
 
 def _forces(at: Found, directions: Array) -> Array:
-    """The tangent applied to each direction, as `loads` are."""
+    """The tangent applied to each direction, complete and zero where `loads` are."""
     system = at.model.system
     found, b = np.zeros_like(directions), system.create_vector()
     for direction, row in zip(directions, found, strict=True):

@@ -13,7 +13,7 @@ def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
     Parameters
     ----------
     model
-        Without features but those of the rubber; others know the mesh as it was.
+        Model whose features, if any, concern the rubber alone; others depend on the mesh as it was.
     mesh
         The mesh, with the shape that it has now.
     constrained : shape (n, 3)
@@ -33,6 +33,6 @@ def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
     contact = model.surfaces.contact
     if contact is None or not contact.relocated(mesh):
         model.surfaces.contact = contact_of(mesh, model.space, model.mode, None)
-    # What was computed of the shape before.
+    # It was computed for the previous shape.
     model.__dict__.pop("volume", None)
     model.system.take_parameters(moved=True)

@@ -1,10 +1,10 @@
 """6 x 6 stiffness against rigid motions of the inner sleeve, from one factorisation of the tangent.
 
 Let G_k be the constrained unknowns per unit of the twist k, K the tangent and R the residual. V_k = (-K_ff^-1 K_fc G_k,
-G_k) is the body's answer, and V_k . K V_l + R . dG_k/dl the derivative of the reaction k by the motion l: the second
-part is what the forces at hand do on arms that turn. The moments that are reported are about axes that do not turn, and
-of them that part is not symmetric: turning first about x and then about y is not the same as the other way round. Half
-the moment's cross product is the difference between it and the second derivative of the energy (`Tangent.symmetric`).
+G_k) is the body's response, and V_k . K V_l + R . dG_k/dl is the derivative of the reaction k by the motion l; its
+second term is due to the present forces on lever arms that turn. The reported moments are about axes that do not turn,
+for which this term is not symmetric: a rotation first about x and then about y differs from one in the opposite order.
+It differs from the second derivative of the energy by half the cross product with the moment (`Tangent.symmetric`).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def reactions(model: Model, residual: PETSc.Vec, q: float) -> Array:
     Parameters
     ----------
     model
-        Of a path of six motions, at an equilibrium or an iterate on the way to one.
+        Model of a path of six motions, at an equilibrium or an iterate on the way to one.
     residual
         Assembled by `System.residual` there, nothing cleared.
     q
@@ -52,13 +52,13 @@ class Tangent:
         Derivative of the reactions (N, N mm; moments about axes that do not turn) by twists (mm, rad); zero in motions
         that a plane of symmetry rules out.
     answers : shape (6, n)
-        Of all local unknowns to each twist.
+        Response of all local unknowns to each twist.
     pull : shape (6, n)
         K_fc G_k on the free unknowns of this rank, zero elsewhere.
     arms : shape (3, 3)
-        Part of the stiffness that the forces at hand make by arms that turn, N mm/rad.
+        Part of the stiffness that is due to the present forces on lever arms that turn, N mm/rad.
     moment : shape (3,)
-        On the sleeve there, N mm.
+        Moment on the sleeve at that state, N mm.
     """
 
     stiffness: Array
@@ -71,7 +71,7 @@ class Tangent:
     def symmetric(self) -> Array:
         """Second derivative of the stored energy, (6, 6): by the centre's displacement and a rotation vector from here.
 
-        Symmetric of itself where the rubber has no memory: nothing is averaged.
+        It is symmetric where the rubber has no memory, without averaging.
         """
         found = self.stiffness.copy()
         # dM = K_sym w + w x M / 2, for a twist w.
@@ -87,7 +87,7 @@ def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = rang
     model
         At an equilibrium or near one, its moduli up to date (`System.stiffen`, `System.tangent`).
     ksp
-        With the factorised tangent of the state.
+        Solver with the factorised tangent of the state.
     q
         Path's parameter, s.
     wanted
@@ -121,14 +121,14 @@ def tangent(model: Model, ksp: PETSc.KSP, q: float, wanted: Sequence[int] = rang
 def adjoint(model: Model, ksp: PETSc.KSP, q: float, reaction: int) -> Array:
     """Return the direction (n,) whose work on the derivative of the forces is the change of a reaction.
 
-    Free motions give way meanwhile.
+    Free motions then move such that their reactions stay zero.
 
     Parameters
     ----------
     model, ksp, q
-        As of `tangent`; q in s.
+        As in `tangent`; q in s.
     reaction
-        Its number.
+        Number of the reaction.
     """
     six = model.motion.six
     assert six is not None
@@ -174,7 +174,7 @@ def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
     Parameters
     ----------
     model, ksp
-        Of the tangent.
+        The model, and a solver with the factorised tangent.
     forces
         Shape (k, n) over all local unknowns, with this rank's own entries complete and no constrained ones.
 
@@ -190,7 +190,7 @@ def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
     right.getDenseArray()[:] = forces[:, : model.system.owned].T
     for matrix in (right, left):
         matrix.assemble()
-    # Together they cost a third of one after the other.
+    # Solved together they take a third of the time of solving one by one.
     ksp.matSolve(right, left)
     found = np.empty_like(forces)
     for i in range(count):
@@ -202,7 +202,7 @@ def solved(model: Model, ksp: PETSc.KSP, forces: Array) -> Array:
 
 
 def _turned(model: Model, residual: PETSc.Vec, q: float) -> Array:
-    """Work of the forces at hand on arms r that turn, R . (e_k x (e_l x r)) = D_lk - tr D at k = l, (3, 3)."""
+    """Work of the present forces on arms r that turn, R . (e_k x (e_l x r)) = D_lk - tr D at k = l, (3, 3)."""
     c = model.motion.constrained
     owned = np.flatnonzero((c.dofs < model.system.owned) & c.driven)
     force, arms = residual.array_r[c.dofs[owned]], model.motion.arms(q)[:, owned]
@@ -213,7 +213,7 @@ def _turned(model: Model, residual: PETSc.Vec, q: float) -> Array:
 
 
 def _unmirrored(model: Model, values: Array) -> Array:
-    """Of values by motion those that planes of symmetry leave; the forces of the other half cancel the rest."""
+    """Clear the values of motions that planes of symmetry rule out: forces of the other half cancel them."""
     left = np.zeros(6)
     left[list(possible(model.mesh.mirrors))] = 1.0
     return np.asarray(left * values)

@@ -15,10 +15,10 @@ REASONS = {
 
 
 def rounding(model: Model) -> float:
-    """Return several times the residual (N) that rounding of mu, springs and the sleeves' E leaves over a face.
+    """Return several times the residual (N) that rounding errors of mu, springs and the sleeves' E leave over a face.
 
-    In the half-plane a node stands for a whole circle, and ten times that is left of the sleeve's (measured up to
-    E = 1e9 MPa).
+    In the half-plane a node stands for a whole circle, and sleeves leave ten times as much (measured up to E = 1e9
+    MPa).
     """
     shear = model.shear_modulus
     metal = model.metal_modulus

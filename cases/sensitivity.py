@@ -1,9 +1,9 @@
 """d(force)/d(parameter) along the march, exactly, from the tangent's solutions.
 
-At equilibrium the residual R(x, h; c) vanishes in every direction that leaves the sleeves where they are; h is what
-the rubber remembers from the steps before. The force is the work of R on v = dx/dq, the tangent's answer to a motion
-of the sleeve, and because the tangent is symmetric the total derivative is dQ/dc = v . (dR/dc + dR/dh h'), with no
-need for dx/dc. Without memory that is all: one back-substitution for all parameters together, then one scalar each.
+At equilibrium the residual R(x, h; c) vanishes in every direction that leaves the sleeves where they are; h is the
+rubber's memory of the earlier steps. The force is the work of R on v = dx/dq, the tangent's response to a motion of the
+sleeve, and because the tangent is symmetric the total derivative is dQ/dc = v . (dR/dc + dR/dh h'), with no need for
+dx/dc. Without memory that is all: one back-substitution for all parameters together, then one scalar each.
 
 With memory its derivative h' = dh/dc is marched along: one back-substitution per step, for v and all parameters
 together (or, after a short step, two or three with an older factorisation: `cases.refinement`), gives x' = dx/dc,
@@ -34,9 +34,11 @@ from cases.slopes import Along, Slopes
 
 Array = NDArray[np.float64]
 
-# Step of the difference that bends a path: the rates are sines and cosines, known to rounding.
+# Step of the central difference for the second derivative of a path, whose rates are sines and cosines, exact to
+# rounding.
 BEND = 1e-5
-# A step is short if the factorisation at hand found its end in so many iterations; then it serves the derivatives too.
+# A step is short if it took at most this many iterations with the factorisation at hand, which then serves the
+# derivatives too.
 SHORT = 3
 
 
@@ -79,11 +81,11 @@ class Sensitivity:
         Parameters
         ----------
         solver
-            That has just found the equilibrium.
+            Solver that has just found the equilibrium.
         path_rates
             Parameter -> derivative of the prescribed displacement, for those that move it.
         series
-            A spring through which the sleeve is driven: what is prescribed is then of both together.
+            A spring through which the sleeve is driven: the prescribed displacement is then that of both together.
         time
             s, as in the program; for the spring.
         """
@@ -114,7 +116,7 @@ class Sensitivity:
         return works + stiffness * rates, rates
 
     def _change(self, name: str) -> Numbers:
-        """Return the derivative of the material numbers of the body; the duration of a step is not among them."""
+        """Return the derivative of the body's material numbers by a parameter; a step's duration does not change it."""
         parameters = self.model.parameters
         state = parameters.state[:-1]
         if state != self._rates_at:
@@ -123,7 +125,7 @@ class Sensitivity:
             self._rates[name] = parameters.rates(name)
         return self._rates[name]
 
-    # -- what is not at the body's points ------------------------------------------------------------------------
+    # -- contributions outside the body's points -----------------------------------------------------------------
 
     def _works(
         self, slopes: Slopes, changes: Sequence[Numbers], boundaries: Sequence[Array | None], rate: Array
@@ -163,7 +165,7 @@ class Sensitivity:
             model.surfaces.add_action(boundary, force)
 
     def _bent(self, name: str, q: float) -> float:
-        """Work of the reactions on what a parameter changes of the sleeve's rate; of all ranks, whole bushing."""
+        """Work of the reactions on the change of the sleeve's rate by a parameter; of all ranks, whole bushing."""
         bend = self.model.motion.boundary_bend(name, q)
         return 0.0 if bend is None else self._on_reactions(bend)
 
@@ -187,7 +189,7 @@ class Sensitivity:
     # -- with memory ---------------------------------------------------------------------------------------------
 
     def _solutions(self, solver: Equilibrium, forces: Array) -> tuple[Array, Array]:
-        """dx/dq, (n,), and the answers of the free unknowns to forces of this rank, (names, n)."""
+        """Return dx/dq, (n,), and the responses of the free unknowns to forces of this rank, (names, n)."""
         model = self.model
         right = completed(model, forces)
         if solver.border is not None:
@@ -205,7 +207,7 @@ class Sensitivity:
         return found[0], found[1:].copy()
 
     def _refined(self, solver: Equilibrium, right: Array) -> Array | None:
-        """Both, from those of the last step, where the step was short."""
+        """Solve for both by refining those of the last step; None unless the step was short."""
         if self._last is None or self.model.mesh.dimension == 2 or not solver.fresh(SHORT):
             return None  # in the half-plane a factorisation costs less
         guess = self._last.copy()

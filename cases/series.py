@@ -1,4 +1,4 @@
-"""A bushing driven through a spring: the displacement that is prescribed is that of both together.
+"""A bushing driven through a spring: the prescribed displacement is that of both together.
 
 The program is then not the path of the bushing's sleeve. At each target q + c P(q, Q) has to be found, c the spring's
 compliance and P the force that it carries: the bushing's force Q, scaled, and that of stops beside it.
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# How near to the prescribed displacement the two together have to come, as a share of the largest of the program.
+# Largest deviation of the two together from the prescribed displacement, as a share of the program's largest one.
 CLOSE = 1e-7
 MOST_TRIALS = 12
 
@@ -39,7 +39,7 @@ class Series:
     compliance : float
         mm/N, or rad/(N mm).
     compliance_rates : mapping
-        Parameter -> derivative of it.
+        Parameter -> derivative of the compliance by it.
     carried : callable
         ``carried(q, Q, time) -> Carried``, time in s as in the program.
     """
@@ -49,12 +49,12 @@ class Series:
     carried: Callable[[float, float, float], Carried]
 
     def excess(self, q: float, force: float, time: float, prescribed: float) -> float:
-        """How far bushing and spring together go beyond what is prescribed, mm or rad.
+        """How far bushing and spring together go beyond the prescribed displacement, mm or rad.
 
         Parameters
         ----------
         q, force
-            Of the bushing: mm or rad, N or N mm.
+            Displacement and force of the bushing: mm or rad, N or N mm.
         time
             s, as in the program.
         prescribed
@@ -72,7 +72,7 @@ class Series:
         name
             The parameter c.
         q, force
-            Of the bushing: mm or rad, N or N mm.
+            Displacement and force of the bushing: mm or rad, N or N mm.
         time
             s, as in the program.
         stiffness
@@ -119,7 +119,7 @@ class Shared:
         Parameters
         ----------
         q, force
-            Of the bushing: mm or rad, N or N mm.
+            Displacement and force of the bushing: mm or rad, N or N mm.
         time
             s, as in the program.
         prescribed

@@ -1,4 +1,4 @@
-"""Over a snap: rubber that has no equilibrium nearby flows to the next one, as if it were viscous.
+"""Snap-through: rubber that has no equilibrium nearby flows to the next one, as if it were viscous.
 
 A concave surface that is compressed beyond Biot's limit creases all at once: the path of equilibria turns back there,
 and Newton's method finds nothing ahead, however short the step. Rubber in a test rig does not wait: it jumps, and comes
@@ -25,14 +25,14 @@ from cases.outcome import Outcome
 
 Array = NDArray[np.float64]
 
-# The drag to begin with, in stiffnesses at rest: more than the negative stiffness of a crease, which is a part of it.
+# Initial drag over the stiffness at rest: it exceeds the negative stiffness of a crease, which is a fraction of that.
 FIRST = 1.0
-# It is raised by the first where a state is not found, and divided by the second after two that were found.
+# Factor by which the drag is raised if a state is not found, and divisor after two states in a row were found.
 THICKER, THINNER = 4.0, 3.0
-# States of a flow, after which it is given up, and the most drag that is tried. Below the least a state is sought
-# without any.
+# Number of states after which a flow is given up, and largest drag that is tried. Below the least drag, a state without
+# any drag is sought.
 STATES, MOST, LEAST = 100, 1e2, 1e-2
-# Iterations of Newton for a state of the flow: a thicker drag finds one sooner than more of them.
+# Largest number of Newton iterations for a state of the flow: a larger drag finds a state sooner than more iterations.
 IMPATIENT = 8
 
 
@@ -42,7 +42,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
     Parameters
     ----------
     solver : Equilibrium
-        Of the model.
+        Solver of the model.
     q : float
         Generalised displacement, mm or rad.
     start : Array
@@ -51,7 +51,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
     Returns
     -------
     Outcome
-        With the reason "DIVERGED_FLOW" where the flow came to no rest.
+        With the reason "DIVERGED_FLOW" where the flow did not come to rest.
     """
     drag = Drag(solver.model, start, IMPATIENT)
     drag.viscosity = FIRST
@@ -76,7 +76,7 @@ def settle(solver: Equilibrium, q: float, start: Array) -> Outcome:
             easy = outcome.found
             here = solver.unknowns() if outcome.found else here
         if not (free and outcome.found):
-            # What balances with a drag alone is no equilibrium.
+            # A state that balances only with a drag is not an equilibrium.
             outcome = replace(outcome, reason="DIVERGED_FLOW")
         return replace(outcome, iterations=corrections)
     finally:

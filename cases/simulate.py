@@ -50,7 +50,7 @@ def prepare(
     shape : Shape
         The body.
     mode : Mode
-        What is done to it.
+        Mode of deformation.
     rubber : Rubber
         Law, parameters and bulk modulus.
     refinement : Refinement
@@ -58,12 +58,12 @@ def prepare(
     comm : MPI.Comm
         Ranks that take part.
     features : Sequence[Installed]
-        What else there is to rubber and assembly.
+        Further changes of the rubber and the assembly.
     """
     dimension = 2 if mode.section is not None and shape.axisymmetric else 3
     mirrors = setting_for(mode, dimension).mirrors & symmetries(shape, features)
     if "z" in setting_for(mode, dimension).mirrors & shape.mirror_planes - mirrors:
-        # What the features change is not to be mixed up with what another mesh does.
+        # The change by the features must not be mixed with that by another mesh.
         refinement = replace(refinement, doubled=True)
     for item in features:
         if item.feature.shape is not None:
@@ -74,7 +74,7 @@ def prepare(
 
 
 Prepare = Callable[..., Model]
-"""As `prepare`: for those who keep models that were made before."""
+"""A function with the arguments of `prepare`, for callers that reuse models made before."""
 
 
 def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
@@ -85,7 +85,7 @@ def symmetries(shape: Shape, features: Sequence[Installed] = ()) -> Mirrors:
     shape : Shape
         The body.
     features : Sequence[Installed]
-        What else there is to rubber and assembly.
+        Further changes of the rubber and the assembly.
     """
     planes = shape.mirror_planes
     for item in (*features, *plates(shape)):
@@ -101,9 +101,9 @@ def is_odd(shape: Shape, mode: Mode, features: Sequence[Installed] = ()) -> bool
     shape : Shape
         The body.
     mode : Mode
-        What is done to it.
+        Mode of deformation.
     features : Sequence[Installed]
-        What else there is to rubber and assembly.
+        Further changes of the rubber and the assembly.
     """
     return mode.reversed_by is not None and mode.reversed_by in symmetries(shape, features)
 
@@ -148,9 +148,9 @@ def sweep(
     targets : Array
         Displacements, mm or rad, in any order; rest is added where it is missing.
     tolerance : float
-        Residual at which an equilibrium is accepted, over the forces in it: a ratio.
+        Residual at which an equilibrium is accepted, over the norm of the reactions: a ratio.
     keep_states, sensitivity, progress, patience
-        As of `march`, for each side.
+        As in `march`, for each side.
     observer : Observer | None
         Called at each target, at rest once for each side.
 
@@ -195,7 +195,7 @@ def _sides(targets: Array) -> list[Array]:
 
 
 def _progress(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Count the steps of a side on from those of the side before it."""
+    """Add the number of steps on the previous sides to the step's number."""
     if progress is None:
         return None
     return lambda step, _, newton, q: progress(before + step, total, newton, q)

@@ -5,7 +5,8 @@ rotation vector (rad), whose direction is the axis of the rotation and whose len
 axis alone is that of the torsional and conical modes. Reactions (fx, fy, fz, mx, my, mz) are what holds the sleeve: the
 force, and the moment about the centre where it is now, in axes that do not turn (N, N mm).
 
-A force of the work W per twist w is W = f . w; the rotation vector's own rate is another: w = T(theta) d(theta)/dt.
+The reactions f do the work f . w on a twist w. The rate of the rotation vector is not that twist: w = T(theta)
+d(theta)/dt.
 
 References
 ----------
@@ -102,9 +103,9 @@ class SixPath:
     Attributes
     ----------
     time : shape (k,)
-        Of the knots, increasing from the rest position on: the path's parameter q, s.
+        Times of the knots, increasing from rest on: the path's parameter q, s.
     motion : shape (k, 6)
-        Poses at the knots, mm and rad; the first is rest, zero. Columns of free motions are not looked at.
+        Poses at the knots, mm and rad; the first is rest, zero. Columns of free motions are ignored.
     free : tuple of int
         Motions that no force holds: they follow from equilibrium. The reaction with the same number is zero.
     whole : bool
@@ -148,7 +149,7 @@ class SixPath:
         q
             s.
         ahead
-            At a knot, that of the line after it.
+            At a knot: take the derivative along the line after it.
         """
         i = self._segment(q, ahead)
         return np.asarray((self.motion[i + 1] - self.motion[i]) / (self.time[i + 1] - self.time[i]))

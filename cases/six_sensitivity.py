@@ -1,8 +1,8 @@
 """d(reactions)/d(parameter) along a path of six motions, exactly.
 
-Where the sleeve stays, the reaction k changes by V_k . dR/dc, with V_k the body's answer to the motion k
+With the sleeve held, the reaction k changes by V_k . dR/dc, with V_k the body's response to the motion k
 (`cases.rigid`): six solutions with one factorisation serve all parameters, as one does where q alone moves the sleeve
-(`cases.sensitivity`). Free motions then give way until their reactions vanish again: a system of at most six.
+(`cases.sensitivity`). Free motions then give way until their reactions vanish again: a system of at most six equations.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class SixSensitivity(Sensitivity):
     Attributes
     ----------
     reactions : shape (6, names)
-        Of the reactions, by each parameter, at the last step.
+        Derivatives of the reactions by each parameter, at the last step.
     motions : shape (6, names)
-        Of the pose: other than zero in free motions only.
+        Derivatives of the pose; nonzero in free motions only.
     """
 
     def __call__(
@@ -41,14 +41,14 @@ class SixSensitivity(Sensitivity):
         series: Series | None = None,
         time: float = 0.0,
     ) -> tuple[Array, Array]:
-        """Derivatives of the power Q and of q, shape (names,) each; those of the reactions are attributes then.
+        """Derivatives of the power Q and of q, shape (names,) each; those of the reactions become attributes.
 
         Parameters
         ----------
         solver
-            That has just found the equilibrium.
+            Solver that has just found the equilibrium.
         path_rates, series, time
-            As of `Sensitivity`; a path of six motions has none of them.
+            As in `Sensitivity`; a path of six motions has none of them.
         """
         assert not path_rates
         assert series is None
@@ -89,7 +89,7 @@ class SixSensitivity(Sensitivity):
         return moved
 
     def _power(self, solver: Equilibrium) -> Array:
-        """Derivative of the power: of the reactions, and of what their twists are while the path goes on."""
+        """Derivative of the power, through the reactions and through the twists along the path."""
         motion, q = self.model.motion, solver.q
         assert motion.six is not None
         assert solver.six is not None

@@ -22,7 +22,7 @@ from cases.points import Moving
 Array = NDArray[np.float64]
 
 Memory = Sequence[Array | None]
-"""Derivative of each branch's memory at the points; None where nothing has changed yet."""
+"""Derivative of each branch's memory at the points; None where it is still zero."""
 
 
 class Slopes:
@@ -46,7 +46,7 @@ class Slopes:
         return self._body.material.point_state()
 
     def stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> list[list[Array | None]]:
-        """Changes of the stresses with each parameter, part by part: (points, variables), or None for none.
+        """Changes of the stresses with each parameter, part by part: (points, variables), or None for no change.
 
         Parameters
         ----------
@@ -87,7 +87,7 @@ class Slopes:
         rates
             Derivative of `Body.numbers` by the parameter.
         stresses
-            What `stresses` found for it: for each part shape (points, variables), MPa per unit of the parameter.
+            Result of `stresses` for it: for each part shape (points, variables), MPa per unit of the parameter.
         along
             The direction.
         """
@@ -117,7 +117,7 @@ class Slopes:
         rates
             For each parameter, derivative of `Body.numbers` by it.
         stresses
-            What `stresses` found: for each parameter and part shape (points, variables), MPa per unit of the parameter.
+            Result of `stresses`: for each parameter and part shape (points, variables), MPa per unit of the parameter.
         """
         found = np.zeros((len(names), len(self._state)))
         for number, part in enumerate(self._body.parts):
@@ -273,7 +273,7 @@ def _changes(parameters: Array, memory: Array | None, energy: Array | None) -> d
 
 
 class Along:
-    """A direction of the unknowns at the points, computed where it is asked for."""
+    """A direction of the unknowns at the points, computed when first needed."""
 
     def __init__(self, direction: Array) -> None:
         self.direction = direction
@@ -282,7 +282,7 @@ class Along:
         self._works: tuple[Array, Array] | None = None
 
     def gradients(self, part: Part) -> Array:
-        """Of a part, shape (points, rows)."""
+        """Change of a part's gradients, shape (points, rows)."""
         if id(part) not in self._gradients:
             self._gradients[id(part)] = part.points.gradients(self.direction)
         return self._gradients[id(part)]

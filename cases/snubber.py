@@ -52,7 +52,7 @@ def plates(shape: Shape) -> tuple[Installed, ...]:
 
 
 def pushed_back(beyond: Scalar, stiffness: Scalar) -> Scalar:
-    """Return the energy per area (N/mm) of what is ``beyond`` (mm) a plate of a stiffness (MPa/mm).
+    """Return the energy per area (N/mm) of a surface that is ``beyond`` (mm) a plate of a stiffness (MPa/mm).
 
     Parameters
     ----------

@@ -134,7 +134,7 @@ def coupon_limits(
     parameters : Mapping[str, float]
         Values by name, in the units of the law.
     modes : sequence of str
-        Of uniaxial, equibiaxial, planar.
+        Any of uniaxial, equibiaxial, planar.
     lower : float
         Least stretch that is searched, a ratio; the default is what Abaqus searches.
     upper : float

@@ -22,11 +22,11 @@ Array = NDArray[np.float64]
 
 # A step cut back to this share of the program's largest step is given up.
 SMALLEST_CUT = 1.0 / 256
-# Before that, so many times per target, a whole step is tried from the last state without looking back.
+# Before that, a whole step is tried this many times per target, from the last state without extrapolation.
 LEAPS = 1
-# A step cut back to this share of the program's largest one that still fails is taken by a flow (`cases.settling`).
+# If a step cut back to this share of the program's largest one still fails, the rubber flows (`cases.settling`).
 SETTLING = 1.0 / 8
-# Few iterations of Newton, by SNES, mean that a step was easy, and the next may grow.
+# With at most this many Newton iterations in SNES a step was easy, and the next may be longer.
 EASY_NEWTON = 4
 
 
@@ -39,7 +39,7 @@ class Step:
     goal : float
         Displacement that it went to, mm or rad.
     share : float
-        Of the way that was left to the target, and of the time.
+        Share of the remaining way to the target, and of the remaining time.
     duration : float
         s.
     newton : int
@@ -47,7 +47,7 @@ class Step:
     attempt : Attempt
         Its record.
     settled : bool
-        Whether the rubber flowed there, so that what was before says nothing about what lies ahead.
+        Whether the rubber flowed there, so that earlier states say nothing about what lies ahead.
     """
 
     goal: float
@@ -66,13 +66,13 @@ class Stepper:
     model
         Its state is the unloaded one, assembled if it has to be.
     solver
-        Of the model.
+        Solver of the model.
     began
         Time of the program's beginning, s.
     widest
         Largest step of the program, mm or rad.
     flows
-        Whether a short step that fails may be taken by a flow, which takes up to a hundred solutions.
+        Whether the rubber may flow where a short step fails, which takes up to a hundred solutions.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Stepper:
     force, energy : float
         Generalised force (N, N mm; MPa for a coupon) and stored energy (N mm) there.
     six, pose : shape (6,) or None
-        Reactions (N, N mm) and pose (mm, rad) of the sleeve there; None but for a path of six motions.
+        Reactions (N, N mm) and pose (mm, rad) of the sleeve there; None except on a path of six motions.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Stepper:
         self._rate: Array | None = None
         self._length = np.inf
         self._leaps = 0
-        # Whether the last flow came to no rest; the next is tried after another step.
+        # Whether the last flow did not come to rest; the next is tried after another step.
         self._restless = False
 
     @property
@@ -111,7 +111,7 @@ class Stepper:
         Parameters
         ----------
         corner
-            Whether the path turns here, so that what was before says nothing about what lies ahead.
+            Whether the path turns here, so that earlier states say nothing about what lies ahead.
         """
         self._leaps = 0
         if corner:

@@ -50,7 +50,7 @@ def stretch_points(model: Model, points: Array | None = None, region: str = "rub
     model : Model
         The model, ready to be marched.
     points : Array | None
-        Reference coordinates in the cell, shape (p, dimension); as there if not given.
+        Reference coordinates in the cell, shape (p, dimension); those of `principal_stretches` if not given.
     region : str
         Name of the region.
     """
@@ -60,12 +60,12 @@ def stretch_points(model: Model, points: Array | None = None, region: str = "rub
 
 
 def _default_points(model: Model, region: str) -> Points:
-    """Return the points where nobody has chosen others; a model keeps them, and takes them to another shape."""
+    """Return the default points, which are cached for each model and moved with it to another shape."""
     mesh = model.mesh
     degree = 2 if mesh.simplices else 3
     points, _ = basix.make_quadrature(mesh.mesh.basix_cell(), degree)
     if not all(item.feature.of_rubber for item in model.features):
-        return _points(model, region, points)  # the stress-free body goes with the values of the effects
+        return _points(model, region, points)  # the stress-free body depends on the values of the effects
     kept = _kept.setdefault(model, {})
     of, found = kept.get(region) or (mesh, _points(model, region, points))
     if of is not mesh:
@@ -222,7 +222,7 @@ def _corners(model: Model, region: str, corners: Array) -> tuple[Array, Array]:
 
 def _outside(reference: Array) -> NDArray[np.bool_]:
     """Faces that occur once: those between two cells occur twice."""
-    # Of a triangle each corner counts once, whichever is repeated.
+    # Each corner of a triangle counts once, whichever is repeated.
     repeated = np.all(reference[:, 2] == reference[:, 3], axis=1)
     mean = np.where(repeated[:, None], reference[:, :3].mean(axis=1), reference.mean(axis=1))
     keys = np.round(mean, 6)

@@ -36,11 +36,11 @@ class SurfaceForms:
     energies
         UFL forms of rank 0, N mm.
     parameters
-        Of the model.
+        Parameters of the model.
     shear
         ufl.variable of the law's initial shear modulus, which the energies may contain, and its constant.
     contact
-        Of the surfaces with each other; its energy is added to those.
+        Contact of the surfaces with each other; its energy is added to the others.
     """
 
     def __init__(
@@ -80,8 +80,9 @@ class SurfaceForms:
     def resting(self) -> Iterator[bool]:
         """Leave contact out where the last equilibrium had none; `refuted` says whether the next one has it.
 
-        An equilibrium without contact in which no surfaces meet is one with contact: its energy is zero around that
-        state. So surfaces that stay apart cost one look at each equilibrium, and nothing at states tried on the way.
+        An equilibrium without contact in which no surfaces meet is one with contact too, whose energy is zero around
+        that state. Surfaces that stay apart therefore cost one search at each equilibrium, and none at the states tried
+        on the way.
         """
         self._resting = self.contact is not None and self.apart
         try:
@@ -95,10 +96,10 @@ class SurfaceForms:
         return None if self._resting else self.contact
 
     def refuted(self) -> bool:
-        """Whether the present state, which balances, is no equilibrium.
+        """Whether the present state is not an equilibrium although it balances.
 
-        That is where a surface lies deeper in another than contact allows, or where surfaces meet and contact was left
-        out (`resting`), which it is not any more then.
+        That is the case where a surface lies deeper in another than contact allows, or where surfaces meet although
+        contact was left out (`resting`); it is not left out any more from then on.
         """
         contact = self.contact
         if contact is None:
@@ -108,7 +109,7 @@ class SurfaceForms:
         if self._resting:
             self.apart = not (contact.touching or deep)
             return not self.apart
-        # Where surfaces are about to meet, contact goes on to take part.
+        # Where surfaces are about to meet, contact remains included.
         self.apart = not contact.near
         return deep
 
@@ -141,12 +142,12 @@ class SurfaceForms:
             self.acting.add_forces(forces)
 
     def add_stiffness(self, matrix: PETSc.Mat, bc: Any) -> None:
-        """Add the second derivative of the forms to a matrix, but for constrained unknowns.
+        """Add the second derivative of the forms to a matrix, except for constrained unknowns.
 
         Parameters
         ----------
         matrix : PETSc.Mat
-            Matrix to which is added.
+            The tangent; changed in place.
         bc : Any
             Constrained unknowns.
         """
@@ -161,7 +162,7 @@ class SurfaceForms:
         direction : Array
             Vector over this rank's unknowns, shape (m,).
         forces : Array
-            Vector over this rank's unknowns, shape (m,), to which is added.
+            Vector over this rank's unknowns, shape (m,); changed in place.
         """
         if self._formed:
             self._direction.x.array[:] = direction
@@ -170,7 +171,7 @@ class SurfaceForms:
             self.acting.add_action(direction, forces)
 
     def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
-        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes.
+        """Add the derivative of the forces by a parameter, on which the shear modulus may depend.
 
         Parameters
         ----------
@@ -179,7 +180,7 @@ class SurfaceForms:
         shear_rate : float
             Derivative of the shear modulus by the parameter, MPa per unit of it.
         forces : Array
-            Vector over this rank's unknowns, shape (m,), to which is added.
+            Vector over this rank's unknowns, shape (m,); changed in place.
         """
         if self.contact is not None:
             self.look()
@@ -222,9 +223,9 @@ def surface_energies(
     mesh : NamedMesh
         The mesh with its named boundaries.
     features : Sequence[Installed]
-        What else there is to rubber and assembly.
+        Further changes of the rubber and the assembly.
     parameters : Parameters
-        Of the model.
+        Parameters of the model.
     given : Mapping[str, Any]
         Of `cases.feature.Place`: u, motion, kinematics, shear_modulus.
     moved : Moved | None

@@ -1,7 +1,7 @@
 """The system of equations: residual and tangent of a model at its present state, in PETSc's vectors and matrices.
 
 Contributions of the body (`cases.body`) and of energies on surfaces and contact (`cases.surfaces`) are added here, and
-the constrained unknowns are kept apart from the free ones.
+the constrained unknowns are separated from the free ones.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ class System:
     state
         Unknowns of the model; read whenever something is assembled.
     parameters
-        Of the model; `body` and `surfaces` are brought up to their present values before anything is assembled.
+        Parameters of the model; `body` and `surfaces` are brought up to their present values before anything is
+        assembled.
     body
         Rubber and elastic sleeves.
     surfaces
@@ -61,13 +62,13 @@ class System:
         self._comm = self._space.mesh.comm
 
     def take_parameters(self, moved: bool = False) -> None:
-        """Bring what depends on parameters, stage, duration (and a moved mesh) up to their present values."""
+        """Update everything that depends on parameters, stage, duration (and a moved mesh) to their present values."""
         if moved:
             self._taken = ()
         state = self._parameters.state
         if state != self._taken:
             numbers = self._parameters.numbers()
-            # All but the duration, by which nothing moves.
+            # All but the duration, which moves nothing.
             self._body.take(numbers, anew=state[:-1] != self._taken[:-1])
             self._surfaces.take(numbers.shear_modulus)
             self._taken = state
@@ -125,7 +126,7 @@ class System:
         return self._pattern.matrix()
 
     def tangent_at_rest(self) -> PETSc.Mat:
-        """Return the stiffness of the displacements at no deformation, without surfaces; zero for other unknowns."""
+        """Return the stiffness of the undeformed body's displacements, without surfaces; zero for other unknowns."""
         pattern = self._pattern.bare()
         matrix = pattern.matrix()
         self.take_parameters()

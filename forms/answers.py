@@ -13,12 +13,12 @@ from forms.potential import sleeve_energy
 from forms.setting import Setting
 from forms.volumetric import mixed_energy
 
-# Points at once: an axial march of Ogden's law with three terms takes a tenth less time, one of Yeoh's a tenth more.
+# Points per call: an axial march with Ogden's law of three terms takes a tenth less time, with Yeoh's a tenth more.
 BATCH = 8
 
 
 def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool) -> PointFunction:
-    """Answer of a law with these parameters, of which some may be absent.
+    """Answer of a law with these parameters; optional ones may be absent.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def law_answer(setting: Setting, law: Law, names: tuple[str, ...], moduli: bool)
         ("law", law.energy, *names, "moduli" if moduli else "stress", str(len(setting.names))),
         {"strain": len(setting.names) + 1, "parameters": len(names)},
         make,
-        # Powers of stretches bring series, whose coefficients are made of the exponents.
+        # Powers of stretches are computed by series, whose coefficients depend on the exponents alone.
         BATCH if law.basis == "stretches" else 1,
     )
 
@@ -118,14 +118,14 @@ def volumetric_slopes(setting: Setting) -> PointFunction:
 
 
 def work_slopes(function: PointFunction, rows: int) -> PointFunction:
-    """Derivatives by parameters as `law_slopes` has them, of the work W_a dy_a on a change dy of the strain variables.
+    """Derivatives of the work W_a dy_a on a change dy of the strain variables, by the parameters of a function.
 
     Parameters
     ----------
     function
-        Of rows [W, W_a].
+        Rows [W, W_a] of derivatives by parameters, such as `law_slopes`.
     rows
-        How many.
+        Number of rows.
     """
 
     def make(given: Mapping[str, Scalar]) -> list[Scalar]:

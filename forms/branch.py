@@ -3,7 +3,7 @@
 A branch is written as the *incremental* energy of one step: a function of the deformation at its end and of internal
 variables at its beginning, whose derivative with respect to the deformation is the stress at the end. Residual,
 symmetric tangent and all derivatives then come from UFL, as for a law; `update` gives the internal variables at the
-end, once the step is accepted. One file each in ``forms/branches``, offered there as ``BRANCH``.
+end, once the step is accepted. Each branch is one file in ``forms/branches``, which offers it as ``BRANCH``.
 
 References
 ----------
@@ -35,7 +35,7 @@ class Step:
     Attributes
     ----------
     strain : Kinematics
-        At the end of the step.
+        Deformation at the end of the step.
     law_energy : UFL scalar
         The law's isochoric energy there, MPa.
     shear_modulus : UFL scalar
@@ -43,7 +43,7 @@ class Step:
     internal : mapping
         Internal variables at the beginning of the step, by name.
     duration : UFL scalar
-        Seconds.
+        Duration of the step, s.
     """
 
     strain: Kinematics
@@ -61,7 +61,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Contribution:
-    """What a branch adds to the energy density of a step.
+    """Contribution of a branch to the energy density of a step.
 
     Attributes
     ----------
@@ -88,12 +88,12 @@ class Branch:
     parameters : tuple of str
         The first is the amplitude: where it is zero, the branch adds nothing.
     typical : mapping
-        Values of the parameters as filled rubber has them (1, MPa, s); every branch is tested with its own.
+        Typical values of the parameters for filled rubber (1, MPa, s); the tests of every branch use them.
     internal : mapping
         Internal variable -> "scalar" (zero in the virgin rubber) or "tensor" (the identity).
     contribution, update : callable
-        ``contribution(step, **parameters)`` and ``update(step, **parameters)``, the latter internal variables at the
-        end of the step.
+        ``contribution(step, **parameters)``, and ``update(step, **parameters)`` for the internal variables at the end
+        of the step.
     timed : bool
         Whether the duration of a step matters.
     source : str

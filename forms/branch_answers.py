@@ -15,22 +15,22 @@ from forms.point import PointFunction, answer, named, variables
 from forms.setting import Setting
 from forms.symmetric import Symmetric, unpacked
 
-#: Parts of a branch's parameters that are not its own: the law's initial shear modulus (MPa), and the step (s).
+#: Inputs that follow a branch's own parameters: the law's initial shear modulus (MPa), and the step's duration (s).
 GIVEN = ("shear modulus", "duration")
 
 
 @dataclass(frozen=True)
 class BranchFunctions:
-    """Functions of a branch that are compiled.
+    """Functions of a branch, to be compiled.
 
     Attributes
     ----------
     memory : int
-        Numbers that a point remembers.
+        Count of the numbers in a point's memory.
     virgin : tuple of float
-        What they are in virgin rubber.
+        Their values in virgin rubber.
     needs_energy : bool
-        Whether its answer has the part for the law's energy.
+        Whether the branch's answer has the part for the law's energy.
     stress, moduli : PointFunction
         Answer, without and with moduli (and part for the law's energy).
     end : PointFunction
@@ -39,7 +39,7 @@ class BranchFunctions:
         Number of directions -> function of the derivatives of [V_a, V_e if needed], one row after the other, along
         changes of all inputs but the strains ("d0 memory", ..., "d1 memory", ...).
     end_rate : callable
-        The same of the memory at the end, along changes of all inputs.
+        The same for the memory at the end, along changes of all inputs.
     """
 
     memory: int
@@ -113,7 +113,7 @@ def branch_functions(setting: Setting, branch: Branch) -> BranchFunctions:
 
 
 def _needs_energy(branch: Branch, places: Sequence[int], blocks: Mapping[str, int]) -> bool:
-    # Marked, so that UFL does not compute with them.
+    # Marked as variables, so that UFL does not evaluate them.
     numbers = {
         name: ufl.as_vector([ufl.variable(ufl.as_ufl(1.0)) for _ in range(n)]) for name, n in blocks.items()
     }
@@ -157,7 +157,7 @@ class _Made:
         return [*row[1 : 1 + n], *row[1 + n : 2 + n]]
 
     def answer(self, moduli: bool) -> list[Scalar]:
-        """The answer, with the part for the law's energy where the branch asks for it."""
+        """The answer, with the part for the law's energy where the branch needs it."""
         own = answer(self.contribution.incremental, self.measures, self.y, self.given, moduli)
         own[0] = ufl.as_ufl(0)
         if self.contribution.measures is not None:

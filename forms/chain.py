@@ -32,7 +32,7 @@ def first_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: S
     density : UFL scalar
         Energy per area or volume of the mesh, or its derivative with respect to a parameter.
     measures : sequence of ufl.variable
-        All scalars by which ``density`` depends on ``w``, none made of another:
+        All scalars through which ``density`` depends on ``w``, none of them a function of another:
         `forms.kinematics.Kinematics.measures` and, in the mixed form, the pressure as a ``ufl.variable``.
     w : dolfinx.fem.Function
         The unknown.
@@ -42,7 +42,7 @@ def first_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: S
     Raises
     ------
     ValueError
-        When ``density`` depends on ``w`` other than through ``measures``, or one measure is made of another.
+        When ``density`` depends on ``w`` other than through ``measures``, or one measure is a function of another.
     """
     return sum(slope * _along(y, w, v) for y, slope in collapse(density, measures, w).slopes())
 
@@ -75,7 +75,7 @@ def second_variation(density: Scalar, measures: Sequence[Scalar], w: Scalar, v: 
 
 
 def made_of(expression: Scalar, variable: Scalar) -> bool:
-    """Whether a ufl.variable occurs in an expression, inside other variables too.
+    """Whether a ufl.variable occurs in an expression, also inside other variables.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from forms.setting import Setting
 
 
 def strains(name: str, setting: Setting) -> PointFunction:
-    """Strain variables and pressure, of the gradients and the pressure after them.
+    """Strain variables and pressure, from the gradients followed by the pressure.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def strain_rates(name: str, setting: Setting) -> PointFunction:
 
 
 def forces(name: str, setting: Setting) -> PointFunction:
-    """P_k = sum_a S_a y_a,k of an answer's slopes S, and the pressure's own slope after them.
+    """P_k = sum_a S_a y_a,k from an answer's slopes S, followed by the slope by the pressure.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def forces(name: str, setting: Setting) -> PointFunction:
 
 
 def moduli(name: str, setting: Setting) -> PointFunction:
-    """A_kl = sum_ab D_ab y_a,k y_b,l + sum_a S_a y_a,kl, l >= k, of an answer's S and D; the pressure last.
+    """A_kl = sum_ab D_ab y_a,k y_b,l + sum_a S_a y_a,kl, l >= k, from an answer's S and D; the pressure last.
 
     Parameters
     ----------

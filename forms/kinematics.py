@@ -23,7 +23,7 @@ from forms.symmetric import Symmetric
 
 @dataclass(frozen=True)
 class Moved:
-    """Position of the stress-free body relative to the mesh: X + displacement(X).
+    """Position of the stress-free body, given on the mesh: X + displacement(X).
 
     Attributes
     ----------
@@ -201,7 +201,7 @@ def cartesian(u: Scalar, moved: Moved | None = None) -> Kinematics:
 def principal(e1: Scalar, e2: Scalar) -> Kinematics:
     """Return the isochoric kinematics of the principal log strains ``e1``, ``e2`` and -e1-e2.
 
-    For what needs a law but no body: stability checks and coupon stresses.
+    For calculations with a law but without a body: stability checks and coupon stresses.
 
     Parameters
     ----------
@@ -241,14 +241,15 @@ def _deformed(name: str, g: Sequence[Scalar], weight: Scalar) -> Kinematics:
 
 
 def _half_plane_strain(area: Scalar, h: Scalar, rr: Scalar, zz: Scalar, rz: Scalar) -> Kinematics:
-    """Of the area ratio of the half-plane, the hoop stretch and the half-plane's block of C."""
+    """Measures from the area ratio of the half-plane, the hoop stretch and the half-plane's block of C."""
     trace = ufl.variable(rr + zz)
     J = ufl.variable(area * h)
     log_J = ufl.ln(J)
     s = ufl.exp(-2 / 3 * log_J)
 
     def power_trace(alpha: Scalar) -> Scalar:
-        # The hoop is principal: no cubic to solve, only the pair in the half-plane.
+        # The hoop direction is principal: only the pair in the half-plane is left, and there is no cubic equation to
+        # solve.
         pair = pair_power_trace(trace / 2, trace * trace / 4 - area * area, alpha / 2)
         return ufl.exp(-alpha / 3 * log_J) * (pair + ufl.exp(alpha * ufl.ln(h)))
 
@@ -266,10 +267,11 @@ def _half_plane_strain(area: Scalar, h: Scalar, rr: Scalar, zz: Scalar, rz: Scal
 
 
 def _solid_strain(J: Scalar, *metric: Scalar) -> Kinematics:
-    """Of det F and the six components of C."""
+    """Measures from det F and the six components of C."""
     stretches, (yz, xz, xy) = metric[:3], metric[3:]
     xx, yy, zz = (stretch - sum(stretches) / 3 for stretch in stretches)
-    # From the components of the deviator of C: from the invariants of C they would be small differences.
+    # From the components of the deviator of C: from the invariants of C they would be small differences of large
+    # numbers.
     J2 = ufl.variable((xx * xx + yy * yy + zz * zz) / 2 + yz * yz + xz * xz + xy * xy)
     J3 = ufl.variable(xx * yy * zz + 2 * yz * xz * xy - xx * yz * yz - yy * xz * xz - zz * xy * xy)
     trace = ufl.variable(sum(stretches))

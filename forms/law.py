@@ -23,11 +23,11 @@ Basis = Literal["I1", "I1,I2", "stretches"]
 
 
 class UnknownName(ValueError):
-    """A name that is not in a registry; the message lists what is and suggests the nearest."""
+    """A name that is not in a registry; the message lists the known names and suggests the nearest."""
 
     def __init__(self, name: str, kind: str, known: tuple[str, ...]) -> None:
         self.name, self.known = name, known
-        import difflib  # 4 ms of a start-up, for names that are wrong only
+        import difflib  # importing it takes 4 ms: only for wrong names
 
         near = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.5)
         self.nearest: str | None = near[0] if near else None
@@ -97,10 +97,10 @@ class Law:
         ``energy(strain, **parameters) -> UFL scalar``; ``strain`` is a `Strain`, the parameters are UFL
         scalars (``fem.Constant`` or ``ufl.variable``), so that one compiled kernel serves all values.
     shear_modulus : callable
-        ``shear_modulus(**parameters) -> float``: the initial shear modulus in MPa. Arithmetic alone, so that it can be
-        differentiated by a complex step.
+        ``shear_modulus(**parameters) -> float``: the initial shear modulus in MPa. It uses arithmetic only, so that it
+        can be differentiated by a complex step.
     basis : {"I1", "I1,I2", "stretches"}
-        What the energy is a function of.
+        Measures that the energy is a function of.
     linear : tuple of str
         Names of the parameters in which the energy is linear (jointly, the others held fixed).
     source : str

@@ -1,13 +1,13 @@
-"""Functions of a few numbers at a point, in UFL, from which kernels are compiled; stresses and moduli of a material.
+"""Functions of a few numbers at a point, in UFL, from which kernels for stresses and moduli are compiled.
 
-An energy W is a function of the strain variables y of its `forms.setting.Setting` and of the pressure, which stands
+An energy W is a function of the strain variables y of its `forms.setting.Setting` and of the pressure, which comes
 last. Law, volumetric part, metal and branches each have functions of their own (`forms.answers`,
 `forms.branch_answers`), so that each is compiled once and serves every mesh, every element and every combination: their
 answers are added where they are evaluated (`cases.material`). Parameters, memory and time step are inputs like the
 strains.
 
 An *answer* is the row [W, W_a, W_ab], b >= a. A branch that depends on the law's energy e has the row
-[V_e, V_ee, V_ae] after it, V its incremental energy; for such a branch the law's own W_a and W_ab are needed to add it.
+[V_e, V_ee, V_ae] after it, with V its incremental energy; to add such a branch, the law's own W_a and W_ab are needed.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ class PointFunction:
     Attributes
     ----------
     key : tuple
-        What it is: one that has been made need not be made again.
+        Identity of the function, under which its kernel is stored and found again.
     blocks : mapping
-        Name of an input -> how many numbers it has.
+        Name of an input -> count of its numbers.
     make : callable
         The inputs by name, each a UFL vector -> list of UFL scalars.
     batch : int
-        Points that a kernel takes at once, where much of what it computes depends on parameters alone. Elsewhere that
-        costs more than it saves.
+        Number of points that a kernel takes at once: more than one pays only where much of the work depends on
+        parameters alone.
     """
 
     key: tuple[Hashable, ...]

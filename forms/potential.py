@@ -1,8 +1,8 @@
 """Energies of metal sleeves and of surfaces, with all derivatives that a solution needs.
 
-The rubber's and the metal's energies are differentiated at a point (`forms.answers`). What acts on a surface depends on
-the displacement there, on coordinates and on the motion of a sleeve in ways of its own, and stays a form of its own,
-added in assembly.
+The rubber's and the metal's energies are differentiated at a point (`forms.answers`). An energy of a surface depends in
+its own way on the displacement there, on coordinates and on the motion of a sleeve; it remains a separate form, added
+in assembly.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from forms.law import Scalar
 
 @dataclass(frozen=True)
 class Attached:
-    """A branch and its parameters, scalars by the branch's names for them."""
+    """A branch and the values of its parameters by name."""
 
     branch: Branch
     parameters: Mapping[str, Scalar]
@@ -27,7 +27,7 @@ class Attached:
 def sleeve_energy(strain: Scalar, shear_modulus: Scalar, bulk_modulus: Scalar) -> Scalar:
     """Return the energy density (MPa) of a metal sleeve: small strain, any rotation.
 
-    Neo-Hookean with kappa/2 (J - 1)^2 in the displacement alone; metals are far from incompressible.
+    Neo-Hookean with kappa/2 (J - 1)^2, without a pressure unknown: metals are far from incompressible.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Surfaces:
     state : Function
         The mixed function (u, p, ...).
     energies : sequence of UFL form, rank 0
-        N mm.
+        Energies, N mm.
     """
 
     state: Scalar

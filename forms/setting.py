@@ -1,6 +1,6 @@
-"""Gradients that a deformation follows from, and the strain variables that energies are functions of, by kinematics.
+"""For each kinematics, the gradients that give the deformation, and the strain variables that give the energy.
 
-A setting is data and arithmetic: it serves UFL, which makes kernels of it, and NumPy.
+A setting is data and arithmetic, used both with UFL, from which kernels are made, and with NumPy.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ from typing import Literal
 from forms.law import Scalar
 
 Table = Literal["d0", "d1", "d2", "over_radius", "radius_d0", "radius_d1"]
-"""What a shape function N is turned into: dN/dX_i, N / R, R dN/dX_i, all in the stress-free body."""
+"""Function made of a shape function N: dN/dX_i, N / R, R dN/dX_i, all in the stress-free body."""
 
-#: Components of C that are not zero in the half-plane without twist, as `forms.symmetric` counts them, less the hoop's.
+#: Strain variables in the half-plane without twist: area ratio, hoop stretch, and the other nonzero components of C in
+#: the order of `forms.symmetric`. Elsewhere: det F and all components of C.
 HALF_PLANE = ("area", "hoop", "rr", "zz", "rz")
 SOLID = ("J", "xx", "yy", "zz", "yz", "xz", "xy")
 
@@ -27,11 +28,11 @@ class Setting:
     Attributes
     ----------
     components : int
-        Of the displacement.
+        Number of components of the displacement.
     gradients : tuple of (int, Table)
-        Component of the displacement and what is taken of it, for each of the gradients.
+        For each gradient, the component of the displacement and the function of it (`Table`).
     deformation : callable
-        Gradients -> rows of F; arithmetic alone, for UFL scalars and NumPy arrays.
+        Gradients -> rows of F; arithmetic only, for UFL scalars and NumPy arrays.
     strain : callable
         F -> strain variables in the order of `names`, from which `strain_of` makes the measures.
     names : tuple of str

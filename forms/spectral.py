@@ -38,9 +38,9 @@ PAIR = 5e-2
 # than 1e-8 in the second derivative there, at the same exponent.
 SPHERE = 1e-3
 
-# cos(arccos(r)/3) for 0 <= r <= 1 as a polynomial in z = sqrt((1 + r)/2): the arc cosine has no derivative at
-# r = 1, the composition has. In r itself the singularity at r = -1 would ask for degree 21, in z (half the
-# angle) 12 do.
+# cos(arccos(r)/3) for 0 <= r <= 1 as a polynomial in z = sqrt((1 + r)/2): the arc cosine has no derivative at r = 1,
+# the composition has. In r itself the singularity at r = -1 would require degree 21; in z (half the angle) 12 is
+# enough.
 _Z = np.polynomial.Chebyshev.interpolate(
     lambda z: np.cos(2 / 3 * np.arccos(np.minimum(z, 1.0))), 12, domain=[np.sqrt(0.5), 1.0]
 )

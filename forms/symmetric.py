@@ -1,4 +1,4 @@
-"""Symmetric 3 x 3 tensors by their components, as most branches store them.
+"""Symmetric 3 x 3 tensors as their six components, as most branches store them.
 
 UFL's own matrices carry structural zeros into the generated code; here a component that is the number 0 costs nothing.
 """

@@ -8,9 +8,8 @@ from forms.law import Scalar
 def mixed_energy(J: Scalar, p: Scalar, compliance: Scalar) -> Scalar:
     """Return the perturbed Lagrangian p (J - 1) - compliance p^2 / 2, per reference volume in MPa.
 
-    Its stationary point in p is p = kappa (J - 1) with kappa = 1 / compliance, where it equals kappa/2 (J -
-    1)^2. A compliance of zero leaves the constraint J = 1, with p its multiplier; there is no division by it
-    anywhere.
+    Its stationary point in p is p = kappa (J - 1) with kappa = 1 / compliance, where it equals kappa/2 (J - 1)^2. A
+    compliance of zero leaves the constraint J = 1, with p its multiplier; nothing is divided by the compliance.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Blocks:
-    """A structured parameter domain: the product of the axes' intervals, less what has no region.
+    """A structured parameter domain: the product of the axes' intervals, without blocks that have no region.
 
     Attributes
     ----------
@@ -47,8 +47,8 @@ class Blocks:
     region
         Midpoint of a block in parameters -> name of its region, or None where there is nothing.
     face
-        Axis normal to a bounding face and the face's midpoint in parameters -> its name. Faces toward a block that
-        is missing are asked for too.
+        Axis normal to a bounding face and the face's midpoint in parameters -> its name. It is also called for faces
+        toward a missing block.
     chart
         Parameters (n, d) -> coordinates (n, d) in mm.
     closed

@@ -1,10 +1,10 @@
-"""What differs between the DOLFINx releases that bushcli runs on; everything else is written once, for all of them.
+"""Differences between the DOLFINx releases that bushcli runs on; all other modules are the same for every release.
 
-Here because meshes are the first to need it, and `cases` may import `geometry`. Nothing here loads DOLFINx before it is
-called: `bushcli check` asks for its version only.
+The module is in this package because meshes are the first to need it, and `cases` may import `geometry`. It does not
+load DOLFINx before one of its functions is called: `bushcli check` needs the version only.
 
-``Expression.eval`` needs nothing here: since 0.10 it returns the shape (cells, points, values), before that the last
-two were one, and whoever calls it gives the shape.
+``Expression.eval`` needs no function here: since 0.10 it returns the shape (cells, points, values), before that the
+last two axes were one, and all callers reshape the result.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ def model_to_mesh(model: Any, comm: Any, dimension: int) -> tuple[Any, Any, Any]
     except TypeError:
         partitioner = create_cell_partitioner(GhostMode.none)
     result = reader.model_to_mesh(model, comm, 0, gdim=dimension, partitioner=partitioner)
-    # 0.10 made a named tuple, with more members, of the three.
+    # Since 0.10 the result is a named tuple with more members than these three.
     return tuple(result) if type(result) is tuple else (result.mesh, result.cell_tags, result.facet_tags)
 
 
 def cell_nodes(mesh: Any) -> Any:
     """Nodes of each cell of a mesh, shape (cells, nodes)."""
-    # 0.11 has one table for each type of cell, and the name of before is to go.
+    # 0.11 has one table for each type of cell, and the old name will be removed.
     geometry = mesh.geometry
     return geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap
 
@@ -74,7 +74,7 @@ def mesh_order(mesh: Any) -> int:
 
 
 def collapsed(space: Any) -> tuple[Any, NDArray[np.int32]]:
-    """A space of its own for a part of a mixed one, and the mixed one's number of each of its unknowns."""
+    """Return a part of a mixed space as a space of its own, and its unknowns' numbers in the mixed space."""
     import numpy as np
 
     alone, dofs = space.collapse()

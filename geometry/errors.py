@@ -18,9 +18,9 @@ class GeometryError(Exception):
     what
         The finding, as one sentence without a full stop.
     expected
-        What would serve, or empty.
+        Description of valid input, or empty.
     view
-        What there is to see; None where nothing could be drawn.
+        Contents of a picture; None where nothing could be drawn.
     """
 
     def __init__(self, where: str, what: str, expected: str = "", view: View | None = None) -> None:

@@ -1,10 +1,10 @@
-"""How many cells a free mesh will have, from its sizes alone: for refusing before the mesher starts, not for more.
+"""Estimate of the number of cells of a free mesh from its sizes alone, to refuse a mesh before the mesher starts.
 
 The number of cells is the integral of their density, 1 over the volume of a cell of the local size h. Away from all
-that is fine h is that of the inside; from a fine point, curve or face it grows in proportion to the distance, until it
-is that of the inside (`geometry.grading`). The integrals are taken as if fine things were far from each other. Beside
-meshes of the references the number is right within a factor of two, and four times too large for a section that is
-meshed by one block (tests/unit/test_estimate.py).
+fine entities, h is the size of the interior; from a fine point, curve or face it grows in proportion to the distance
+until it reaches that size (`geometry.grading`). The integrals are taken as if fine entities were far from each other.
+Compared with meshes of the references, the number is right within a factor of two, and four times too large for a
+section that is meshed by one block (tests/unit/test_estimate.py).
 """
 
 from __future__ import annotations
@@ -13,16 +13,17 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-#: Area of a triangle and volume of a tetrahedron over the square and the cube of the size asked for: a regular triangle
-#: of that side has 0.433, a regular tetrahedron 0.118, of which Gmsh's, slivers among them, have half (measured).
+#: Area of a triangle and volume of a tetrahedron over the square and the cube of the prescribed size: a regular
+#: triangle of that side has 0.433, a regular tetrahedron 0.118, of which Gmsh's, slivers among them, have half
+#: (measured).
 TRIANGLE, TETRAHEDRON = 0.43, 0.055
-#: Angle that the body takes about an edge or a corner, rad.
+#: Angle of the body at an edge or a corner, rad.
 CORNER = 0.5 * math.pi
 
 
 @dataclass(frozen=True)
 class Fine:
-    """Things with a smaller size of elements than the inside.
+    """Entities with smaller elements than the interior.
 
     Attributes
     ----------
@@ -47,14 +48,14 @@ def triangles(area: float, inside: float, growth: float, fine: Iterable[Fine]) -
     area : float
         mm^2.
     inside, growth : float
-        Length of the elements away from all that is fine (mm); how it grows from there, per distance.
+        Length of the elements away from fine entities (mm); growth of the length per distance from them.
     fine : iterable of Fine
     """
     total = area / (TRIANGLE * inside**2)
     for one in fine:
         e, g = min(one.size, inside), growth
         if one.dimension == 0:
-            # Integral of d / (e + g d)^2 up to where the size is that of the inside.
+            # Integral of d / (e + g d)^2 up to the distance where the size is that of the interior.
             total += one.measure * CORNER * (math.log(inside / e) - 1.0 + e / inside) / g**2 / TRIANGLE
         else:
             total += one.measure * (1.0 / e - 1.0 / inside) / g / TRIANGLE
@@ -69,7 +70,7 @@ def tetrahedra(volume: float, inside: float, growth: float, fine: Iterable[Fine]
     volume : float
         mm^3.
     inside, growth : float
-        Length of the elements away from all that is fine (mm); how it grows from there, per distance.
+        Length of the elements away from fine entities (mm); growth of the length per distance from them.
     fine : iterable of Fine
     """
     total = volume / (TETRAHEDRON * inside**3)

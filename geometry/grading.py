@@ -15,13 +15,13 @@ class Sizes:
     Attributes
     ----------
     inside
-        Away from all edges.
+        Length away from all edges.
     edge
-        At the edges of bonds.
+        Length at the edges of bonds.
     growth
-        Length per distance from an edge.
+        Growth of the length per distance from an edge.
     per_circle
-        Elements on a full circle of what is curved.
+        Elements on a full circle of a curved entity.
     near : mapping
         Boundary entity -> length at it, where two faces are near to each other.
     """
@@ -39,11 +39,11 @@ def grade(dimension: int, edges: Sequence[int], sizes: Sizes) -> None:
     Parameters
     ----------
     dimension
-        Of the mesh, 2 or 3.
+        Dimension of the mesh, 2 or 3.
     edges
         Points (2) or curves (3) where bonds end.
     sizes
-        What to reach.
+        Sizes to be set.
     """
     field = model().mesh.field
     fields = []

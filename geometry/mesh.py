@@ -31,9 +31,9 @@ class NamedMesh:
     sleeves
         Elastic sleeves by region name.
     displacement_order
-        Polynomial degree that the shape asks of the displacement.
+        Polynomial degree that the shape requires of the displacement.
     shape
-        What is meshed.
+        The meshed shape.
     mirrors
         Planes of symmetry at which the mesh is cut.
     """
@@ -76,7 +76,7 @@ def build(
     Parameters
     ----------
     shape
-        What to mesh.
+        The shape to mesh.
     dimension
         2 for the half-plane of a shape of revolution, 3 for the solid.
     mirrors
@@ -98,7 +98,7 @@ def build(
     if not mirrors <= shape.mirror_planes:
         planes = ", ".join(sorted(mirrors - shape.mirror_planes))
         raise ValueError(f"a {shape.name} shape is not symmetric about the planes normal to {planes}")
-    # Before the session opens: what a shape finds out about itself may need one of its own.
+    # Before the session opens, because a shape may need a session of its own to find its sleeves.
     sleeves = shape.elastic_sleeves
     with session():
         names = _generated(shape, dimension, mirrors, refinement, comm)

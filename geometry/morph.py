@@ -1,7 +1,7 @@
 """Morphing: the mesh of a structured shape moved to new dimensions, with the same elements.
 
-A node of a structured mesh is a place in a box of elements, which the shape's chart maps to space. So the nodes of
-a mesh that differs in dimensions only are computed in microseconds, where Gmsh and the set-up of everything that
+A node of a structured mesh is a place in a box of elements, which the shape's chart maps to space. The nodes of a mesh
+that differs only in dimensions are therefore computed in microseconds, whereas Gmsh and the set-up of everything that
 refers to a mesh take as long as a quarter of a march.
 """
 
@@ -19,14 +19,14 @@ from geometry.mesh import NamedMesh
 from geometry.shape import Mirrors, Refinement, Shape
 from geometry.structured import parameters, positions
 
-# How far a node may be from the place that the chart gives it, over the size of the body: rounding, several times.
+# Largest distance of a node from its position on the chart, over the size of the body: several times rounding.
 EXACT = 1e-9
 
 
 def elements_of(
     shape: Shape, dimension: int, mirrors: Mirrors, refinement: Refinement
 ) -> tuple[Hashable, ...] | None:
-    """Return what two shapes have in common if the mesh of one can be moved to the other; None where none can.
+    """Return a key that two shapes share if the mesh of one can be moved to the other; None if it never can be moved.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def elements_of(
         return None
     blocks = shape.blocks(dimension, mirrors, refinement)
     counts = tuple(tuple(interval.elements for interval in axis) for axis in blocks.axes)
-    # Which blocks are void, and which metal.
+    # They tell which blocks are void, and which are metal.
     middles = itertools.product(*([0.5 * (part.start + part.stop) for part in axis] for axis in blocks.axes))
     regions = tuple(blocks.region(np.array(middle)) for middle in middles)
     return type(shape).name, dimension, mirrors, counts, blocks.closed, regions, _words(shape)
@@ -66,7 +66,7 @@ class Morph:
     mesh
         As `geometry.mesh.build` returned it.
     refinement
-        With which it was built.
+        Refinement with which it was built.
     """
 
     def __init__(self, mesh: NamedMesh, refinement: Refinement) -> None:
@@ -84,7 +84,7 @@ class Morph:
         Parameters
         ----------
         points : shape (n, 3)
-            mm, on this rank.
+            Points of this rank, mm.
         """
         from scipy.spatial import KDTree
 
@@ -93,12 +93,12 @@ class Morph:
         return None if np.any(away > EXACT * size) else self._places[found]
 
     def points(self, shape: Shape, places: Array) -> Array:
-        """Return where places of the box are in another shape, (n, 3), mm.
+        """Return the positions of places of the box in another shape, (n, 3), mm.
 
         Parameters
         ----------
         shape
-            One with the same `elements_of`.
+            A shape with the same `elements_of`.
         places : shape (n, d)
             As `places` returned them.
         """

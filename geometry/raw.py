@@ -1,7 +1,7 @@
 """A mesh as arrays, with names: mirrored at planes of symmetry, revolved about the axis, handed to Gmsh.
 
-A part is meshed down to its smallest repeated piece and put together from mirror images, so that what is symmetric
-stays so to the last digit whatever planes a load leaves.
+Only the smallest repeated piece of a part is meshed, and the part is put together from mirror images of it, so that it
+is symmetric to the last digit whatever planes of symmetry a load leaves.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Ints = NDArray[np.int64]
 # Gmsh's numbers of element types.
 LINE2, TRIANGLE3, QUADRANGLE4, TETRAHEDRON4, HEXAHEDRON8 = 1, 2, 3, 4, 5
 LINE3, TRIANGLE6, QUADRANGLE9, TETRAHEDRON10, HEXAHEDRON27 = 8, 9, 10, 11, 12
-#: Order of its facets for each type of cell.
+#: Type of the facets for each type of cell.
 FACET = {
     TRIANGLE3: LINE2,
     QUADRANGLE4: LINE2,
@@ -114,12 +114,12 @@ def _compact(mesh: RawMesh) -> RawMesh:
 
 
 def mirrored(mesh: RawMesh, component: int, plane: str) -> RawMesh:
-    """Put a mesh and its mirror image together; what was named `plane` is then inside.
+    """Join a mesh and its mirror image; the boundary `plane` is then inside the mesh and loses its name.
 
     Parameters
     ----------
     mesh
-        Lies on one side of the plane where a coordinate vanishes.
+        Mesh on one side of the plane where a coordinate vanishes.
     component
         That coordinate: 0, 1 or 2.
     plane
@@ -149,10 +149,10 @@ def revolved(section: RawMesh, angles: Array) -> RawMesh:
     Parameters
     ----------
     section
-        In the half-plane (r, z).
+        Mesh in the half-plane (r, z).
     angles : shape (2 n + 1,)
-        Of corners and mid-side nodes in turn, rad. A full circle is closed; what is less ends in the boundaries
-        "mirror_y" (an end at a multiple of pi) and "mirror_x".
+        Angles of corners and mid-side nodes in turn, rad. A full circle is closed; a smaller angle ends in the
+        boundaries "mirror_y" (an end at a multiple of pi) and "mirror_x".
     """
     closed = bool(np.isclose(angles[-1] - angles[0], 2 * np.pi))
     layers = len(angles) - 1 if closed else len(angles)
@@ -173,7 +173,7 @@ def revolved(section: RawMesh, angles: Array) -> RawMesh:
             name = "mirror_y" if abs(np.sin(end)) < 1e-9 else "mirror_x"
             there = everything + count * layer
             facets[name] = np.concatenate([facets[name], there]) if name in facets else there
-    # What is exactly in a plane of symmetry is put there: a sine of pi is not zero.
+    # Nodes in a plane of symmetry are put exactly there: the computed sine of pi is not zero.
     points[np.abs(points) < 1e-12 * np.abs(points).max()] = 0.0
     cells = {name: swept(nodes, solid) for name, nodes in section.cells.items()}
     return RawMesh(points, HEXAHEDRON27, cells, facets)

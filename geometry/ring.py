@@ -102,14 +102,14 @@ class Ring(Meets):
 
     @override
     def sleeved(self, inner: Sleeve, outer: Sleeve) -> Shape:
-        """The same with these elastic sleeves where it has rigid ones.
+        """Return the same shape with these elastic sleeves where it has rigid ones.
 
         Parameters
         ----------
         inner, outer : Sleeve
-            The inner one's thickness is bounded by what there is room for.
+            The thickness of the inner one is limited by the room inside the rubber.
         """
-        # A solid bar is the thickest inside.
+        # A solid bar is the thickest inner sleeve.
         thinner = inner.model_copy(update={"thickness": min(inner.thickness, 0.8 * self.inner_radius)})
         both = {"inner_sleeve": self.inner_sleeve or thinner, "outer_sleeve": self.outer_sleeve or outer}
         return type(self)(**(dict(self) | both))

@@ -43,9 +43,9 @@ def refusing(where: str, what: str, view: View | None = None) -> Iterator[None]:
     where
         File, or key of the case.
     what
-        The finding, which Gmsh's own words follow.
+        The finding; Gmsh's own words are appended.
     view
-        What there is to see.
+        Contents of a picture.
 
     Raises
     ------

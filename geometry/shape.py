@@ -2,7 +2,7 @@
 
 A shape describes the bushing as a box of parameters that a *chart* maps to space, so that meshing is the same for all
 of them: Gmsh meshes the box in structured blocks and `geometry.mesh` moves every node, mid-side nodes
-included, through the chart. Curved surfaces are therefore met exactly at the nodes.
+included, through the chart. The nodes therefore lie exactly on curved surfaces.
 
 Bushings use the parameters (s, theta, t): s = 0 on the inner bond, 1 on the outer bond (-1..0 and 1..2 are the inner
 and the outer sleeve); theta the angle about the axis in radians; t = -1 and 1 at the two free ends.
@@ -28,7 +28,7 @@ from geometry.view import View
 from geometry.wall import Annulus, Wall
 
 Mirrors = frozenset[Literal["x", "y", "z"]]
-#: Young's modulus of what does not deform, MPa.
+#: Young's modulus of bodies that do not deform, MPa.
 RIGID = 1e7
 Names = dict[int, dict[str, int]]
 """Dimension -> name -> tag of the physical group in Gmsh."""
@@ -72,18 +72,18 @@ def metals(
     Parameters
     ----------
     plates
-        From the case, by name.
+        Plates of the case, by name.
     regions
-        What is meshed.
+        Meshed regions.
     known
         Names that the case may give a metal, meshed or not.
     where
-        For messages.
+        File or key of the case, for messages.
 
     Raises
     ------
     GeometryError
-        The case gives metal to a body that is not there.
+        The case gives a metal to a body that does not exist.
     """
     names = [name for name in known if name != "rubber"]
     for name in plates:
@@ -98,7 +98,7 @@ class Metal(Protocol):
 
     @property
     def youngs_modulus(self) -> float:
-        """MPa."""
+        """Young's modulus of the metal, MPa."""
 
     @property
     def poissons_ratio(self) -> float:
@@ -121,7 +121,7 @@ class Snubber(BaseModel):
 
 @dataclass(frozen=True)
 class Stops:
-    """Plates before the free ends: the case's, the furthest height of the rubber and its thickness (mm)."""
+    """Plates in front of the free ends: those of the case, the furthest height of the rubber and its thickness (mm)."""
 
     snubber: Snubber
     height: float
@@ -132,8 +132,8 @@ class Stops:
 class Refinement:
     """How fine the mesh is: rubber elements in each direction of the whole bushing (None = the shape's default).
 
-    `factor` multiplies them all, the defaults too: for the finer mesh of a convergence check. `doubled` asks of a whole
-    bushing for twice the mesh of its upper half, where the same is elsewhere computed on that half.
+    `factor` multiplies them all, the defaults too: for the finer mesh of a convergence check. `doubled` meshes a whole
+    bushing with twice the mesh of its upper half, so that it compares with a model of that half alone.
     """
 
     across: int | None = None
@@ -148,9 +148,9 @@ class Refinement:
         Parameters
         ----------
         given : int | None
-            Number that the case asks for; None where it asks for none.
+            Number that the case gives; None where it gives none.
         default : int
-            Number to use then.
+            Number to use if none is given.
         """
         return max(1, math.ceil(self.factor * (default if given is None else given)))
 
@@ -158,8 +158,8 @@ class Refinement:
 class Shape(BaseModel):
     """A parametric shape: its fields are its dimensions (mm, degrees), one subclass per file in `geometry/shapes`.
 
-    `examples` holds the dimensions of sound specimens, one of each kind that the shape knows; the tests of all shapes
-    are made with them.
+    `examples` holds the dimensions of sound specimens, one of each kind that the shape has; the tests of all shapes use
+    them.
     """
 
     model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid", allow_inf_nan=False)
@@ -173,7 +173,7 @@ class Shape(BaseModel):
     structured: ClassVar[bool] = True
     #: Elements of a coarse mesh for quick estimates: a tenth of the time, an error of some per cent in the force.
     coarse: ClassVar[Refinement] = Refinement(2, 4, 8)
-    #: Of files that describe such a shape by themselves.
+    #: Suffixes of files that describe such a shape by themselves.
     suffixes: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)
 
@@ -197,14 +197,14 @@ class Shape(BaseModel):
         Raises
         ------
         GeometryError
-            What the case or its file describes cannot be meshed.
+            The shape that the case or its file describes cannot be meshed.
         """
         return mesh_blocks(
             self.blocks(dimension, mirrors, refinement), order=2 if self.displacement_order > 1 else 1
         )
 
     def cells(self, dimension: int, mirrors: Mirrors, refinement: Refinement) -> float:
-        """About how many cells `generate` will make of a shape that is not `structured`; nothing is meshed for it.
+        """About how many cells `generate` will make of a shape that is not `structured`, estimated without meshing.
 
         Parameters
         ----------
@@ -246,7 +246,7 @@ class Shape(BaseModel):
 
     @property
     def wall(self) -> Wall | None:
-        """The rubber between two coaxial sleeves, for effects of the assembly; None where it has none.
+        """The rubber between two coaxial sleeves, for effects of the assembly; None where there is no such rubber.
 
         Raises
         ------
@@ -255,18 +255,18 @@ class Shape(BaseModel):
         return None
 
     def sleeved(self, inner: Sleeve, outer: Sleeve) -> Shape | None:
-        """The same with these elastic sleeves where it has rigid ones; None where they are not meshed.
+        """Return the same shape with these elastic sleeves where it has rigid ones; None where it cannot have any.
 
         Parameters
         ----------
         inner, outer : Sleeve
-            To be put in.
+            Sleeves to be added.
         """
         return None
 
     @property
     def stops(self) -> Stops | None:
-        """The plates before the free ends; None where there are none."""
+        """The plates in front of the free ends; None where there are none."""
         return None
 
     @property
@@ -319,7 +319,7 @@ class Meets(Shape):
 
 
 class _Shapes(Mapping[str, type[Shape]]):
-    """Shapes by name. The name of a shape is that of its file, which is loaded when the shape is asked for."""
+    """Shapes by name. The name of a shape is that of its file, which is loaded when the shape is first needed."""
 
     def __init__(self, package: str) -> None:
         self._package = package

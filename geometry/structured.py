@@ -13,7 +13,7 @@ from geometry.blocks import Array, Blocks, Interval
 
 
 def mesh_blocks(blocks: Blocks, order: int) -> dict[int, dict[str, int]]:
-    """Mesh the box in units of one element, move the nodes through vertices and chart, name the entities.
+    """Mesh the box in units of one element, map the nodes through vertices and chart, name the entities.
 
     Parameters
     ----------
@@ -76,14 +76,14 @@ def positions(axis: tuple[Interval, ...]) -> Array:
 
 
 def parameters(indices: Array, vertices: list[Array]) -> Array:
-    """Return the parameters, (n, d), of places that are counted in elements.
+    """Return the parameters, (n, d), of places given in numbers of elements.
 
     Parameters
     ----------
     indices : shape (n, d)
         Numbers of elements from the start of each axis; halves are the middles of elements.
     vertices : list of Array
-        Of each axis, shape (elements + 1,), as `positions` returned them.
+        Vertices of each axis, shape (elements + 1,), as `positions` returned them.
     """
     columns = [np.interp(indices[..., a], np.arange(len(p)), p) for a, p in enumerate(vertices)]
     return np.stack(columns, axis=-1)

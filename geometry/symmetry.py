@@ -1,7 +1,7 @@
 """Planes of symmetry of the part in the open session, verified by moments and by points.
 
 Measure, centre and moments of inertia of every region and boundary must be those of the mirror image, which a single
-small feature on one side disturbs; and points strewn over the part must be inside or outside on both sides.
+small feature on one side changes; and random points must be inside the part if and only if their images are.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def moments(entities: Sequence[tuple[int, int]]) -> tuple[float, Array, Array]:
     second = np.zeros((3, 3))
     for (d, t), m, c in zip(entities, masses, centres - centre, strict=True):
         inertia = np.array(occ.getMatrixOfInertia(d, t)).reshape(3, 3)
-        # Of the inertia tensor the moments x_i x_j are half its trace less itself.
+        # The moments of x_i x_j are half the trace of the inertia tensor minus the tensor itself.
         second += 0.5 * np.trace(inertia) * np.eye(3) - inertia + m * np.outer(c, c)
     return mass, centre, second
 
@@ -45,13 +45,13 @@ def balanced(
     parts : Mapping[str, Sequence[tuple[int, int]]]
         Name -> entities (dimension, tag) of regions and boundaries.
     origin : Array
-        A point of the plane (mm) and three directions, of which that of number `component` is normal to it.
+        A point of the plane, shape (3,), mm.
     rows : Array
-        A point of the plane (mm) and three directions, of which that of number `component` is normal to it.
+        Three directions, shape (3, 3), of which that of number `component` is normal to the plane.
     component : int
         Index of the direction that is mirrored.
     size : float
-        Of the part, mm.
+        Size of the part, mm.
     """
     normal, others = rows[component], np.delete(rows, component, axis=0)
     for entities in parts.values():

@@ -21,7 +21,7 @@ class View:
     label : shape (n,)
         Index into `names`.
     names : tuple of str
-        What was taken for what: "inner", "outer", "free", "rubber", a plate's name, "not closed".
+        Interpretation of each part: "inner", "outer", "free", "rubber", a plate's name, "not closed".
     lines : shape (m, 2, 3)
         Ends, mm.
     line_label : shape (m,)

@@ -1,4 +1,4 @@
-"""What effects of the assembly need to know of a bushing of any form: the rubber between two coaxial sleeves."""
+"""The rubber between two coaxial sleeves, which is all that effects of the assembly need of a bushing of any form."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ class Wall:
 
     @property
     def thickness(self) -> float:
-        """From radius to radius, mm."""
+        """Difference of the radii, mm."""
         return self.outer_radius - self.inner_radius
 
     @property
     def longest(self) -> float:
-        """From the lowest to the highest point of the bonds, mm."""
+        """Distance from the lowest to the highest point of the bonds along the axis, mm."""
         return max(self.inner[1], self.outer[1]) - min(self.inner[0], self.outer[0])
 
     @property
@@ -54,7 +54,7 @@ class Wall:
 
 @dataclass(frozen=True)
 class Annulus:
-    """The bonded ring of rubber that a bushing is, as closed forms take it.
+    """The bonded ring of rubber by which closed forms approximate a bushing.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ def wall_of(bonds: Mapping[str, Array], spans: Mapping[str, Span] | None = None)
     bonds : mapping of str to (n, 2) array
         Points (r, z) of "inner" and "outer", mm.
     spans : mapping of str to (float, float) or None
-        Least and largest z of each, where they are known better than from the points.
+        Least and largest z of each bond, where they are known more accurately than from the points.
     """
     inner, outer = bonds["inner"], bonds["outer"]
     ends = {name: (float(points[:, 1].min()), float(points[:, 1].max())) for name, points in bonds.items()}

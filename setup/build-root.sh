@@ -1,6 +1,6 @@
 #!/bin/bash
-# Builds a Debian root with the given packages: build-root.sh SUITE ROOT PACKAGE... (as root; narration on standard
-# output, what a user must know on standard error). It appears under its name only when it is complete.
+# Builds a Debian root with the given packages: build-root.sh SUITE ROOT PACKAGE... (as root). Progress goes to standard
+# output, what a user must know to standard error. The directory gets its final name only when it is complete.
 set -euo pipefail
 suite=$1
 root=$2
@@ -48,7 +48,7 @@ inside apt-get "${options[@]}" install -y --no-install-recommends "$@"
 inside apt-get clean
 rm -rf "$new"/var/lib/apt/lists/*
 
-# The places where the machine's own files are laid over (see write_enter in venv.sh) have to be there.
+# The places over which the machine's own files are mounted (see write_enter in venv.sh) have to exist.
 mkdir -p "$new/etc/ssl/certs"
 touch "$new"/etc/{resolv.conf,hosts,passwd,group,pip.conf}
 touch "$new/complete"

@@ -1,4 +1,4 @@
-"""Print constraints for the lock file: no newer versions than Debian's own of what its packages bring along."""
+"""Print constraints for the lock file: no newer versions than Debian's of the packages that Debian installs."""
 
 import importlib.metadata
 import sys

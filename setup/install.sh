@@ -4,8 +4,8 @@
 #   bushcli-env    runs any command in its environment: bushcli-env mpirun -n 2 bushcli direct case.toml
 #   mpirun         the same mpirun by its own name, where there is no other
 # Beside them, in share/: the completion of bash, zsh and fish, and the manual page.
-# With it come the optional parts; EXTRAS=rig,fmu chooses fewer, EXTRAS= none, EXTRAS=rig,fmu,study,slurm one more.
-# install.sh --remove takes them off again. BINDIR chooses the directory.
+# The optional parts come with it; EXTRAS=rig,fmu chooses fewer, EXTRAS= none, EXTRAS=rig,fmu,study,slurm one more.
+# install.sh --remove removes them again. BINDIR chooses the directory.
 set -euo pipefail
 # shellcheck source=setup/lib.sh
 source "$(dirname "$0")/lib.sh"
@@ -14,7 +14,7 @@ if ((EUID == 0)); then bindir=${BINDIR:-/usr/local/bin}; else bindir=${BINDIR:-$
 
 share=$(dirname "$bindir")/share
 mark="# bushcli's set-up wrote this"
-# What goes to share/, and the command that prints it.
+# The files in share/, each with the command that prints it.
 beside=(
     "bash-completion/completions/bushcli|env _BUSHCLI_COMPLETE=bash_source bushcli"
     "zsh/site-functions/_bushcli|env _BUSHCLI_COMPLETE=zsh_source bushcli"

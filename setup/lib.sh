@@ -1,4 +1,4 @@
-# Shared by the set-up scripts: where things are, how to speak, how to give up. Sourced by bash.
+# Shared by the set-up scripts: paths, messages, failures, rights. Sourced by bash.
 # shellcheck shell=bash disable=SC2034
 
 checkout=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
@@ -7,8 +7,8 @@ home=${BUSHCLI_HOME:-${XDG_DATA_HOME:-${HOME:-/root}/.local/share}/bushcli}
 shared_home=/opt/bushcli # where an administrator may have built the root for everybody
 log=$home/setup.log
 
-# Debian's release whose DOLFINx is used where an isolated root is built. Each has its root and its environment: with
-# another than the usual one a checkout is tried on another DOLFINx, and nothing that is there changes.
+# The Debian release whose DOLFINx is used in an isolated root. Each release has a root and an environment of its own:
+# with another release than the usual one, a checkout is tested with another DOLFINx, and existing ones do not change.
 usual_suite=trixie
 suite=${BUSHCLI_SUITE:-$usual_suite}
 
@@ -22,7 +22,7 @@ fail() {
 # The Debian column of the list of packages.
 debian_packages() { awk '!/^#/ && NF && $1 != "-" { print $1 }' "$checkout/setup/packages.txt"; }
 
-# The releases of DOLFINx that were tried: at least $oldest_dolfinx, before $next_dolfinx.
+# The tested releases of DOLFINx: at least $oldest_dolfinx, before $next_dolfinx.
 read -r oldest_dolfinx next_dolfinx < <(
     sed -nE 's/.* fenics-dolfinx>=([0-9.]+),<([0-9.]+)$/\1 \2/p' "$checkout/setup/packages.txt"
 )
@@ -57,7 +57,7 @@ as_root() {
     fi
 }
 
-# A terminal can be asked for sudo's password, once, before anything needs it.
+# In a terminal, asks for sudo's password once, before anything needs it.
 ask_for_rights() {
     as_root true && return
     if command -v sudo >/dev/null && [ -t 0 ] && sudo -v; then return; fi

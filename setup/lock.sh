@@ -1,6 +1,6 @@
 #!/bin/bash
-# Writes requirements.lock anew: what PyPI has of bushcli's requirements, with versions and hashes, for all Pythons from
-# 3.11 on and all processors. No newer than what Debian's packages get on with, so that none of them is replaced.
+# Rewrites requirements.lock: bushcli's requirements from PyPI, with versions and hashes, for all versions of Python
+# from 3.11 on and all processors. They are no newer than Debian's packages allow, so that none of these is replaced.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd -P)
 work=$(mktemp -d)
@@ -9,7 +9,7 @@ trap 'rm -rf "$work"' EXIT
 python3 -m venv "$work/venv"
 "$work/venv/bin/python" -m pip install -q uv
 cd "$here/.."
-# uv has its own settings for an index and certificates; a machine's settings of pip do not belong into a lock file.
+# uv has its own settings for an index and certificates; a machine's settings of pip do not belong in a lock file.
 "$work/venv/bin/uv" pip compile -q --no-config --system-certs --universal --python-version 3.11 --generate-hashes \
     --all-extras --constraints "$work/constraints.txt" --custom-compile-command "make lock" \
     --output-file "$work/requirements.lock" pyproject.toml setup/build.in

@@ -1,9 +1,9 @@
 """Print what this environment still needs of the lock file, with hashes: locked.py REQUIREMENT...
 
 The requirements are bushcli's ("bushcli", "bushcli[dev]"), read from pyproject.toml, or any other names. A package that
-the environment sees and that satisfies what is asked of it stays as it is: most come with the distribution's DOLFINx.
-What is missing is taken from the lock file in the version given there, with all it needs in turn. Nothing is printed
-when nothing is missing.
+the environment sees and that satisfies its requirement stays as it is: most come with the distribution's DOLFINx. A
+missing package is taken from the lock file in the version given there, with all that it needs in turn. Nothing is
+printed when nothing is missing.
 """
 
 import importlib.metadata
@@ -34,21 +34,21 @@ class Entry:
 
 
 def lock() -> dict[str, Entry]:
-    """Return the entries that count on this machine, by name."""
+    """Return the entries that apply to this machine, by name."""
     text = (HERE / "requirements.lock").read_text(encoding="utf-8")
     entries = [Entry(part) for part in re.split(r"\n(?=[^\s#])", text) if re.match(r"[\w.-]+==", part)]
     return {entry.name: entry for entry in entries if entry.counts}
 
 
 def project(extras: set[str]) -> list[Requirement]:
-    """Return what bushcli asks for with these extras."""
+    """Return the requirements of bushcli with these extras."""
     table = tomllib.loads((HERE.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     lists = [table["dependencies"], *(table["optional-dependencies"][extra] for extra in sorted(extras))]
     return expanded([Requirement(line) for lines in lists for line in lines])
 
 
 def expanded(requirements: list[Requirement]) -> list[Requirement]:
-    """Put in place of bushcli what it asks for."""
+    """Replace bushcli by its requirements."""
     found = []
     for one in requirements:
         found += project(one.extras) if one.name == "bushcli" else [one]
@@ -56,7 +56,7 @@ def expanded(requirements: list[Requirement]) -> list[Requirement]:
 
 
 def own_requirements(entries: dict[str, Entry]) -> list[Requirement]:
-    """Return what those packages ask for that were installed from the lock file into this virtual environment."""
+    """Return the requirements of the packages that were installed from the lock file into this virtual environment."""
     found: list[Requirement] = []
     for distribution in importlib.metadata.distributions(path=[str(site())]):
         if canonicalize_name(distribution.name) in entries:
@@ -65,7 +65,7 @@ def own_requirements(entries: dict[str, Entry]) -> list[Requirement]:
 
 
 def site() -> Path:
-    """Return where the virtual environment's own packages are."""
+    """Return the folder of the virtual environment's own packages."""
     return (
         Path(sys.prefix)
         / "lib"
@@ -75,7 +75,7 @@ def site() -> Path:
 
 
 def is_there(one: Requirement, locked: Entry | None) -> bool:
-    """Whether the environment has a package that will do; one of its own has to be that of the lock file."""
+    """Whether the environment has a suitable package; in its own folder, it has to be that of the lock file."""
     try:
         found = importlib.metadata.distribution(one.name)
     except importlib.metadata.PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""Let a virtual environment see all that the interpreter it was made with sees: parent_paths.py VENV.
+"""Let a virtual environment see all packages that the interpreter which made it sees: parent_paths.py VENV.
 
 `--system-site-packages` stops at the base installation. The packages of an interpreter that is itself in a
 virtual environment, and those on PYTHONPATH (where the DOLFINx containers keep DOLFINx), are added by a .pth

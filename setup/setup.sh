@@ -1,9 +1,9 @@
 #!/bin/bash
-# Makes the environment of this checkout, the shortest way there is:
-#   python   a python3 that imports a DOLFINx that was tried (conda-forge, container, Debian 13) is used as it is
+# Makes the environment of this checkout, in the shortest way available:
+#   python   a python3 that imports a DOLFINx that was tested (conda-forge, container, Debian 13) is used as it is
 #   apt      Debian or Ubuntu whose own packages carry such a DOLFINx
 #   root     anything else with apt-get: a Debian 13 root, entered with bubblewrap; the system stays as it is
-# Each way ends in .venv, with what PyPI has and the `enter` script. BUSHCLI_WAY=python|apt|root chooses.
+# Each way ends with .venv, which has the packages from PyPI and the `enter` script. BUSHCLI_WAY=python|apt|root chooses.
 # Running it again is quick when nothing has changed, and finishes what was interrupted.
 # BUSHCLI_SUITE=sid takes the root way with Debian's newest packages, in an environment of its own: .venv-sid.
 #
@@ -47,10 +47,10 @@ choose_way # sets way
 say "$(describe)"
 "prepare_$way" # sets python and, for an isolated root, root
 make_venv "$@"
-# The checkout's modules too: where PYTHONDONTWRITEBYTECODE is set, or files are for reading only, each start would
-# compile all of them.
+# The checkout's modules are compiled too: where PYTHONDONTWRITEBYTECODE is set, or files are read-only, each start
+# would compile all of them.
 (($# > 0)) || "$venv/enter" "$venv/bin/python" -m compileall -q "$checkout"/{bushcli,cases,forms,geometry} >>"$log" || true
-# So that the first answer does not wait for a compiler. What fails here is compiled when it is asked for.
+# So that the first result does not wait for a compiler. A kernel that fails here is compiled when it is needed.
 say "compiling the common kernels"
 if kernels=$("$venv/enter" "$venv/bin/python" -m cases.precompile 2>>"$log"); then
     say "$kernels"

@@ -4,7 +4,8 @@
 # Optional parts of an installed bushcli: readers of rigs' files, FMUs, studies. EXTRAS chooses others, or none.
 extras=${EXTRAS-rig,fmu,study}
 
-# What PyPI has, on top of what $python imports. Any argument: an ordinary installation, without the checking tools.
+# Installs packages from PyPI in addition to those of $python. With an argument: an ordinary installation, without the
+# checking tools.
 make_venv() {
     local options=(--system-site-packages) target=(-e "$checkout") wanted=("bushcli[dev]")
     local base="$python $root $checkout $(digest <"$checkout/setup/requirements.lock")"
@@ -16,7 +17,7 @@ make_venv() {
     mkdir -p "$venv"
     write_enter
     say "installing what PyPI has"
-    # Without a pip of its own where the interpreter's serves: three seconds less.
+    # Without a pip of its own where the interpreter has one: this saves three seconds.
     if "$venv/enter" "$python" -c 'import pip' 2>/dev/null; then options+=(--without-pip); fi
     logged "$venv/enter" "$python" -m venv "${options[@]}" "$venv" ||
         fail "$python cannot make a virtual environment in $venv; see $log."
@@ -28,8 +29,8 @@ make_venv() {
     echo "$base" >"$venv/base"
 }
 
-# What is missing, in the versions of the lock file and with its hashes. What the packages themselves ask for is known
-# once they are there: a second round finds nothing more, as a rule.
+# Installs what is missing, in the versions of the lock file and with its hashes. What the packages themselves require
+# is known only once they are installed; as a rule, a second round finds nothing more.
 install_locked() { # requirements...
     local round list=$venv/missing.txt
     for round in 1 2 3 4; do
@@ -42,7 +43,8 @@ install_locked() { # requirements...
 }
 
 pip_install() {
-    # Retries in the environment, where the pip that pip starts for building finds them: no network takes no minute.
+    # The number of retries is in the environment, so that the pip that pip starts for building has it too: without a
+    # network, set-up then fails in less than a minute.
     PIP_RETRIES=${PIP_RETRIES:-2} logged "$venv/enter" "$venv/bin/python" -m pip install -q \
         --disable-pip-version-check "$@" ||
         fail "pip could not install what bushcli needs from PyPI: there is no network, or it wants a proxy" \
@@ -52,7 +54,7 @@ pip_install() {
 quoted() { printf "'%s'" "${1//\'/\'\\\'\'}"; }
 
 # Writes $venv/enter, which runs a command in the environment: enter bushcli --help, enter mpirun -n 2 bushcli ...
-# Plain sh with every path written out, because it stands before each start of bushcli.
+# Plain sh with every path written out, because it runs at each start of bushcli.
 write_enter() {
     local bin dir overlay=
     bin=$(quoted "$venv/bin")
@@ -61,17 +63,17 @@ write_enter() {
         echo "# Runs a command in bushcli's environment. Written by setup/venv.sh; set-up writes it anew."
         # One thread: the factorisations are too small for more to pay.
         echo 'export OMP_NUM_THREADS="${OMP_NUM_THREADS:-1}"'
-        # Open MPI refuses to run as root, the usual user in a container, unless told so twice.
+        # Open MPI refuses to run as root, the usual user in a container, unless this is allowed twice.
         echo 'export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1'
         if [ "$way" != python ]; then
-            # Ranks of one machine talk through shared memory; TCP is searched for otherwise, with warnings.
+            # Ranks on one machine communicate through shared memory; otherwise Open MPI looks for TCP, with warnings.
             echo 'export OMPI_MCA_btl="${OMPI_MCA_btl:-self,sm}"'
         fi
         if [ -z "$root" ]; then
             echo "export PATH=$bin:\"\$PATH\""
             echo 'exec "$@"'
         else
-            # / stays as it is, with all files of the user; the root's programs and their settings lie over it.
+            # / stays as it is, with all files of the user; the root's programs and their settings are mounted over it.
             overlay="--ro-bind $(quoted "$root/usr") /usr --ro-bind $(quoted "$root/etc") /etc"
             for dir in bin sbin lib lib64; do # a system from before the merger of / and /usr
                 if [ -d "/$dir" ] && [ ! -L "/$dir" ]; then overlay+=" --ro-bind $(quoted "$root/usr/$dir") /$dir"; fi

@@ -22,14 +22,14 @@ is_packaged() {
 }
 
 choose_way() {
-    local suites="trixie sid" # those that the list of packages was tried on
+    local suites="trixie sid" # those with which the list of packages was tested
     [[ " $suites " = *" $suite "* ]] ||
         fail "BUSHCLI_SUITE=$suite is not a release bushcli was tried on: ${suites// /, }."
     case ${BUSHCLI_WAY:-} in
     "" | python | apt | root) ;;
     *) fail "BUSHCLI_WAY=$BUSHCLI_WAY is not a way of setting up: python, apt or root." ;;
     esac
-    if [ "$suite" != "$usual_suite" ]; then # what the machine has is not what was asked for
+    if [ "$suite" != "$usual_suite" ]; then # only an isolated root has another release
         [ "${BUSHCLI_WAY:-root}" = root ] ||
             fail "BUSHCLI_SUITE=$suite asks for an isolated root, BUSHCLI_WAY=$BUSHCLI_WAY for none: unset one of them."
         way=root

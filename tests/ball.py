@@ -23,12 +23,12 @@ PLANE = 2 * SHEAR / (1 - (3 * BULK - 2 * SHEAR) / (2 * (3 * BULK + SHEAR)))
 
 
 def hertz(approach: float) -> float:
-    """Force (N) on a ball whose middle a hard plate approaches, mm; for a contact that is small beside the ball."""
+    """Force (N) on a ball whose centre a hard plate approaches (mm); valid for contacts much smaller than the ball."""
     return float(4.0 / 3.0 * PLANE * np.sqrt(RADIUS) * approach**1.5)
 
 
 def johnson(approach: float) -> float:
-    """Force (N/mm) on a cylinder between two hard plates, one of which approaches its middle, mm."""
+    """Force (N/mm) on a cylinder between two hard plates; `approach` is that of one plate to its axis, mm."""
 
     def of(force: float) -> float:
         width = np.sqrt(4 * force * RADIUS / (np.pi * PLANE))
@@ -49,7 +49,7 @@ class Ball(Meets):
     # Thickness of the plate, mm.
     thick: ClassVar[float] = 0.5
     size: float = 2.0
-    # Of elements within the radius `around` of the pole, mm.
+    # Size of the elements within the radius `around` of the pole, mm.
     near: float = 0.02
     around: float = 0.3
 

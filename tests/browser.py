@@ -1,8 +1,8 @@
 """A headless Chromium for the tests of the report, driven through its DevTools protocol.
 
-``BUSHCLI_BROWSER`` is the address of one that runs already (``tests/with-browser`` starts it on a system whose
-programs the isolated root of bushcli does not see), ``BUSHCLI_CHROMIUM`` a program to start; else Chromium or Chrome
-is taken from the PATH.
+``BUSHCLI_BROWSER`` is the address of a browser that is already running (``tests/with-browser`` starts one where the
+isolated root of bushcli does not see the system's programs), ``BUSHCLI_CHROMIUM`` a program to start; without either,
+Chromium or Chrome is taken from the PATH.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from websockets.sync.client import connect
 FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars"),
-    # A request that a page makes all the same finds no host.
+    # If a page makes a request in spite of this, the request finds no host.
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     "--remote-debugging-port=0",
 )
@@ -29,7 +29,7 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 
 @contextmanager
 def started(folder):
-    """Yield a browser, or None where there is none."""
+    """Yield a browser, or None where none is installed."""
     address = os.environ.get("BUSHCLI_BROWSER")
     if address:
         yield Browser(address)
@@ -50,7 +50,7 @@ def started(folder):
 
 
 def _port(folder, process):
-    """The port that the browser has chosen: it writes it into its folder."""
+    """Return the port that the browser has chosen and written into its folder."""
     file, end = folder / "DevToolsActivePort", time.monotonic() + 60.0
     while time.monotonic() < end and process.poll() is None:
         if file.exists() and file.read_text().strip():
@@ -67,7 +67,7 @@ class Browser:
 
     @contextmanager
     def page(self, file, dark=False):
-        """Open a file in a tab of its own."""
+        """Open a file in a new tab."""
         request = urllib.request.Request(f"{self.address}/json/new?about:blank", method="PUT")
         with urllib.request.urlopen(request, timeout=30) as reply:
             target = json.load(reply)
@@ -84,7 +84,7 @@ class Browser:
 
 
 class Page:
-    """A tab: what it said (``events``), and what it answers."""
+    """A tab: the events that it has sent (``events``), and its replies to commands."""
 
     def __init__(self, socket):
         self.socket, self.events, self.number = socket, [], 0
@@ -123,11 +123,11 @@ class Page:
 
     def troubles(self):
         """Script errors, and what the console and the log complain about."""
-        self.value("1")  # what was said before has arrived by then
+        self.value("1")  # all earlier messages have arrived by then
         thrown = [event["exceptionDetails"]["text"] for event in self.said("Runtime.exceptionThrown")]
         spoken = [str(event) for event in self.said("Runtime.consoleAPICalled")]
         return thrown + spoken + [event["entry"]["text"] for event in self.said("Log.entryAdded")]
 
     def requests(self):
-        """Addresses that were asked for."""
+        """Addresses that the page has requested."""
         return [event["request"]["url"] for event in self.said("Network.requestWillBeSent")]

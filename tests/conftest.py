@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-# Small matrices: more BLAS threads only fight each other. Before NumPy is imported.
+# Matrices are small: more BLAS threads only slow each other down. To be set before NumPy is imported.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest
@@ -47,7 +47,7 @@ def reference_bushing():
 
 
 def _beside(name):
-    """A module of this folder; test folders are no packages."""
+    """Import a module of this folder by its path, because test folders are not packages."""
     spec = importlib.util.spec_from_file_location(
         f"bushcli_tests_{name}", Path(__file__).with_name(f"{name}.py")
     )
@@ -65,7 +65,7 @@ def diagnoses():
 
 @pytest.fixture(scope="session")
 def browser(tmp_path_factory):
-    """Start (or find) a headless Chromium; the test is left out where there is none."""
+    """Start (or find) a headless Chromium; the test is skipped where there is none."""
     with _beside("browser").started(tmp_path_factory.mktemp("browser")) as found:
         if found is None:
             pytest.skip(

@@ -1,4 +1,4 @@
-"""Diagnoses made by hand from closed-form curves: no mesh, no march. What is located is located by the code itself."""
+"""Diagnoses made by hand from closed-form curves: no mesh, no march. Only the misfit is located by the tool's code."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ YEOH = Material("yeoh", 2000.0, {"C10": 0.5, "C20": -0.05, "C30": 0.01})
 
 
 def program(peaks, rate, per_way=24):
-    """Time and displacement through 0, peak, 0, ...; equal samples on every way."""
+    """Time and displacement through 0, peak, 0, ...; equally many samples from each point to the next."""
     q, t = [0.0], [0.0]
     for target in [end for peak in peaks for end in (peak, 0.0)]:
         way = np.linspace(q[-1], target, per_way + 1)[1:]
@@ -64,7 +64,7 @@ def softened(q, stiffness, loss):
 def channel(
     mode="axial", loss=0.25, reach=6.0, stiffness=110.0, noise=0.004, seed=1, explained=True, time=True
 ):
-    """A channel whose rubber softens; the plain law is the mean of it, the final model the truth (or the law again)."""
+    """A channel whose rubber softens; before: fitted plain law, after: the truth (or again the plain law)."""
     t, q = program([reach / 2, reach / 2, reach / 2, reach, reach, reach], reach / 12.0)
     truth = softened(q, stiffness, loss)
     unit = noise * np.ptp(truth)
@@ -94,7 +94,7 @@ def channel(
 
 
 def located(channels, after=False):
-    """Where the misfit is, by the code that says so in a diagnosis."""
+    """Where the misfit is, found by the same function as in a diagnosis."""
     return locate(
         [
             Compared(
@@ -126,7 +126,7 @@ def half_plane(across=8, along=20, names=("axial",)):
 
 
 def solid(around=24, across=4, along=8, names=("radial",), whole=False):
-    """The same in a solid, half of it (y >= 0) or all."""
+    """The same map in a solid body, half of it (y >= 0) or the whole."""
     r, z = np.linspace(9.0, 18.0, across + 1), np.linspace(-17.0, 17.0, along + 1)
     angles = np.linspace(0.0, (2 if whole else 1) * np.pi, around + 1)
     points = np.array([(a * np.cos(w), a * np.sin(w), b) for b in z for w in angles for a in r])
@@ -231,7 +231,7 @@ UNTESTABLE = {
     "batch_stiffness": "the law's own parameters do the same",
     "time_lag": "one rate only: a lag looks like friction",
 }
-# Probabilities of effects that are never there.
+# Probabilities of effects that are never present.
 FEW = {
     "bump_stop": 1e-5,
     "compressibility": 3e-4,
@@ -247,7 +247,7 @@ FEW = {
 
 
 def ranked(*models):
-    """Models with their probabilities: evidence as it goes with equal odds, misfit and form error made up."""
+    """Models with their probabilities: the evidence is that for equal odds; misfit and form error are invented."""
     found = []
     for i, (law, effects, p) in enumerate(models):
         found.append(RankedModel(law, effects, p, float(np.log(p / 1e-40)), 1.4 + 0.1 * i, 0.08 + 0.02 * i))
@@ -288,7 +288,7 @@ NEXT = NextTest(
 
 
 def profiles(one):
-    """What is missing in a channel: it grows with the displacement on loading, falls with time, ends by cycle 4."""
+    """Profiles of the missing force of a channel: largest in mid-travel on loading, falling with time and cycle."""
     along = []
     q = np.linspace(0.0, one.path.max(), 25)
     for branch, size in (("loading", 3.0), ("unloading", 1.2)):
@@ -322,7 +322,7 @@ def missing(channels, probability):
 
 
 def diagnosis(case, kind="missing_physics", channels=None, **changes):
-    """A diagnosis with this verdict, and hardly a doubt about it."""
+    """A diagnosis with this verdict, which is nearly certain."""
     explained = kind in ("missing_physics", "law_too_poor")
     loss = 0.0 if kind == "explained" else 0.25
     used = channels or (channel(loss=loss, explained=explained),)
@@ -398,7 +398,7 @@ def fault(one, kind="sign", fatal=True, samples=()):
 
 
 def rivalling(case):
-    """Axial and radial; softening is certain, dissipation too, but not which; all that can be said is said."""
+    """Axial and radial; softening is certain, and so is dissipation, but not of which kind; all fields are filled."""
     axial = channel()
     radial = replace(channel("radial", loss=0.2, reach=2.0, stiffness=600.0, seed=2), held_out=True)
     spiked = np.zeros(len(axial.path), dtype=bool)
@@ -445,7 +445,7 @@ def rivalling(case):
 
 
 def doubtful(case):
-    """Friction or viscoelasticity alone, no group known for them: nothing is certain."""
+    """Either friction or viscoelasticity, which are not reported as a group: nothing is certain."""
     models = ranked(
         ("yeoh", ("friction",), 0.62),
         ("yeoh", ("viscoelasticity",), 0.30),
@@ -465,7 +465,7 @@ def doubtful(case):
 
 
 def dissipating(case):
-    """The same, and it is known what they have in common."""
+    """Like `doubtful`, but friction and viscoelasticity are reported as a group."""
     text = "dissipation: internal friction or viscoelasticity, which one rate cannot tell"
     group = Group("dissipation", ("friction", "viscoelasticity"), 0.97, text)
     models = ranked(("yeoh", ("friction",), 0.66), ("yeoh", ("viscoelasticity",), 0.31))

@@ -1,11 +1,11 @@
 #!/bin/bash
-# The launcher, from outside: when it has ended after a signal, the command has answered the signal and has ended too.
+# The launcher, tested from outside: when it has ended after a signal, the command has handled the signal and ended too.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# Takes half a second to save what it has, as a search does.
+# Takes half a second to save its results, as a search does.
 job='
 import os, signal, sys, time
 def save(number, frame):
@@ -31,7 +31,7 @@ wait_for() { # file
 
 stop() { # signal, launcher or group, what the command is started by
     rm -f "$folder"/*
-    # A shell makes what it does not wait for deaf to Ctrl-C.
+    # A shell lets its background processes ignore Ctrl-C; `env` restores the default.
     setsid env --default-signal=INT setup/enter "${@:3}" python -c "$job" "$folder" &
     local launcher=$! status=0
     wait_for "$folder/ready" || { echo "the command does not start" >&2 && exit 1; }
@@ -52,7 +52,7 @@ stop INT launcher
 stop TERM launcher
 stop INT group # what a terminal does
 stop TERM group
-# Only bubblewrap stands in between; elsewhere the launcher is the command.
+# Only with bubblewrap is there a process in between; otherwise the launcher becomes the command.
 if grep -q bwrap .venv/enter 2>/dev/null; then
     stop KILL launcher 2>/dev/null
     # mpirun by itself kills its ranks before they have saved anything.

@@ -1,6 +1,6 @@
-"""STEP and BREP files of bushings, made by script: what `bushcli mesh` has to understand or to refuse.
+"""STEP and BREP files of bushings, made by script: some of them `bushcli mesh` has to mesh, the others to refuse.
 
-`PARTS` says of each what must come of it: None for a mesh, or a piece of the sentence that refuses it.
+`PARTS` says what is expected of each: None for a mesh, or else a part of the sentence that refuses it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def _occ():
 
 
 def ring(inner=10.0, outer=22.0, length=40.0, at=(0.0, 0.0, 0.0), direction=(0.0, 0.0, 1.0)) -> int:
-    """Rubber between two cylinders, its middle at a point."""
+    """Rubber between two cylinders, centred at a point."""
     start = [a - 0.5 * length * d for a, d in zip(at, direction, strict=True)]
     along = [length * d for d in direction]
     hole = _occ().addCylinder(*start, *along, inner)
@@ -112,7 +112,7 @@ def cone() -> None:
 
 
 def open_shell() -> None:
-    """A ring whose faces are there but one."""
+    """A ring of which one face is missing."""
     body = ring()
     _occ().synchronize()
     faces = [t for _, t in gmsh.model.getBoundary([(3, body)], oriented=False)]
@@ -157,7 +157,7 @@ def _coloured(text: str) -> str:
     return text.replace("ENDSEC;\nEND-ISO", items + "ENDSEC;\nEND-ISO")
 
 
-#: Name -> how it is drawn, what is changed in the file's text, and what must be said (None = meshed).
+#: Name -> how it is drawn, what is changed in the file's text, and the expected message (None = meshed).
 PARTS: dict[str, tuple[Draw, Change | None, str | None]] = {
     "plain": (lambda: ring() and None, None, None),
     "two_kidneys": (lambda: _without(ring(), _kidney(0.0), _kidney(math.pi)) and None, None, None),
@@ -209,7 +209,7 @@ def make(name: str, folder: Path, suffix: str = ".step") -> Path:
 
 
 def draw_to(path: Path, draw: Draw) -> Path:
-    """Draw in a session of its own, and write what was drawn."""
+    """Draw in a new Gmsh session, and write what was drawn."""
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)

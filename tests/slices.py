@@ -1,4 +1,4 @@
-"""Slabs held in their plane: slices of bushings and a cylinder, of one layer of elements, in plane strain."""
+"""Slices of bushings, a block and a cylinder in plane strain: one layer of elements, held in its plane."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from geometry.shape import Meeting, Meets, Sleeve
 
-# Half of the model's thickness; the force of a whole one is divided by twice that (mm).
+# Half of the model's thickness (mm); the force of the whole model is divided by twice this.
 LAYER = 1.0
 
 
@@ -35,7 +35,7 @@ class Slice(Meets):
         raise NotImplementedError
 
     def boundary(self, x: float, y: float) -> str:
-        """Return the name of the boundary with this point of an edge's middle."""
+        """Return the name of the boundary to which the edge with this midpoint belongs."""
         raise NotImplementedError
 
     @override
@@ -45,7 +45,7 @@ class Slice(Meets):
         half = gmsh.model.occ.addRectangle(-100, 0, 0, 200, 100)
         out, _ = gmsh.model.occ.intersect([(2, face)], [(2, half)])
         gmsh.model.occ.synchronize()
-        # Points of the construction would become nodes without an element.
+        # Auxiliary points of the geometry would become nodes without an element.
         used = set(gmsh.model.getBoundary(out, recursive=True))
         gmsh.model.occ.remove([point for point in gmsh.model.getEntities(0) if point not in used])
         gmsh.model.occ.synchronize()
@@ -63,7 +63,7 @@ class Slice(Meets):
         return self.groups()
 
     def grade(self, size: float) -> None:
-        """Refine where it is wanted."""
+        """Refine the mesh locally; a subclass says where."""
 
     def regions(self, volumes: list[int]) -> dict[str, list[int]]:
         """Return the volumes of each body."""
@@ -92,7 +92,7 @@ class Slice(Meets):
 
 
 def _generate() -> None:
-    """Mesh the layer; newer Gmsh refuses curves of the base with an odd number of elements, which get one more."""
+    """Mesh the layer; base curves with an odd number of elements get one more, because newer Gmsh refuses them."""
     try:
         gmsh.model.mesh.generate(3)
     except Exception as error:
@@ -110,11 +110,11 @@ def _generate() -> None:
 
 
 class KidneySlice(Slice):
-    """The kidney bushing of the references (10/22, voids of 14 to 18 over +-50 degrees), with its bump stop or not."""
+    """The kidney bushing of the references (10/22, voids 14 to 18 over +-50 degrees), with or without its bump stop."""
 
     name: ClassVar[str] = "kidney_slice"
     bump: bool = False
-    # Of the elements around the voids' tips, mm; None = like all others.
+    # Size of the elements around the voids' tips, mm; None = as everywhere else.
     tip: float | None = None
 
     @override
@@ -190,7 +190,7 @@ class KidneySlice(Slice):
 
 
 class Pillow(Slice):
-    """A block of 20 by 6 mm held at its sides, whole or cut across into two that touch, with meshes of their own."""
+    """A block of 20 by 6 mm held at its sides: whole, or cut into two that touch and are meshed separately."""
 
     name: ClassVar[str] = "pillow"
     split: bool = False
@@ -221,7 +221,7 @@ class Pillow(Slice):
 
 
 class Roller(Slice):
-    """Half of a rubber cylinder, R 10, its middle plane held along x alone, before a hard plate at x = 10."""
+    """Half of a rubber cylinder, R 10, with a hard plate at x = 10; its mid-plane is held along x only."""
 
     name: ClassVar[str] = "roller"
     radius: ClassVar[float] = 10.0
@@ -267,7 +267,7 @@ class Roller(Slice):
 
 
 def slices(shape: Slice, mode: Any, rubber: Any, q: Any, **more: Any) -> tuple[Any, Any]:
-    """Return the model and the march of a slice; forces are per length (N/mm)."""
+    """Return the model and the march of a slice; forces are per unit length (N/mm)."""
     from dataclasses import replace
 
     from cases.march import march

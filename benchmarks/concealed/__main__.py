@@ -8,12 +8,12 @@ import signal
 import sys
 from pathlib import Path
 
-# Two processes share the machine: threads of the linear algebra would only wait for each other.
+# Two processes share the machine, so that threads of the linear algebra would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
 def make(options: argparse.Namespace) -> int:
-    """Make what is not there yet; say nothing about what it is."""
+    """Make the recordings that do not exist yet, without printing what they conceal."""
     from benchmarks.concealed.batch import make_all
 
     seeds = range(options.seed, options.seed + options.count)
@@ -24,10 +24,10 @@ def make(options: argparse.Namespace) -> int:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Diagnose what is not diagnosed yet."""
+    """Diagnose the recordings that have not been diagnosed yet."""
     from benchmarks.concealed.run import run_all
 
-    # A polite end is an exception: what is under way then ends too.
+    # SIGTERM becomes an exception, so that the diagnoses in progress are ended too.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     for line in run_all(
         options.folder,
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def score(options: argparse.Namespace) -> int:
-    """Compare truth and results."""
+    """Score the results against the truth."""
     from benchmarks.concealed.report import document
     from benchmarks.concealed.score import read, waiting
 

@@ -1,4 +1,4 @@
-"""Making many recordings in processes of their own; it imports nothing heavy, least of all MPI, into the first."""
+"""Make many recordings in worker processes; nothing heavy, in particular no MPI, is imported into the first process."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from bushcli.runtime.interrupt import end_with_parent
 
 
 def make_all(folder: Path, seeds: Sequence[int], workers: int) -> Iterator[str]:
-    """Make the recordings that are not there yet; yields a line for each, which says nothing about what it is."""
+    """Make the recordings that do not exist yet; yield a line for each that does not reveal what it conceals."""
     missing = [seed for seed in seeds if not (folder / "truth" / f"{seed:07d}.json").exists()]
     # Spawned: MPI does not survive a fork.
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=follow) as pool:
         jobs = {pool.submit(_make, seed, folder): seed for seed in missing}
         for done in as_completed(jobs):
-            # One that fails must be seen, but not stop the others.
+            # A failure must be reported, but must not stop the others.
             failure = done.exception()
             yield done.result() if failure is None else f"{jobs[done]}: {type(failure).__name__}: {failure}"
 
 
 def follow() -> None:
-    """Make this process end with the one that has started it, however that ends."""
+    """Make this process end with its parent, however that ends."""
     end_with_parent(lambda: os._exit(1))
 
 

@@ -1,7 +1,7 @@
-"""Draw specimens, and which effects are concealed: everything from the seed, nothing from what was drawn before.
+"""Draw specimens and concealed effects: everything depends on the seed only, not on earlier draws.
 
-Kinds come in decks of 25 consecutive seeds, shuffled, so that every effect of the catalogue comes up equally often:
-each once alone, five recordings without any, three pairs, one effect from outside the catalogue.
+Every 25 consecutive seeds are a shuffled deck, so that every effect of the catalogue occurs equally often: each once
+alone, five recordings without any, three pairs, and one effect from outside the catalogue.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ from cases.stability import coupon_limits
 from forms.law import law
 
 NOTHINGS, PAIRS, OUTSIDERS = 5, 3, 1
-# Effects that are concealed: those of the catalogue when the seeds were dealt. A further one must not deal them anew.
+# Effects that are concealed: those of the catalogue when the seeds were first used. A new effect must not change what a
+# seed conceals.
 CONCEALED = tuple(sorted(SIZES))
-# Share of the recordings with one effect or none whose program is poor.
+# Share of poor programs among the recordings with one effect or none.
 POOR = 0.3
-# Channels that an effect asks for (`Effect.needs`); the others are content with one.
+# Channels that an effect needs (`Effect.needs`); other effects need only one.
 NEEDS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "compressibility": (("axial", "radial"), ("axial", "torsional", "radial")),
     "cure_shrinkage": (("axial", "radial"), ("axial", "torsional", "radial")),
@@ -35,18 +36,18 @@ NEEDS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "batch_stiffness": (("axial",), ("axial", "torsional")),
 }
 ANY = (("axial",), ("axial",), ("axial", "torsional"), ("axial", "radial"))
-# Memory is followed step by step, which takes minutes in three dimensions, here and in every refit of the diagnosis.
+# With memory the path is marched step by step, which takes minutes in three dimensions, here and in every refit.
 MEMORY = ("friction", "mullins", "viscoelasticity")
 FLAT = (*(("axial",),) * 3, *(("axial", "torsional"),) * 2, ("axial", "radial"))
-# Of one channel's rig: another value in each channel.
+# Channels for effects of the rig, which has other values in each channel.
 ALONE = (("axial",), ("axial",), ("radial",))
-# Stretches between which a law has to be stable: local ones in the bushings below reach 0.6 and 1.7.
+# Stretches between which a law has to be stable; local stretches in the bushings below reach 0.6 and 1.7.
 STABLE = (0.45, 2.4)
 
 
 @dataclass(frozen=True)
 class Concealed:
-    """What is to be made.
+    """What a seed conceals.
 
     Attributes
     ----------
@@ -66,14 +67,14 @@ class Concealed:
 
 
 def deck() -> list[tuple[Kind, str]]:
-    """Kinds of 25 recordings, and the effect of those with one."""
+    """Kinds of 25 recordings, with the effect of those that have one."""
     singles: list[tuple[Kind, str]] = [("single", name) for name in CONCEALED]
     others: dict[Kind, int] = {"none": NOTHINGS, "pair": PAIRS, "outside": OUTSIDERS}
     return singles + [(kind, "") for kind, times in others.items() for _ in range(times)]
 
 
 def concealed(seed: int) -> Concealed:
-    """What a seed conceals."""
+    """Draw what a seed conceals."""
     cards = deck()
     order = np.random.default_rng([seed // len(cards), 1]).permutation(len(cards))
     kind, name = cards[order[seed % len(cards)]]
@@ -106,7 +107,7 @@ def _pair(rng: np.random.Generator) -> Concealed:
 
 
 def _channels(rng: np.random.Generator, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Channels that serve all the effects: the longest of those that each asks for."""
+    """Channels that serve all the effects: the longest of the sets that they need."""
     asked = []
     for name in names or ("",):
         lonely = bool(name) and effects()[name].of_channel
@@ -132,7 +133,7 @@ def specimen(rng: np.random.Generator, channels: tuple[str, ...]) -> Specimen:
             "outer_length": _round(length * rng.uniform(0.75, 0.95)),
         }
     name, parameters = stable_law(rng)
-    # Shear of the rubber: the displacement over the thickness, and at the inner bond in torsion.
+    # Shear of the rubber: displacement over thickness, in torsion the shear at the inner bond.
     turn = 2 * (inner + thickness) ** 2 / ((inner + thickness) ** 2 - inner**2)
     reach = {
         "axial": rng.uniform(0.35, 0.65) * thickness,
@@ -174,11 +175,11 @@ def stable_law(rng: np.random.Generator) -> tuple[str, dict[str, float]]:
 
 
 def stable(name: str, parameters: Mapping[str, float]) -> bool:
-    """Whether a law is stable between the stretches STABLE."""
+    """Whether a law is stable in all coupon tests between the stretches STABLE."""
     limits = coupon_limits(law(name), parameters, lower=STABLE[0], upper=STABLE[1])
     return all(low == 0.0 and high == math.inf for low, high in limits.values())
 
 
 def _round(value: float, digits: int = 3) -> float:
-    """So many significant digits, as in a drawing."""
+    """Round to significant digits, as in a drawing."""
     return float(f"{value:.{digits}g}")

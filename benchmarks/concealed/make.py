@@ -1,7 +1,7 @@
 """Make recordings: draw, size the effect by what it shows, compute with the finer model, add noise, write.
 
-Nothing that can be seen from outside depends on the kind: names, files and keys are those of any user; only coupon
-tests, where the law is held to them, are given to some.
+Nothing in a case depends on the kind of recording: names, files and keys are those of any user. Only some cases have
+coupon tests, to which the law is then fixed.
 """
 
 from __future__ import annotations
@@ -34,36 +34,36 @@ from forms.law import law
 
 Array = NDArray[np.float64]
 
-# Percent of the recorded range.
+# Noise of the force, percent of the recorded range.
 NOISE = (0.1, 1.0)
-# Of the displacement's transducer, over the amplitude.
+# Noise of the displacement's transducer, as a share of the amplitude.
 DISPLACEMENT_NOISE = 2e-4
-# Where the default mesh is off by more standard errors than this, the noise is raised until it is not: a recording
-# cleaner than the model would be a test of the mesh, which `bushcli direct --mesh-check` is for.
+# Where the default mesh is off by more standard errors than this, the noise is raised: a recording cleaner than the
+# model would test the mesh, for which there is `bushcli direct --mesh-check`.
 MESH = 2.0
 # Standard deviation of a factor common to all forces of a channel, in the half-plane and in three dimensions: rigs of
-# class 0.5 and default meshes are no better, and a change that is no more than such a factor does not tell.
+# class 0.5 and default meshes are no better, and a change that is only such a factor is no evidence of an effect.
 CALIBRATION = {False: 0.005, True: 0.01}
-# Two effects whose best fits are nearer than this look alike: chi square differs by 16 at most.
+# Two effects whose best fits are nearer than this (standard errors) look alike: chi square differs by at most 16.
 TOLD = 4.0
-# Seconds of a slow way over the amplitude.
+# Seconds of a slow leg over the amplitude.
 SLOW = (30.0, 120.0)
 ATTEMPTS = 12
-# Size, over the usual one, of an effect that a poor program does not show.
+# Size, relative to the usual one, of an effect that a poor program does not show.
 HIDDEN = (0.3, 1.5)
-# First cycle of another stiffness, of an effect that is in no catalogue.
+# First cycle with another stiffness, for the effect that is not in the catalogue.
 STEP_CYCLE = 4
 COUPONS = {"uniaxial": 2.2, "planar": 2.0, "equibiaxial": 1.7}
 COUPON_NOISE = 0.1
 
 
 class Unsuitable(Exception):
-    """What was drawn cannot be seen, or cannot be computed."""
+    """The drawn effect cannot be seen, or cannot be computed."""
 
 
 @dataclass(frozen=True)
 class Bench:
-    """A specimen with its programs, and what the plain model says of them.
+    """A specimen with its programs, and the plain model's answers to them.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Bench:
     slopes : tuple of (n, parameters) arrays
         Derivatives by the law's parameters; no columns where coupons hold the law.
     fast : float
-        Seconds of the fastest way over the amplitude, first channel.
+        Seconds of the fastest leg over the amplitude, first channel.
     """
 
     specimen: Specimen
@@ -88,7 +88,7 @@ class Bench:
     fast: float
 
     def weighed(self, values: Sequence[Array]) -> Array:
-        """All channels' values over their noise, one after the other; less what calibration may be wrong by."""
+        """All channels' values over their noise, concatenated, with the uncertain calibration factor weighted down."""
         rows = [
             beside_a_factor(v / s, plain / s, CALIBRATION[modes()[c.name].section is None])
             for v, plain, s, c in zip(values, self.plain, self.sigma, self.channels, strict=True)
@@ -96,27 +96,27 @@ class Bench:
         return np.concatenate(rows)
 
     def over_noise(self, values: Sequence[Array]) -> Array:
-        """All channels' values over their noise, one after the other."""
+        """All channels' values over their noise, concatenated."""
         return np.concatenate([v / s for v, s in zip(values, self.sigma, strict=True)])
 
     @property
     def taken(self) -> list[Array]:
-        """What the law's parameters can do."""
+        """Changes that the law's parameters can make."""
         return [self.weighed(self.slopes)]
 
     @property
     def mesh(self) -> float:
-        """By how many standard errors the default mesh is off."""
+        """Error of the default mesh in standard errors."""
         off = [b - a for a, b in zip(self.plain, self.fine, strict=True)]
         return strength(self.over_noise(off), [self.over_noise(self.slopes)])
 
     def change(self, active: Sequence[ActiveEffect]) -> Array:
-        """What effects change, weighed, by the default mesh."""
+        """Weighed change of the forces by effects, on the default mesh."""
         moved = [force(self.specimen, c, active, finer=False)[0] for c in self.channels]
         return self.weighed([b - a for a, b in zip(self.plain, moved, strict=True)])
 
     def without(self, active: Sequence[ActiveEffect], gone: ActiveEffect) -> float:
-        """Standard errors that the law and all effects but one leave of the curves with all of them, refitted."""
+        """Standard errors that remain when the law and all effects but one are refitted to curves with all effects."""
         others = [one for one in active if one is not gone]
         names = () if self.slopes[0].shape[1] == 0 else tuple(self.specimen.parameters)
         free = [(one, p) for one in others for p in one.effect.parameters if p.name in one.values]
@@ -148,7 +148,7 @@ class Bench:
         )
 
     def situation(self, name: str) -> Situation:
-        """What the usual values of an effect depend on here."""
+        """The quantities on which usual values of an effect depend."""
         shape = self.specimen.dimensions
         acting = [i for i, c in enumerate(self.channels) if effect(name).acts_on(c.name)]
         first = self.channels[acting[0]]
@@ -185,7 +185,7 @@ def _turn(shape: Mapping[str, float]) -> float:
 
 
 def make(seed: int, folder: Path) -> Truth:
-    """Make the recording of a seed, if it is not there yet.
+    """Make the recording of a seed, if it does not exist yet.
 
     Raises
     ------
@@ -236,7 +236,7 @@ def _bench(rng: np.random.Generator, plan: draw.Concealed) -> Bench:
 
 
 def _conceal(rng: np.random.Generator, plan: draw.Concealed, bench: Bench) -> tuple[Truth, list[Array]]:
-    """The truth, but for what is known when it is written, and the noise-free forces by the finer model."""
+    """Draw the truth, except for values known only when it is written, and the noise-free forces of the finer model."""
     truth = Truth(
         seed=0,
         attempt=0,
@@ -277,9 +277,9 @@ def _conceal(rng: np.random.Generator, plan: draw.Concealed, bench: Bench) -> tu
 def _large_enough(
     rng: np.random.Generator, name: str, bench: Bench, taken: Sequence[Array], hidden: bool
 ) -> tuple[ActiveEffect, Array]:
-    """An effect as large as drawn, in standard errors, or as its range allows; and what it changes.
+    """Return an effect of the drawn strength, as far as its range allows, and the change of the forces by it.
 
-    Where not even the largest is seen, one of usual size, if it may be hidden.
+    Where not even the largest size can be seen, the effect gets a usual size, if it may be hidden.
 
     Raises
     ------
@@ -291,7 +291,7 @@ def _large_enough(
     wanted = float(np.exp(rng.uniform(np.log(1.1 * FAINT), np.log(LARGEST))))
     size, found = 1.0, 0.0
     change: Array = np.zeros(0)
-    # What is found counts, not what was wanted: most effects are nearly linear, and one correction is enough.
+    # The strength need not be met exactly: most effects are nearly linear, and one correction is enough.
     for _ in range(3):
         change = bench.change([sized(name, values, size)])
         found = strength(change, taken)
@@ -313,9 +313,9 @@ def _large_enough(
 def _look_alikes(
     rng: np.random.Generator, concealed: ActiveEffect, change: Array, bench: Bench
 ) -> tuple[str, ...]:
-    """Other effects that cannot be told from the concealed one, with usual values of their shape parameters.
+    """Other effects that cannot be distinguished from the concealed one, with usual values of shape parameters.
 
-    Memory is left out in three dimensions, where it costs too much; what is left out only makes the score stricter.
+    Effects with memory are left out in three dimensions, where they cost too much; this only makes the score stricter.
     """
     names = [c.name for c in bench.channels]
     alike = ["nothing"] if strength(change, bench.taken) < FAINT else []
@@ -339,7 +339,7 @@ def _look_alikes(
 
 
 def _step(rng: np.random.Generator, truth: Truth, bench: Bench) -> tuple[Truth, list[Array]]:
-    """A stiffness that falls once, after the third cycle: no effect of the catalogue."""
+    """Conceal a stiffness that falls once, after the third cycle, which is not an effect of the catalogue."""
     channel, plain = bench.channels[0], bench.fine[0]
     begin = next(b.start for b in segment(channel.displacement, channel.time) if b.cycle >= STEP_CYCLE)
     after = np.where(np.arange(len(plain)) >= begin, 1.0, 0.0)
@@ -360,7 +360,7 @@ def _step(rng: np.random.Generator, truth: Truth, bench: Bench) -> tuple[Truth, 
 def _write(
     rng: np.random.Generator, folder: Path, truth: Truth, bench: Bench, forces: Sequence[Array]
 ) -> dict[str, float]:
-    """Write what a user would have, and return the noise of each channel, percent of the recorded range."""
+    """Write the files that a user would have; return the noise of each channel, percent of the recorded range."""
     case = folder / "cases" / truth.name
     part = case.with_suffix(f".{os.getpid()}")
     part.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What the rig does: programs that tell much and programs that tell little."""
+"""Programs of the rig: rich ones, which reveal much, and poor ones, which reveal little."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Leg:
-    """One straight way of the rig.
+    """One straight leg of a program.
 
     Attributes
     ----------
     to : float
-        Where it ends, over the amplitude.
+        End of the leg, over the amplitude.
     pace : float
-        Rate over the slow one; of a hold (no way to go) its duration over the time of a slow way to the amplitude.
+        Rate over the slow rate; for a hold its duration over the time of a slow leg to the amplitude.
     """
 
     to: float
@@ -27,7 +27,7 @@ class Leg:
 
 
 def rich(rng: np.random.Generator) -> tuple[Leg, ...]:
-    """Growing cycles to both sides, more to one than to the other; a hold; then twice the same cycle, fast."""
+    """Growing cycles to both sides, farther to one; a hold; then the same cycle twice, fast."""
     a, b, c, d, back = (float(x) for x in rng.uniform(0.92, 1.08, 5) * [0.45, 0.25, 0.7, 0.4, 0.5])
     fast = float(rng.uniform(5.0, 10.0))
     slow = [Leg(a, 1), Leg(-b, 1), Leg(c, 1), Leg(-d, 1), Leg(1.0, 1), Leg(1.0, 1.2), Leg(-back, 1)]
@@ -35,7 +35,7 @@ def rich(rng: np.random.Generator) -> tuple[Leg, ...]:
 
 
 def short(rng: np.random.Generator) -> tuple[Leg, ...]:
-    """The same in fewer cycles, for a second channel: two amplitudes, a hold, two rates."""
+    """A shorter rich program for a second channel: two amplitudes, a hold, two rates."""
     a, back = (float(x) for x in rng.uniform(0.92, 1.08, 2) * [0.5, 0.6])
     fast = float(rng.uniform(5.0, 10.0))
     slow = [Leg(a, 1), Leg(-a, 1), Leg(1.0, 1), Leg(1.0, 0.8)]
@@ -43,23 +43,23 @@ def short(rng: np.random.Generator) -> tuple[Leg, ...]:
 
 
 def ramp(rng: np.random.Generator) -> tuple[Leg, ...]:
-    """One way, at one rate."""
+    """Loading only, at one rate."""
     return (Leg(1.0, 1),)
 
 
 def loop(rng: np.random.Generator) -> tuple[Leg, ...]:
-    """There and back, at one rate."""
+    """Loading and unloading, at one rate."""
     return (Leg(1.0, 1), Leg(0.0, 1))
 
 
 PROGRAMS = {"rich": rich, "short": short, "ramp": ramp, "loop": loop}
 SAMPLES = {"rich": 170, "short": 120, "ramp": 120, "loop": 130}
-# Share of the samples that a hold gets.
+# Share of the samples in a hold.
 HOLD = 0.09
 
 
 def path(legs: tuple[Leg, ...], amplitude: float, slow: float, samples: int) -> tuple[Array, Array]:
-    """Time (s) and displacement at the samples, evenly along the way and evenly in the time of a hold.
+    """Time (s) and displacement at samples that are even along the legs and even in time in a hold.
 
     Parameters
     ----------
@@ -67,9 +67,9 @@ def path(legs: tuple[Leg, ...], amplitude: float, slow: float, samples: int) -> 
     amplitude
         mm or rad.
     slow
-        Seconds of a slow way from rest to the amplitude.
+        Seconds of a slow leg from rest to the amplitude.
     samples
-        Number of samples, nearly.
+        Approximate number of samples.
     """
     ways = np.abs(np.diff([0.0, *(leg.to for leg in legs)]))
     holds = int(np.sum(ways == 0.0))

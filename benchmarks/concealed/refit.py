@@ -1,8 +1,8 @@
-"""How near models without an effect come to a noise-free curve that has it, their parameters fitted in earnest.
+"""How closely models without an effect can fit a noise-free curve that has it, by nonlinear fits of their parameters.
 
-To first order in the law an effect may seem to show that the law, moved a long way, can imitate: swaging beside soft
-sleeves showed by 6 standard errors to first order, and by one when both were fitted. What cannot be told is no miss.
-A fit that stops too early leaves too much: then the score is stricter than it need be, never milder.
+To first order an effect may seem visible although the law can imitate it with large changes of its parameters: swaging
+beside soft sleeves showed by 6 standard errors to first order, and by one when both were fitted. Indistinguishable
+effects are not misses. A fit that stops too early leaves too much, which makes the score stricter, never milder.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from cases.march import NotConverged
 
 Array = NDArray[np.float64]
 Curves = Callable[[Array], tuple[Array, Array]]
-"""Weighed forces (n,) and their derivatives (n, p) at parameters (p,); raises where they cannot be computed."""
+"""Weighed forces (n,) and their derivatives (n, p) at parameters (p,); raise where they cannot be computed."""
 
-# The fit ends where the sum of squares falls by less than this share, or after so many evaluations: each is a
-# simulation of all channels, and a percent of a strength is of no importance.
+# The fit ends where the sum of squares falls by less than this share, or after this number of evaluations: each
+# simulates all channels, and a percent of a strength does not matter.
 CHANGE, MOST = 0.03, 10
-# Standard errors that stand for a curve that cannot be computed.
+# Standard errors assigned to a curve that cannot be computed.
 FAR = 1e4
 
 
 def left(curves: Curves, target: Array, start: Array, lower: Array, upper: Array) -> float:
-    """Standard errors that are left between the curves and a target (n,) when the parameters (p,) are fitted.
+    """Standard errors between the curves and a target (n,) that remain when the parameters (p,) are fitted.
 
     Parameters
     ----------
     curves
-        A point where they cannot be computed is no way to go.
+        Points at which they cannot be computed are avoided.
     target : shape (n,)
-        Weighed as the curves are.
+        Weighed like the curves.
     start, lower, upper : shape (p,)
         The start may lie on a bound.
     """

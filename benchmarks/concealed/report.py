@@ -23,8 +23,7 @@ from benchmarks.concealed.truth import CLEAR, FAINT, LARGE, Truth
 RULES = """\
 # Concealed effects
 
-What `bushcli diagnose` finds in recordings of which it does not know what they conceal. Everything here is computed
-by
+What `bushcli diagnose` finds in recordings with a concealed effect. Everything here is computed by
 
 ```sh
 {command}
@@ -32,39 +31,39 @@ by
 
 `make` draws a bushing, a stable law, a program, a noise level and an effect from the seed, computes the recording
 with third-order elements on another mesh and with other steps than the tool takes, adds noise to force and
-displacement, and writes the case as a user would have it. `run` starts `bushcli diagnose` on it, in a process that
-has the case and nothing else. `score` reads both, afterwards, and writes this page. A run that is killed goes on
-where it was.
+displacement, and writes the case file that a user would have. `run` starts `bushcli diagnose` on it, in a process that
+has the case and nothing else. `score` reads both, afterwards, and writes this page. A run that was killed
+continues where it stopped.
 
 ## What is concealed
 
-Every 25 seeds conceal, in an order of their own, each of the 16 effects of the catalogue once alone, five times
+Every 25 seeds conceal, in random order, each of the 16 effects of the catalogue once alone, five times
 nothing, three pairs, and once a fall of the stiffness after the third cycle, which is in no catalogue. Rich programs
 have cycles of growing amplitude to both sides, a hold and two rates, and the channels that the effect asks for
-(`bushcli list effects`); poor ones are a single way, or a way there and back, in one channel. Noise is 0.1 to 1 % of
+(`bushcli list effects`); poor ones load once, or load and unload once, in one channel. Noise is 0.1 to 1 % of
 the recorded force range, more where the default mesh alone is off by more than two standard errors.
 
 An effect's *strength* is the change of the noise-free curves, in units of the noise, that is left when the law's
 parameters (and the other effect of a pair) have been refitted, and a factor of each channel's forces that calibration
-and mesh leave open (0.5 %, in three dimensions 1 %): chi square falls by its square. On rich programs the refit is
-done in earnest, elsewhere to first order in the law. Sizes are drawn between a strength of {faint:g} and 120, to
-first order, as far as the effect's usual range allows: *faint* below {clear:g}, *clear* below {large:g}, *large*
-above. On rich programs what cannot be seen is drawn again; on poor ones the law imitates much, and an effect of usual
-size may stay *hidden*: then the right answer is that it is possible, among the rivals.
+and mesh leave open (0.5 %, in three dimensions 1 %): chi square falls by its square. On rich programs the law is
+really refitted, elsewhere to first order. Sizes are drawn between a strength of {faint:g} and 120, to
+first order, as far as the effect's typical range allows: *faint* below {clear:g}, *clear* below {large:g}, *large*
+above. On rich programs an effect that cannot be seen is drawn again; on poor ones the law imitates much, and an effect of
+typical size may stay *hidden*: then the right answer lists it among the rivals.
 *Look-alikes* are the other effects that, at their best, stay within four standard errors of the noise-free recording:
-nobody can tell those from the truth. They are sought with one usual size and one set of shape parameters each,
-scaled; effects with memory not in radial channels.
+no method can tell them from the truth. Each is tried with one typical size, scaled, and one set of shape parameters;
+effects with memory are not tried in radial channels.
 
 ## Rules
 
 - *Right*: the set of effects that is named is the one that was concealed, no more and no less, or that set is among
   `rivals`.
-- *Named outright*: the former. The target is asked of rich programs without look-alikes; all rich programs stand
-  below.
+- *Named outright*: exactly that set is named. The target applies to rich programs without look-alikes; scores of all
+  rich programs are given below.
 - *False alarm*: nothing was concealed and the verdict is anything but `explained`.
 - *Misfit after*: of the worst channel, over the noise that was added, wherever the truth is in the catalogue.
-- *Held out*: the sum of squares over the noise, on what the fits had not seen, after against before; where effects
-  are named, right or wrong.
+- *Held out*: the sum of squares over the noise, in data that took no part in the fits, after against before; where
+  effects are named, right or wrong.
 - *Intervals*: of all parameters of the effects, shape parameters too, where exactly the concealed effects are named.
 - *Outside the catalogue*: the verdict is `unexplained`, and more than half of the misfit that is located is "too
   soft" in cycles before the fall or "too stiff" in cycles after it.
@@ -91,7 +90,7 @@ WORDS = {
 
 
 def document(items: Sequence[Item], waiting: Sequence[Truth] = ()) -> str:
-    """The whole page; of recordings that have been diagnosed, and of others that wait for it."""
+    """The whole page, from diagnosed recordings and those that wait for their diagnosis."""
     sets = _sets([item.truth.seed for item in items] + [truth.seed for truth in waiting])
     command = "\n".join(
         f"setup/enter python -m benchmarks.concealed {rest}"
@@ -130,7 +129,7 @@ def shown(count: Count) -> str:
 
 
 def _sets(seeds: Sequence[int]) -> list[range]:
-    """Seeds without gaps, each made by one command."""
+    """Ranges of consecutive seeds, each made by one command."""
     sets: list[range] = []
     for seed in sorted(seeds):
         if sets and sets[-1].stop == seed:
@@ -141,7 +140,7 @@ def _sets(seeds: Sequence[int]) -> list[range]:
 
 
 def _scores(items: Sequence[Item], sets: Sequence[range], waiting: Sequence[Truth]) -> str:
-    """All targets; each set of seeds also by itself."""
+    """All targets, for all seeds and for each set of seeds."""
 
     def goal(target: Target) -> str:
         if target.least is not None:
@@ -158,7 +157,7 @@ def _scores(items: Sequence[Item], sets: Sequence[range], waiting: Sequence[Trut
     ]
     title = f"## Scores\n\n{len(items)} recordings, seeds {' and '.join(names)}.\n"
     if waiting:
-        # Without this the scores would pass for those of all seeds.
+        # Without this remark the scores would seem to be those of all seeds.
         solid = sum("radial" in truth.specimen.amplitude for truth in waiting)
         title += (
             f"**{len(waiting)} more of these seeds were made and not diagnosed; {solid} of them have a radial "
@@ -175,7 +174,7 @@ def _effect_of(truth: Truth) -> list[str]:
 
 
 def _by(items: Sequence[Item], title: str, head: str, keys: Callable[[Truth], Sequence[str]]) -> str:
-    """Right answers by a property of the truth; several keys count several times."""
+    """Right answers by a property of the truth; a recording with several keys counts several times."""
     groups: dict[str, list[Item]] = {}
     for item in items:
         for key in keys(item.truth):
@@ -207,14 +206,14 @@ def _answer(item: Item) -> str:
     if item.result is None:
         return "no result"
     if item.result["verdict"] == "unexplained":
-        # What is named beside it is the nearest that the catalogue has.
+        # An effect named in addition is only the nearest one of the catalogue.
         return "unexplained"
     found = named(item.result)
     return " + ".join(sorted(found)) if found else item.result["verdict"].replace("_", " ")
 
 
 def _confusion(items: Sequence[Item]) -> str:
-    """Truth by answer; only what occurs, as lists are shorter than a matrix of mostly zeros."""
+    """Truths with the answers that occurred, as lists, because a matrix would be mostly zeros."""
     rows = []
     truths = sorted({_secret(i.truth) for i in items})
     for truth in truths:
@@ -223,7 +222,7 @@ def _confusion(items: Sequence[Item]) -> str:
             f"{'**' * (a == truth)}{a}{'**' * (a == truth)} {n}" for a, n in answers.most_common()
         )
         rows.append([truth, str(sum(answers.values())), said])
-    return "## What was said of what\n\nRight answers in bold.\n\n" + table(["concealed", "", "said"], rows)
+    return "## Concealed effects and answers\n\nRight answers in bold.\n\n" + table(["concealed", "", "named"], rows)
 
 
 def _secret(truth: Truth) -> str:
@@ -261,7 +260,7 @@ def _concealed(truth: Truth) -> str:
 
 
 def _reason(item: Item) -> str:
-    """What truth and result say about a miss."""
+    """Describe a miss from truth and result."""
     truth, result, parts = item.truth, item.result, []
     parts.append(f"{truth.program}, {', '.join(truth.specimen.amplitude)}, {truth.specimen.law}")
     if truth.look_alikes:

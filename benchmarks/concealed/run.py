@@ -1,7 +1,7 @@
-"""Diagnose every recording in a process of its own, and keep what it says.
+"""Diagnose every recording in a separate process, and save its answer.
 
-The command is given the case file alone, in a folder beside which no truth lies. A recording that is done (or failed,
-or ran out of time) is not done again, so that a killed run goes on where it was.
+The command gets only the case file, in a folder without access to the truth. A recording that is done (or failed, or
+ran out of time) is not run again, so that a killed run continues where it stopped.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-# Of what a failed command wrote to stderr.
+# Characters kept of a failed command's stderr.
 TAIL = 2000
 
 
@@ -30,13 +30,13 @@ class Run:
     Attributes
     ----------
     seconds : float
-        Of wall clock.
+        Wall-clock time.
     code : int or None
         Exit code; None where it ran out of time.
     result : bool
         Whether there is a result.json.
     stderr : str
-        The end of it, without a result.
+        Its last characters, if there is no result.
     """
 
     seconds: float
@@ -46,14 +46,14 @@ class Run:
 
     @property
     def how(self) -> str:
-        """It ended, in words."""
+        """How it ended, in words."""
         if self.result:
             return "done"
         return "out of time" if self.code is None else f"exit code {self.code}"
 
 
 class Running:
-    """The processes under way, which `stop` ends."""
+    """The running processes, which `stop` ends."""
 
     def __init__(self) -> None:
         self.stopped = threading.Event()
@@ -61,7 +61,7 @@ class Running:
         self._processes: set[subprocess.Popen[str]] = set()
 
     def add(self, process: subprocess.Popen[str]) -> None:
-        """Know of a process; one that comes after the stop is ended at once."""
+        """Register a process; after `stop` it is ended at once."""
         with self._lock:
             self._processes.add(process)
             if self.stopped.is_set():
@@ -73,7 +73,7 @@ class Running:
             self._processes.discard(process)
 
     def stop(self) -> None:
-        """End all that is under way."""
+        """End all running processes."""
         with self._lock:
             self.stopped.set()
             for process in self._processes:
@@ -88,22 +88,22 @@ def run_all(
     count: int | None = None,
     again: bool = False,
 ) -> Generator[str, None, None]:
-    """Diagnose what is not diagnosed yet; yields a line for each.
+    """Diagnose the recordings that have not been diagnosed yet; yield a line for each.
 
     Parameters
     ----------
     folder
-        With ``cases``; ``results`` is made beside it.
+        Folder that contains ``cases`` and gets ``results``.
     command
-        To which ``CASE --json -o OUT`` is added.
+        Command, to which ``CASE --json -o OUT`` is appended.
     workers
-        Recordings at the same time.
+        Number of recordings at the same time.
     timeout
-        Seconds for each.
+        Limit for each, s.
     count
-        No more than so many; None = all.
+        Largest number of recordings to run; None = all.
     again
-        Whether to repeat those that left no result.
+        Whether to repeat recordings without a result.
     """
     todo = []
     for case in sorted((folder / "cases").glob("*/case.toml")):
@@ -121,7 +121,7 @@ def run_all(
                 if (found := job.result()) is not None:
                     yield f"{jobs[job]}: {found.how}, {found.seconds:.0f} s"
         finally:
-            # Interrupted: what is under way ends with this process, and leaves nothing behind.
+            # If interrupted, running diagnoses end with this process and leave no files.
             pool.shutdown(wait=False, cancel_futures=True)
             running.stop()
 
@@ -134,13 +134,13 @@ def run_one(
     running: Running,
     results: str = "results",
 ) -> Run | None:
-    """Diagnose one recording; the files appear whole or not at all, and not when it was stopped (None)."""
+    """Diagnose one recording; its files appear whole or not at all, and not if it was stopped (None)."""
     if running.stopped.is_set():
         return None
     kept = folder / results / case.parent.name
     kept.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
-        # A copy: whatever the command might look for around its case, there is nothing.
+        # A copy, so that the command finds nothing else beside its case.
         copy, out = Path(scratch) / "case", Path(scratch) / "out"
         shutil.copytree(case.parent, copy)
         begin = time.perf_counter()
@@ -166,7 +166,7 @@ def read_run(file: Path) -> Run:
 def _call(
     command: Sequence[str], folder: Path, timeout: float, running: Running
 ) -> tuple[int | None, str, str]:
-    """Exit code (None = out of time), stdout, stderr; its children end with it."""
+    """Return exit code (None = out of time), stdout and stderr; child processes end with it."""
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with subprocess.Popen(
         command,
@@ -191,7 +191,7 @@ def _call(
 
 
 def end(process: subprocess.Popen[str]) -> None:
-    """End a process and all that it started, which share its session."""
+    """End a process and all processes that it started, which share its session."""
     if process.poll() is None:
         os.killpg(process.pid, signal.SIGKILL)
 

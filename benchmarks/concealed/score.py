@@ -1,4 +1,4 @@
-"""Compare what was concealed with what was said; the rules are in words in `report.RULES`."""
+"""Compare the concealed effects with the answers; `report.RULES` states the rules in words."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ class Item:
 
 @dataclass(frozen=True)
 class Count:
-    """So many of so many."""
+    """A number of successes among a number of trials."""
 
     good: int
     all: int
 
     @property
     def share(self) -> float:
-        """NaN of none."""
+        """Share of successes; NaN without trials."""
         return self.good / self.all if self.all else math.nan
 
     def wilson(self, z: float = NORMAL) -> tuple[float, float]:
@@ -94,17 +94,17 @@ def waiting(folder: Path) -> list[Truth]:
 
 
 def named(result: Result) -> frozenset[str]:
-    """Effects that a result names."""
+    """Return the effects that a result names."""
     return frozenset(one["name"] for one in result["effects"])
 
 
 def rivals(result: Result) -> list[frozenset[str]]:
-    """Sets of effects that a result holds for equally possible."""
+    """Return the sets of effects that a result considers equally possible."""
     return [frozenset(names) for names in result.get("rivals") or []]
 
 
 def outcome(item: Item) -> Outcome:
-    """What came of a recording, in one word."""
+    """Return the outcome of a recording, in one word."""
     truth, result = item.truth, item.result
     if result is None:
         return "no_result"
@@ -127,10 +127,10 @@ def outcome(item: Item) -> Outcome:
 
 
 def located(truth: Truth, result: Result) -> bool:
-    """Whether most of the misfit that is located lies where the step puts it.
+    """Whether most of the located misfit lies where the step puts it.
 
-    The stiffness falls with the cycle `step`: a law fitted to all cycles is too soft before it and too stiff from it
-    on. A part that reaches over the step, or that is too high or too low, does not count as right.
+    The stiffness falls at the cycle `step`: a law fitted to all cycles is too soft before it and too stiff afterwards.
+    A part that extends across the step, or that is too high or too low, does not count as right.
     """
     step, right, total = int(truth.step["cycle"]), 0.0, 0.0
     for part in result["mismatch"]:
@@ -143,7 +143,7 @@ def located(truth: Truth, result: Result) -> bool:
 
 
 def ratio(item: Item) -> float | None:
-    """Largest misfit after, of all channels, over the noise that was added."""
+    """Largest misfit after the diagnosis, over all channels, relative to the added noise."""
     if item.result is None:
         return None
     after = item.result["misfit"]["after"]
@@ -151,7 +151,7 @@ def ratio(item: Item) -> float | None:
 
 
 def held_out(item: Item) -> bool | None:
-    """Whether what was held out is met better than by the plain law; None where nothing was held out."""
+    """Whether held-out samples are met better than by the plain law; None where nothing was held out."""
     if item.result is None:
         return None
     misfit, noise = item.result["misfit"], item.truth.noise
@@ -166,7 +166,7 @@ def held_out(item: Item) -> bool | None:
 
 @dataclass(frozen=True)
 class Interval:
-    """A true parameter and what was said of it."""
+    """A true parameter and the interval stated for it."""
 
     recording: str
     parameter: str
@@ -181,7 +181,7 @@ class Interval:
 
 
 def intervals(item: Item) -> list[Interval]:
-    """The intervals of the effects' parameters, where all effects are named and no other; held values are left out."""
+    """Intervals of the effects' parameters, where exactly the true effects are named; fixed values are left out."""
     if item.result is None or outcome(item) != "named" or not item.truth.effects:
         return []
     found = []
@@ -199,7 +199,7 @@ def intervals(item: Item) -> list[Interval]:
 
 @dataclass(frozen=True)
 class Target:
-    """A line of the table of scores: what is counted, over what, and the share to reach."""
+    """A line of the table of scores: what is counted, among which recordings, and the share to reach."""
 
     text: str
     count: Count
@@ -208,7 +208,7 @@ class Target:
 
     @property
     def reached(self) -> bool | None:
-        """Whether the share is what was to be reached; None where nothing was, or nothing was counted."""
+        """Whether the target is reached; None where there is no target, or nothing was counted."""
         if not self.count.all or (self.least is None and self.most is None):
             return None
         if self.least is not None:
@@ -217,12 +217,12 @@ class Target:
 
 
 def tellable(truth: Truth) -> bool:
-    """Whether the recordings can tell the effect from every other, by `Truth.look_alikes`."""
+    """Whether the recordings can distinguish the effect from every other one, by `Truth.look_alikes`."""
     return truth.rich and not truth.look_alikes
 
 
 def targets(items: Sequence[Item]) -> list[Target]:
-    """All scores."""
+    """Return all scores."""
     concealed = [i for i in items if i.truth.kind in ("single", "pair")]
     nothing = [i for i in items if i.truth.kind == "none"]
     outside = [i for i in items if i.truth.kind == "outside"]

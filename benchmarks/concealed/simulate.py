@@ -1,8 +1,8 @@
-"""The recordings' forces, by third-order elements on finer meshes, and those of the model that the diagnosis will use.
+"""The recordings' forces by third-order elements on finer meshes, and those of the diagnosis' default model.
 
-Finer: displacement of third order and pressure of second on the default mesh (solid) or one of half as many elements
-again in each direction (half-plane), where memory is followed a step per sample. The default model has second-order
-elements, and thins a path with memory to the steps that the tool would take.
+The finer model has displacement of third order and pressure of second order on the default mesh (solid) or on one with
+half as many elements again in each direction (half-plane), and with memory a step per sample. The default model has
+second-order elements, and for memory the steps that the tool would choose.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ SHAPES: Mapping[bool, Mapping[str, type[Shape]]] = {
     False: {"plain": Plain, "tapered": Tapered},
     True: {"plain": FinePlain, "tapered": FineTapered},
 }
-# Noise that is none, but lets the tool choose its steps.
+# Noise that is practically zero, but lets the tool choose its steps.
 NOISELESS = 1e-12
 
 
@@ -65,12 +65,12 @@ def force(
     names: Sequence[str] = (),
     values: Mapping[str, float] | None = None,
 ) -> tuple[Array, Array]:
-    """Force (n,) at the samples, and its derivatives (n, parameters) by those that are named.
+    """Force (n,) at the samples, and its derivatives (n, parameters) by the named parameters.
 
     Parameters
     ----------
     names, values
-        Parameters of the law, and "effect.parameter"; values in place of the specimen's and the effects'.
+        Parameters of the law and "effect.parameter"; values that replace those of specimen and effects.
 
     Raises
     ------

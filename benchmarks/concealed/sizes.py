@@ -1,7 +1,7 @@
 """How large each effect is drawn: usual parameters for a bushing and a program, and the range of its size.
 
-A *size* multiplies all amplitudes of an effect; shape parameters stay as drawn. The search for the size (`make`) keeps
-within the range, which is what the literature of the effect and the trade know.
+A *size* multiplies all amplitudes of an effect; shape parameters stay as drawn. The search for the size (`make`) stays
+within the range, which is known from the literature and from practice.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from bushcli.effects.effect import effect
 
 @dataclass(frozen=True)
 class Situation:
-    """What usual values depend on.
+    """Quantities on which usual values depend.
 
     Attributes
     ----------
     thickness, length : float
         Of the rubber, mm.
     amplitude : float
-        Of the first channel that the effect acts on, mm (rad in torsion).
+        Amplitude of the first channel on which the effect acts, mm (rad in torsion).
     force : float
         Largest plain force of that channel, N (N mm).
     stiffness : float
         Largest secant stiffness of a channel in translation, N/mm.
     duration, fast : float
-        Of the first channel's program, and of its fastest way over the amplitude, s.
+        Duration of the first channel's program, and of its fastest leg over the amplitude, s.
     shear : float
         The law's initial shear modulus, MPa.
     strain : float
-        Largest mean shear strain, about.
+        Approximate largest mean shear strain.
     """
 
     thickness: float
@@ -50,7 +50,7 @@ class Situation:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Usual values and by what factor they may be smaller and larger."""
+    """Usual values, and the factors by which they may be smaller and larger."""
 
     values: Callable[[np.random.Generator, Situation], Mapping[str, float]]
     least: float
@@ -66,13 +66,13 @@ def _log(rng: np.random.Generator, low: float, high: float) -> float:
 
 
 def _mullins(rng: np.random.Generator, s: Situation) -> Mapping[str, float]:
-    # Energy of the mean shear: local energies are some times as large.
+    # Energy of the mean shear; local energies are several times as large.
     energy = 0.5 * s.shear * s.strain**2
     return {"inverse_r": 0.3, "m": energy * _log(rng, 0.15, 0.8), "beta": float(rng.uniform(0.0, 0.2))}
 
 
 def _viscoelasticity(rng: np.random.Generator, s: Situation) -> Mapping[str, float]:
-    # Between the fast and the slow ways, so that the rates meet different forces.
+    # Between the durations of fast and slow legs, so that the forces depend on the rate.
     return {"g1": 0.2, "tau1": s.fast * _log(rng, 0.7, 12.0)}
 
 
@@ -87,7 +87,7 @@ def _bump_stop(rng: np.random.Generator, s: Situation) -> Mapping[str, float]:
 
 
 def _offset(rng: np.random.Generator, s: Situation) -> Mapping[str, float]:
-    # Each by itself: of the same share and sign they would cancel.
+    # Drawn independently: with equal shares and signs they would cancel.
     force, displacement = (_sign(rng) * _log(rng, 0.005, 0.04) for _ in range(2))
     return {"force": force * s.force, "displacement": displacement * s.amplitude}
 
@@ -95,7 +95,7 @@ def _offset(rng: np.random.Generator, s: Situation) -> Mapping[str, float]:
 SIZES: Mapping[str, Sizes] = {
     "batch_stiffness": Sizes(lambda r, s: {"log_factor": _sign(r) * 0.1}, 0.1, 6.0),
     "bump_stop": Sizes(_bump_stop, 0.05, 10.0),
-    # Bulk over shear modulus 200; 50 to 10,000 are known.
+    # Bulk over shear modulus 200; values of 50 to 10,000 are known.
     "compressibility": Sizes(lambda r, s: {"compliance": 1 / (200 * s.shear)}, 0.02, 4.0),
     "cure_shrinkage": Sizes(lambda r, s: {"shrinkage": 0.01}, 0.1, 3.0),
     "debonding": Sizes(lambda r, s: {"length": 0.1 * s.length}, 0.15, 3.0),
@@ -106,7 +106,7 @@ SIZES: Mapping[str, Sizes] = {
     "offset": Sizes(_offset, 0.05, 4.0),
     "permanent_set": Sizes(lambda r, s: {"set": 0.03}, 0.05, 5.0),
     "rig_compliance": Sizes(lambda r, s: {"compliance": 0.03 / s.stiffness}, 0.05, 8.0),
-    # Polyamide; steel is at 0.01, soft plastics at 5.
+    # Polyamide has size 1; steel has 0.01, soft plastics have 5.
     "sleeve_compliance": Sizes(
         lambda r, s: {"compliance": 2e-4, "thickness": float(r.choice([1.0, 2.0, 4.0]))}, 0.02, 5.0
     ),

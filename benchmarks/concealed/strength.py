@@ -1,9 +1,9 @@
-"""By how many standard errors an effect shows beside what the law's parameters can do.
+"""By how many standard errors an effect shows beyond the changes that the law's parameters can make.
 
 With d the change of the noise-free curves over the noise, and J their derivatives by the parameters that are fitted,
-the strength is the length of what is left of d after a least-squares fit of J: chi square falls by its square when the
-effect is added to a refitted law. It is exact in the effect, to first order in the law. That a channel's forces may all
-be wrong by one factor, of calibration and mesh, is noise that its samples share.
+the strength is the norm of the rest of d after a least-squares fit of J: chi square falls by its square when the
+effect is added to a refitted law. It is exact in the effect, to first order in the law. The uncertain common factor of
+a channel's forces, by calibration and mesh, counts as noise that its samples share.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 def left(change: Array, taken: Sequence[Array]) -> Array:
-    """What is left of a change (n,) when multiples of the columns in `taken`, (n,) or (n, k) each, are fitted."""
+    """Rest of a change (n,) after a fit of multiples of the columns in `taken`, (n,) or (n, k) each."""
     columns = [np.reshape(column, (len(change), -1)) for column in taken]
     if not columns:
         return change
@@ -28,12 +28,12 @@ def left(change: Array, taken: Sequence[Array]) -> Array:
 
 
 def beside_a_factor(rows: Array, force: Array, spread: float) -> Array:
-    """Multiply (n,) or (n, k) with the inverse root of 1 + s^2 F F', the noise's covariance with a common factor's.
+    """Multiply (n,) or (n, k) by the inverse root of 1 + s^2 F F', the covariance of noise and a common factor.
 
     Parameters
     ----------
     rows, force : shape (n,) or (n, k), and (n,)
-        Over the noise.
+        Divided by the noise.
     spread
         Standard deviation s of the factor.
     """
@@ -43,7 +43,7 @@ def beside_a_factor(rows: Array, force: Array, spread: float) -> Array:
 
 
 def strength(change: Array, taken: Sequence[Array]) -> float:
-    """Length of what is left of a change, in standard errors."""
+    """Norm of the rest of a change, in standard errors."""
     return float(np.linalg.norm(left(change, taken)))
 
 

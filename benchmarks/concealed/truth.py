@@ -1,4 +1,4 @@
-"""What is concealed: the values that are drawn, and the file in which they wait for the scorer."""
+"""The truth: the drawn values, and the file that keeps them for the scorer."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, Literal
 Kind = Literal["none", "single", "pair", "outside"]
 Size = Literal["hidden", "faint", "clear", "large"]
 
-# Standard errors beside the law's parameters: chi square falls by the square. Below FAINT only poor programs may be.
+# Limits of strength in standard errors: chi square falls by the square. Only poor programs may be below FAINT.
 FAINT, CLEAR, LARGE, LARGEST = 6.0, 12.0, 40.0, 120.0
 
 
@@ -48,31 +48,31 @@ class Truth:
     Attributes
     ----------
     seed, attempt : int
-        Of the random generator; the attempt grows when the one before could not be solved or seen.
+        Seed of the random generator; number of the attempt, since earlier ones could not be solved or seen.
     kind : {"none", "single", "pair", "outside"}
     program : str
-        Of the first channel: "rich", "ramp" or "loop".
+        Program of the first channel: "rich", "ramp" or "loop".
     coupons : bool
-        Whether there are coupon tests, which hold the law.
+        Whether there are coupon tests, which fix the law.
     specimen : Specimen
     effects : mapping
         Name -> parameter -> value, in N, mm, MPa, s, rad.
     strength : mapping
-        By how many standard errors each effect changes the recordings beside what the law's parameters, and the other
-        effect, can do: fitted in earnest (`refit`) where the program is rich, else to first order in the law.
+        By how many standard errors each effect changes the recordings beyond what the law's parameters and the other
+        effect can imitate: by a nonlinear fit (`refit`) where the program is rich, else to first order in the law.
     look_alikes : tuple of str
-        Other effects that would stay within 4 standard errors of these recordings, the law's parameters refitted;
-        "nothing" where the law alone would.
+        Other effects that stay within 4 standard errors of these recordings when the law's parameters are refitted;
+        "nothing" where the law alone does.
     mesh : float
-        By how many standard errors the default mesh is off, beside what the law's parameters can do.
+        Error of the default mesh in standard errors, beyond what the law's parameters can imitate.
     noise : mapping
         Standard deviation of the force's noise by channel, percent of the recorded range.
     step : mapping
-        Of an outside effect: first cycle with the other stiffness, and the factor.
+        For an outside effect: first cycle with the changed stiffness, and the factor.
     seconds : float
-        That making it took.
+        Time that making it took.
     given_up : tuple of str
-        Why the attempts before it were given up.
+        Reasons why earlier attempts were given up.
     """
 
     seed: int
@@ -92,12 +92,12 @@ class Truth:
 
     @property
     def name(self) -> str:
-        """Of its folder, which says nothing."""
+        """Name of its folder, which reveals nothing."""
         return f"{self.seed:07d}"
 
     @property
     def rich(self) -> bool:
-        """Whether the program tells much."""
+        """Whether the program is rich."""
         return self.program == "rich"
 
     @property

@@ -1,4 +1,4 @@
-"""Frozen decks of recordings whose physics is known: drawn once, kept as manifests, made, diagnosed and scored.
+"""Frozen decks of recordings with known physics: drawn once and kept as manifests; made, diagnosed and scored.
 
     python -m benchmarks.decks make own DIR/own
     python -m benchmarks.decks run own DIR/own --label new

@@ -8,12 +8,12 @@ import signal
 import sys
 from pathlib import Path
 
-# Several processes share the machine: threads of the linear algebra would only wait for each other.
+# Several processes share the machine, so that threads of the linear algebra would only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
 def draw(options: argparse.Namespace) -> int:
-    """Draw what the manifest lacks; what it has is never drawn again."""
+    """Draw the recordings that the manifest lacks; existing ones are never drawn again."""
     from benchmarks.decks.deal import deal
 
     for line in deal(options.deck, options.parts or ()):
@@ -22,7 +22,7 @@ def draw(options: argparse.Namespace) -> int:
 
 
 def make(options: argparse.Namespace) -> int:
-    """Make the data that are not there."""
+    """Make the data that do not exist yet."""
     from benchmarks.decks.make import make_all
 
     for line in make_all(options.deck, options.folder, options.names or ()):
@@ -44,7 +44,7 @@ def check(options: argparse.Namespace) -> int:
 
 
 def judge(options: argparse.Namespace) -> int:
-    """Say which other effects each recording of a deck cannot be told from."""
+    """Find the effects that each recording of a deck cannot distinguish from its own."""
     from benchmarks.decks.judge import judge_all
 
     for line in judge_all(options.deck, options.folder):
@@ -53,7 +53,7 @@ def judge(options: argparse.Namespace) -> int:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Diagnose what is not in the ledger."""
+    """Diagnose the recordings that are not in the ledger."""
     from benchmarks.decks.run import run_all
 
     lines = run_all(
@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def score(options: argparse.Namespace) -> int:
-    """Compare manifests and ledgers, write the tables."""
+    """Compare manifests and ledgers, and write the tables."""
     from benchmarks.decks.report import document
 
     text = document(options.labels or ["old", "new"], options.decks, options.output)

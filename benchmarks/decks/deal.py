@@ -1,4 +1,4 @@
-"""Draw a deck's recordings into its manifest, one by one; what is there stays."""
+"""Draw a deck's recordings into its manifest, one by one; existing entries stay."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from benchmarks.decks.plan import Card, cards
 
 
 def deal(deck: str, parts: Sequence[str] = ()) -> Iterator[str]:
-    """Draw what the manifest lacks, of some parts or all; yields a line for each, which says nothing of what it is."""
+    """Draw what the manifest lacks, in some parts or all; yield a line for each that does not reveal its content."""
     known = manifest.read(deck)
     for name, card in cards(deck).items():
         if name in known or (parts and card.part not in parts):

@@ -1,4 +1,4 @@
-"""What every recording of every deck has: specimen, programs, sensors."""
+"""Draw what every recording of every deck has: specimen, programs, sensors."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from cases.mode import modes
 
 Array = NDArray[np.float64]
 
-# Percent of the recorded range; correlation from sample to sample.
+# Noise of the force, percent of the recorded range; its correlation from sample to sample.
 NOISE, CORRELATION = (0.1, 1.0), (0.0, 0.8)
-# Of the displacement's transducer, over the amplitude.
+# Noise of the displacement's transducer, as a share of the amplitude.
 TRAVEL_NOISE = 2e-4
 # Standard deviation of the factor on a channel's force: half-plane, three dimensions.
 CALIBRATION = {False: 0.005, True: 0.01}
 # Share of the recordings with each fault of the data.
 FAULTY = 0.1
 SAMPLES = {"rich": (240, 400), "short": (130, 200), "ramp": (200, 300), "loop": (200, 300)}
-# A channel in three dimensions is no shorter to record, but its samples cost the tool more where it remembers.
+# Seconds of a slow leg over the amplitude, also for channels in three dimensions.
 SLOW = (30.0, 120.0)
 
 
 class Unsuitable(Exception):
-    """What was drawn cannot be computed, or cannot be seen."""
+    """The drawn physics cannot be computed, or cannot be seen."""
 
 
 def specimen(rng: np.random.Generator, channels: Sequence[str], laws: Sequence[str] = ()) -> Specimen:
-    """Draw a bushing as `concealed.draw` does, with one of these laws; all laws without."""
+    """Draw a bushing as `concealed.draw` does, with one of these laws; empty = any law."""
     while True:
         found = draw.specimen(rng, tuple(channels))
         if not laws or found.law in laws:
@@ -45,7 +45,7 @@ def specimen(rng: np.random.Generator, channels: Sequence[str], laws: Sequence[s
 def channel_programs(
     rng: np.random.Generator, program: str, channels: Sequence[str]
 ) -> tuple[tuple[Program, ...], float]:
-    """Programs of the channels, and the seconds of the fastest way over the amplitude in the first one."""
+    """Draw the channels' programs; return also the seconds of the first one's fastest leg over the amplitude."""
     slow = math.exp(rng.uniform(*np.log(SLOW)))
     found, fast = [], slow
     for i, channel in enumerate(channels):
@@ -69,7 +69,7 @@ def channel(program: Program, specimen: Specimen) -> Channel:
 def sensors(
     rng: np.random.Generator, seed: tuple[int, ...], modes_: Sequence[str], least: float = NOISE[0]
 ) -> tuple[Sensor, ...]:
-    """Draw what each channel's sensors do; a fault belongs to one channel."""
+    """Draw the sensors of each channel; a fault belongs to one channel."""
     level = math.exp(rng.uniform(math.log(least), math.log(NOISE[1])))
     found = []
     for i, mode in enumerate(modes_):

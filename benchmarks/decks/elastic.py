@@ -1,4 +1,4 @@
-"""Elastic curve of a bushing by third-order elements: solved over a range of displacement, and a spline between."""
+"""Elastic curve of a bushing by third-order elements, solved at points of a range and interpolated by a spline."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Curve = Callable[[Array], Array]
 
 # Steps on the longer side: the spline is within 1e-5 of the range (twice as many as the tool takes).
 STEPS, SOLID_STEPS = 16, 10
-# Room beyond the recorded range, for what drives the bushing further than the rig says.
+# Factor on the recorded range, for effects that drive the bushing further than the recorded displacement.
 ROOM = 1.1
 
 
 def elastic(specimen: Specimen, mode: str, low: float, high: float) -> Curve:
-    """Force over displacement between two displacements (mm or rad), one on each side of rest."""
+    """Force as a function of displacement between two displacements (mm or rad), one on each side of rest."""
     key = tuple(sorted(specimen.dimensions.items())), tuple(sorted(specimen.parameters.items()))
     return _solved(specimen.shape, *key, specimen.law, specimen.bulk_modulus, mode, ROOM * low, ROOM * high)
 

@@ -1,14 +1,14 @@
-"""Which other single effects of the catalogue a recording cannot be told from: its look-alikes, into the manifest.
+"""Find a recording's look-alikes, other single effects that it cannot distinguish, and write them into the manifest.
 
-Of each effect the change of the curves is taken at a usual size and over the grid of its shape parameters (`scan`
-in its file), multiplied by the amplitudes that come nearest to the concealed change, the law's parameters refitted
-and the calibration factors free to the extent that calibration leaves them, all to first order. What then stays
-within four standard errors, or a fifth of the concealed change, looks alike. Memory is left out of radial channels,
-where it costs too much.
+For each effect the change of the curves is computed at a usual size over the grid of its shape parameters (`scan` in
+its file), and multiplied by the amplitudes that come nearest to the concealed change; the law's parameters are
+refitted, and the calibration factors are free within their uncertainty, all to first order. An effect that then differs
+by less than four standard errors, or a fifth of the concealed change, is a look-alike. Effects with memory are left out
+in radial channels, where they cost too much.
 
-The other effects' changes are those of Yeoh's law nearest to the recording's own: each law is compiled once per
-effect and mode, which takes minutes. The law that is refitted is the recording's own. The grid and the list of
-effects are those of the day the deck is judged; the manifest keeps what was found.
+The other effects' changes are computed with the Yeoh law nearest to the recording's law, since each law is compiled
+once per effect and mode, which takes minutes. The refitted law is the recording's. The grid and the list of effects are
+those of the day on which the deck is judged; the manifest keeps the result.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ Array = NDArray[np.float64]
 
 # Standard errors, and share of the concealed change, within which another effect looks alike.
 TOLD, FORM = 4.0, 0.2
-# Over the usual size; of what is not linear in its amplitude a smaller one too.
+# Size relative to the usual one; effects that are nonlinear in their amplitude are tried at a smaller size, too.
 SIZE, SMALLER = 1.0, 0.3
 BENT = ("debonding", "misalignment")
-# Of a grid that the screening wants dense, every so many points serve here: the nearest is within 10 % of the way.
+# Of grids with more points than this only every second one is used: the nearest is within 10 % of the travel.
 DENSE = 12
-# Up to which the laws are compared: local stretches in these bushings.
+# Largest local stretch in these bushings, up to which laws are compared.
 STRETCH = 1.7
 
 
 def judge_all(deck: str, folder: Path) -> Iterator[str]:
-    """Judge what is not judged yet: rich programs with an effect; yields a line for each."""
+    """Judge the recordings with a rich program and an effect that have not been judged yet; yield a line for each."""
     for name, entry in manifest.read(deck).items():
         file = folder / "truth" / f"{name}.npz"
         if entry.look_alikes is not None or not entry.rich or not entry.truth or entry.outside:
@@ -68,7 +68,7 @@ def judge_all(deck: str, folder: Path) -> Iterator[str]:
 
 
 def look_alikes(entry: Entry, made: Mapping[str, Array]) -> tuple[str, ...]:
-    """Names of the look-alikes of a recording, given the noise-free forces that were made."""
+    """Names of a recording's look-alikes, from its noise-free forces."""
     bench = _bench(entry, made)
     near = (
         bench if entry.specimen.law == "yeoh" else _bench(replace(entry, specimen=yeoh(entry.specimen)), made)
@@ -86,7 +86,7 @@ def look_alikes(entry: Entry, made: Mapping[str, Array]) -> tuple[str, ...]:
 
 
 def yeoh(body: Specimen) -> Specimen:
-    """The same bushing with the Yeoh law that is nearest in pure shear."""
+    """Return the same bushing with the Yeoh law that is nearest in pure shear."""
     stretch = np.linspace(1.02, STRETCH, 40)
     stress = nominal_stress(law(body.law), body.parameters, "planar", stretch)
     e = stretch**2 + stretch**-2 - 2
@@ -148,13 +148,13 @@ def _columns(entry: Entry, bench: Bench, other: Effect) -> Iterator[Array]:
 
 
 def _only(one: ActiveEffect, amplitude: EffectParameter) -> ActiveEffect:
-    """The same with all other amplitudes off."""
+    """Return the effect with all other amplitudes off."""
     off = {p.name: float(p.off or 0.0) for p in one.effect.amplitudes if p.name != amplitude.name}
     return replace(one, values=dict(one.values) | {k: v for k, v in off.items() if k in one.values})
 
 
 def _apart(d: Array, columns: Array, other: Effect, bench: Bench) -> float:
-    """Standard errors between a change and the nearest multiple of others, positive where they are one-sided."""
+    """Distance (standard errors) of a change from the nearest combination of columns, not negative if one-sided."""
     G = np.column_stack([left(column, bench.taken) for column in columns.T])
     scale = np.maximum(np.linalg.norm(G, axis=0), 1e-12)
     G = G / scale

@@ -1,4 +1,4 @@
-"""What was said of each recording, one line of JSON each, kept in git: sessions on other machines go on from it."""
+"""Answers for each recording, one line of JSON each, kept in git so that runs continue on other machines."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).parent / "results"
-# Of a result that can be long.
+# Largest number of entries kept of lists that can be long, and of characters of stderr.
 HYPOTHESES, MODELS, PARTS, TAIL = 20, 30, 12, 600
 
 
 def file_of(deck: str, label: str, folder: Path = FOLDER) -> Path:
-    """The ledger of a deck and a label."""
+    """Path of the ledger of a deck and a label."""
     return folder / f"{deck}-{label}.jsonl"
 
 
 def read(deck: str, label: str, folder: Path = FOLDER) -> dict[str, dict[str, Any]]:
-    """Lines by recording; a later line takes the place of an earlier one."""
+    """Lines by recording; a later line replaces an earlier one."""
     file = file_of(deck, label, folder)
     if not file.exists():
         return {}
@@ -28,7 +28,7 @@ def read(deck: str, label: str, folder: Path = FOLDER) -> dict[str, dict[str, An
 
 
 def append(deck: str, label: str, line: Mapping[str, Any], folder: Path = FOLDER) -> None:
-    """Add a line, whole, whatever other processes add meanwhile."""
+    """Append a whole line, even while other processes append theirs."""
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(line, separators=(",", ":"), allow_nan=True)
     with file_of(deck, label, folder).open("a", encoding="utf-8") as file:
@@ -39,7 +39,7 @@ def append(deck: str, label: str, line: Mapping[str, Any], folder: Path = FOLDER
 def compact(
     name: str, result: Mapping[str, Any] | None, *, seconds: float, code: int | None, stderr: str
 ) -> dict[str, Any]:
-    """A line from a result.json, old or new; without one how the command ended (code None = out of time)."""
+    """Make a line from a result.json, old or new, or else from the command's end (code None = out of time)."""
     line: dict[str, Any] = {"name": name, "seconds": round(seconds, 1), "code": code}
     if result is None:
         return line | {"stderr": stderr[-TAIL:]}
@@ -85,7 +85,7 @@ def _model(one: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _rounded(value: Any) -> Any:
-    """Numbers with six digits, in whatever holds them."""
+    """Round all numbers in nested lists and mappings to six digits."""
     if isinstance(value, bool) or value is None or isinstance(value, (int, str)):
         return value
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""From a manifest to the files that a user would have, and the truth beside them."""
+"""Make from a manifest the files that a user would have, and a folder with the truth."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def forces_of(entry: Entry) -> tuple[list[Array], list[Array]]:
 
 
 def make(entry: Entry, folder: Path) -> dict[str, Any]:
-    """Make a recording's case and truth, whole or not at all; returns the digests."""
+    """Make a recording's case and truth, whole or not at all; return the digests."""
     begin = time.perf_counter()
     exact, plain = forces_of(entry)
     case = folder / "cases" / entry.name
@@ -91,19 +91,19 @@ def make(entry: Entry, folder: Path) -> dict[str, Any]:
 
 
 def missing(deck: str, folder: Path, names: Sequence[str] = ()) -> list[Entry]:
-    """Recordings of a deck that are not made yet."""
+    """Recordings of a deck that have not been made yet."""
     entries = manifest.read(deck)
     wanted = names or list(entries)
     return [entries[name] for name in wanted if not (folder / "truth" / f"{name}.json").exists()]
 
 
 def make_all(deck: str, folder: Path, names: Sequence[str] = ()) -> Iterator[str]:
-    """Make what is not there yet; what is there is never written again. Yields a line for each."""
+    """Make the recordings that do not exist yet, never overwriting one; yield a line for each."""
     for entry in missing(deck, folder, names):
         begin = time.perf_counter()
         if (folder / "truth" / f"{entry.name}.json").exists():
-            continue  # by another process
-        # As the manifest has it now: it may have been a long time.
+            continue  # made by another process meanwhile
+        # Read the manifest again, which may have changed in the meantime.
         entry = manifest.read(deck)[entry.name]
         try:
             found = make(entry, folder)
@@ -120,7 +120,7 @@ def make_all(deck: str, folder: Path, names: Sequence[str] = ()) -> Iterator[str
 
 
 def compared(entry: Entry, found: dict[str, Any]) -> str:
-    """Worst comparison of a recording's files with the manifest."""
+    """Compare a recording's files with the manifest; return the worst result."""
     words = [same(kept, found[file]) for file, kept in entry.digest.items()]
     return max(words, key=("same", "near", "different").index)
 
@@ -138,7 +138,7 @@ def check_all(deck: str, folder: Path) -> Iterator[tuple[str, str]]:
 
 
 def seal(deck: str, folder: Path) -> Iterator[str]:
-    """Write the digests of what is made into the manifest, in place of any that are there."""
+    """Write the digests of the made recordings into the manifest, replacing earlier ones."""
     for name, entry in manifest.read(deck).items():
         case = folder / "cases" / name
         if case.exists():

@@ -1,7 +1,7 @@
-"""A deck's manifest: every number that was drawn of every recording, so that no later code can deal it again.
+"""A deck's manifest: all numbers that were drawn for each recording, so that later code cannot change the deck.
 
-``make`` computes the data from the manifest alone. The digest of each data file, and some of its values, say whether
-what was made elsewhere is the same.
+``make`` computes the data from the manifest alone. The digest of each data file, and some of its values, show whether
+data made elsewhere are the same.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from benchmarks.concealed.truth import Specimen
 Kind = Literal["none", "single", "pair", "outside"]
 Part = Literal["own", "foreign", "nothing"]
 
-# Standard errors, to first order, below which nobody can see an effect, and nothing is a right answer too.
+# Standard errors, to first order, below which an effect cannot be seen and "nothing" is also a right answer.
 HIDDEN = 3.0
 FOLDER = Path(__file__).parent / "manifests"
 DECKS = ("own", "foreign", "nothing", "dev")
@@ -27,7 +27,7 @@ DECKS = ("own", "foreign", "nothing", "dev")
 
 @dataclass(frozen=True)
 class Sensor:
-    """What a channel's rig and logger do to the exact curve.
+    """Changes of the exact curve by a channel's rig and logger.
 
     Attributes
     ----------
@@ -39,17 +39,17 @@ class Sensor:
     travel_noise : float
         Standard deviation of the displacement's noise over the amplitude.
     spikes : mapping
-        Of some samples: `share`, and `size` in percent of the range. Empty = none; so are the others.
+        `share` of the samples, and `size` in percent of the range. Empty = none, here and below.
     quantum : float
         Step of the logged force, percent of the range; 0 = none.
     hum : mapping
         Sine on the force: `size` (percent of the range), `period` (s), `phase` (rad).
     lost : float
-        Share of the samples that are not there.
+        Share of the samples that are missing.
     drift : float
-        Zero of the force at the end, percent of the range, in proportion to time.
+        Shift of the force's zero at the end, percent of the range, in proportion to time.
     seed : tuple of int
-        Of noise, spikes and lost samples.
+        Seed of noise, spikes and lost samples.
     """
 
     calibration: float
@@ -65,14 +65,14 @@ class Sensor:
 
     @property
     def faults(self) -> frozenset[str]:
-        """Names of what is wrong with the data, by the contract's names where it has one."""
+        """Names of the data's faults, as in a result where it has one."""
         found = {"spikes": self.spikes, "quantised": self.quantum, "hum": self.hum, "lost": self.lost}
         return frozenset(name for name, there in found.items() if there)
 
 
 @dataclass(frozen=True)
 class Program:
-    """What a channel's rig does: ways (end over amplitude, pace) as `concealed.programs.Leg`.
+    """Path of a channel: legs (end over amplitude, pace) as in `concealed.programs.Leg`.
 
     Attributes
     ----------
@@ -80,9 +80,9 @@ class Program:
         Also the channel's name.
     legs : tuple of (float, float)
     slow : float
-        Seconds of a slow way from rest to the amplitude.
+        Seconds of a slow leg from rest to the amplitude.
     samples : int
-        Nearly.
+        Approximate number of samples.
     """
 
     mode: str
@@ -98,46 +98,46 @@ class Entry:
     Attributes
     ----------
     name : str
-        Of its folder, which says nothing.
+        Name of its folder, which reveals nothing.
     part : {"own", "foreign", "nothing"}
-        By whose formulas it is made.
+        Source of the formulas.
     kind : {"none", "single", "pair", "outside"}
     program : str
-        Of the first channel: "rich", "ramp" or "loop".
+        Program of the first channel: "rich", "ramp" or "loop".
     seed : tuple of int
-        It was drawn with.
+        Seed with which it was drawn.
     specimen : Specimen
         The true one.
     programs : tuple of Program
     sensors : tuple of Sensor
-        By channel, as the programs.
+        By channel, in the order of the programs.
     coupons : bool
-        Whether there are coupon tests, which hold the law.
+        Whether there are coupon tests, which fix the law.
     effects : mapping
-        Of the catalogue's formulas: name -> parameter -> value, in N, mm, MPa, s, rad.
+        Effects by the catalogue's formulas: name -> parameter -> value, in N, mm, MPa, s, rad.
     formulas : tuple of mapping
-        Of others: `name` and what it needs.
+        Other formulas: `name` and its values.
     said : mapping
-        Dimensions that the case file states in place of the true ones.
+        Dimensions that the case file states instead of the true ones.
     truth : tuple of str
         Names of the catalogue that are right.
     also_right : tuple of tuple of str
         Sets that are physically the same.
     outside : bool
-        Whether the truth is in no catalogue of the day the deck was drawn.
+        Whether the truth is not in the catalogue of the day on which the deck was drawn.
     where : mapping
-        Of what is outside: where a right answer puts the misfit.
+        For physics outside the catalogue: where a right answer puts the misfit.
     share : float
-        Percent of the recorded range (rms) by which the physics changes the curves beside what the law's parameters,
-        to first order, and the calibration factors can do.
+        Percent of the recorded range (rms) by which the physics changes the curves beyond what the law's parameters, to
+        first order, and the calibration factors can imitate.
     strength : mapping
-        Standard errors of the same, by effect.
+        The same change in standard errors, by effect.
     look_alikes : tuple of str, optional
-        Other single effects of the catalogue that cannot be told from these recordings; None = not judged yet.
+        Other single effects of the catalogue that these recordings cannot distinguish; None = not judged yet.
     mesh : float
         Standard errors by which the default mesh is off.
     digest : mapping
-        File -> sha256 of its rounded values; `sketch` some of them.
+        File -> sha256 of its rounded values; `sketch` contains some of the values.
     """
 
     name: str
@@ -169,24 +169,24 @@ class Entry:
 
     @property
     def rich(self) -> bool:
-        """Whether the program tells much."""
+        """Whether the program is rich."""
         return self.program == "rich"
 
     @property
     def faults(self) -> frozenset[str]:
-        """Names of what is wrong with the data of any channel."""
+        """Names of the data faults of all channels."""
         return frozenset().union(*(sensor.faults for sensor in self.sensors))
 
     @property
     def right(self) -> frozenset[frozenset[str]]:
-        """Sets of effect names that are right; also without an effect that these recordings do not show."""
+        """Sets of effect names that are right, also without those effects that these recordings do not show."""
         sets = [frozenset(names) for names in (self.truth, *self.also_right)]
         hidden = frozenset(name for name in self.truth if self.shown.get(name, HIDDEN) < HIDDEN)
         return frozenset(sets + [names - hidden for names in sets])
 
     @property
     def shown(self) -> Mapping[str, float]:
-        """Standard errors by the catalogue's names: those of a foreign formula go to all effects that it is."""
+        """Standard errors by the catalogue's names; a foreign formula's count for each effect that it stands for."""
         if self.part == "own":
             return self.strength
         most = max(self.strength.values(), default=0.0)
@@ -194,17 +194,17 @@ class Entry:
 
     @property
     def tellable(self) -> bool:
-        """Whether these recordings can tell the truth from every other single effect."""
+        """Whether these recordings can distinguish the truth from every other single effect."""
         return self.rich and self.look_alikes == ()
 
 
 def file_of(deck: str, folder: Path = FOLDER) -> Path:
-    """The manifest of a deck."""
+    """Path of the manifest of a deck."""
     return folder / f"{deck}.json"
 
 
 def read(deck: str, folder: Path = FOLDER) -> dict[str, Entry]:
-    """Recordings of a deck by name; none where it is not drawn."""
+    """Recordings of a deck by name; empty if it has not been drawn."""
     file = file_of(deck, folder)
     if not file.exists():
         return {}
@@ -215,7 +215,7 @@ def write(deck: str, entries: Mapping[str, Entry], folder: Path = FOLDER) -> Non
     """Write a manifest, whole or not at all."""
     data = {"deck": deck, "recordings": [asdict(entries[name]) for name in sorted(entries)]}
     text = json.dumps(data, indent=1)
-    # Lists of numbers in one line: a difference between two manifests is then one recording's.
+    # Lists of numbers stand on one line, so that differences between manifests are easy to read.
     text = re.sub(r"\[[^][{}]*\]", lambda m: " ".join(m.group().split()), text)
     file = file_of(deck, folder)
     part = file.with_suffix(".part")
@@ -224,7 +224,7 @@ def write(deck: str, entries: Mapping[str, Entry], folder: Path = FOLDER) -> Non
 
 
 def put(deck: str, found: Entry, folder: Path = FOLDER) -> None:
-    """Put a recording into a manifest, beside what other processes put there meanwhile."""
+    """Put a recording into a manifest, keeping those that other processes have added."""
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / f".{deck}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

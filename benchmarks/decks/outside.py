@@ -1,6 +1,6 @@
-"""The deck of nothing and of what is outside the catalogue: elastic curves, and physics that no effect of it has.
+"""The deck without effects and with physics outside the catalogue: elastic curves, and physics of no known effect.
 
-All are made of the elastic curve by third-order elements; nothing here is computed by the diagnosis' `Simulation`.
+All are made from the elastic curve by third-order elements; nothing is computed by the diagnosis' `Simulation`.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ Array = NDArray[np.float64]
 Formula = Mapping[str, Any]
 
 LAWS = ("yeoh", "mooney_rivlin", "gent")
-# Faults of the recordings with nothing concealed, in turn: every third is clean but for noise and calibration.
+# Faults of the recordings with nothing concealed, in turn; recordings without one have only noise and calibration.
 FAULTS = ("", "drift", "hum", "", "quantum", "lost", "", "spikes", "coarse", "")
-# Names that the catalogue gets for these later; the others stay without.
+# Names under which the catalogue later got these effects; the others have none.
 NAMES = {"warming": "warming", "gain": "gain", "dimension": "dimension", "drift": "drift"}
-# Of a rich program, counted from 1: the second half of its cycles.
+# First cycle (from 1) of the second half of a rich program.
 STEP_CYCLE = 4
 ATTEMPTS = 6
-# Standard errors that what is outside must show at least; a gain is only several times what calibration may be off by.
+# Least standard errors of outside physics; of a gain, which is only several standard deviations of calibration.
 SEEN, GAIN_SEEN = 12.0, 2.5
 
 
@@ -114,7 +114,7 @@ def _shown(entry: Entry) -> tuple[float, float]:
 
 
 def stated(entry: Entry) -> Specimen:
-    """The bushing as its case file describes it."""
+    """Return the bushing as its case file describes it."""
     return replace(entry.specimen, dimensions=dict(entry.specimen.dimensions) | dict(entry.said))
 
 
@@ -125,7 +125,7 @@ def elastic_force(body: Specimen, c: Channel) -> Array:
 
 
 def forces(entry: Entry) -> tuple[list[Array], list[Array]]:
-    """Noise-free forces of the channels with what is outside, and without."""
+    """Noise-free forces of the channels with the outside physics, and without it."""
     channels = channels_of(entry)
     plain = [elastic_force(entry.specimen, c) for c in channels]
     exact = plain
@@ -140,7 +140,7 @@ def forces(entry: Entry) -> tuple[list[Array], list[Array]]:
     return exact, plain
 
 
-# -- what is outside ---------------------------------------------------------------------------------------------
+# -- physics outside the catalogue -------------------------------------------------------------------------------
 
 
 def _uniform(rng: np.random.Generator, low: float, high: float) -> float:
@@ -152,21 +152,21 @@ def _fast(entry: Entry) -> float:
 
 
 def _warming(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
-    """Force falls as the rubber warms: with the work done, or with time beside a warm rig."""
+    """The force falls as the rubber warms: with the work done, or with time next to a warm rig."""
     by = str(rng.choice(["work", "time"]))
     where = {"falls_with": "time"}
     return {"by": by, "loss": _uniform(rng, 0.03, 0.12), "reach": _uniform(rng, 0.2, 0.8)}, where
 
 
 def warming(formula: Formula, c: Channel, force: Array) -> Array:
-    """Multiply by 1 - loss (1 - exp(-x / reach)), x the share of the path or of the time."""
+    """Multiply by 1 - loss (1 - exp(-x / reach)), x being the share of the work or of the time."""
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(c.displacement) * 0.5 * (force[1:] + force[:-1])))])
     x = way / way[-1] if formula["by"] == "work" else c.time / c.time[-1]
     return force * (1 - formula["loss"] * (1 - np.exp(-x / formula["reach"])))
 
 
 def _gain(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
-    """One channel's amplifier is off by 3 to 6 %."""
+    """The amplifier of one channel is off by 3 to 6 %."""
     at = entry.channels[-1]
     factor = 1 + _uniform(rng, 0.03, 0.06) * float(rng.choice([-1.0, 1.0]))
     return {"channel": at, "factor": round(factor, 5)}, {"channel": at}
@@ -188,13 +188,13 @@ def _dimension(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula
 
 
 def _step(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
-    """The stiffness falls once, or rises."""
+    """The stiffness falls or rises once."""
     factor = 1 - _uniform(rng, 0.03, 0.15) if rng.random() < 0.7 else 1 + _uniform(rng, 0.03, 0.1)
     return {"cycle": STEP_CYCLE, "factor": round(factor, 5)}, {"cycle": STEP_CYCLE, "softer": factor < 1}
 
 
 def step(formula: Formula, c: Channel, force: Array) -> Array:
-    """Multiply by the factor from a cycle on."""
+    """Multiply by the factor from this cycle on."""
     begin = next(b.start for b in segment(c.displacement, c.time) if b.cycle >= formula["cycle"])
     return force * np.where(np.arange(len(force)) >= begin, formula["factor"], 1.0)
 
@@ -205,12 +205,12 @@ def _drift(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
 
 
 def drift(formula: Formula, c: Channel, force: Array) -> Array:
-    """Add what grows with the square root of time."""
+    """Add a force that grows with the square root of time."""
     return force + formula["percent"] / 100 * float(np.ptp(force)) * np.sqrt(c.time / c.time[-1])
 
 
 def _tear(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
-    """A crack opens at the first large excursion: beyond it tension is softer than pressure."""
+    """A crack opens at the first large excursion; from then on the bushing is softer in tension than in compression."""
     return {"loss": _uniform(rng, 0.08, 0.2), "at": _uniform(rng, 0.7, 0.9)}, {"sign": "+"}
 
 
@@ -232,7 +232,7 @@ def _detent(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
 
 
 def detent(formula: Formula, c: Channel, force: Array) -> Array:
-    """Add a bell at a displacement."""
+    """Add a bell-shaped force at a displacement."""
     x = c.displacement / float(np.abs(c.displacement).max())
     return force + formula["percent"] / 100 * float(np.ptp(force)) * np.exp(
         -0.5 * ((x - formula["at"]) / formula["width"]) ** 2
@@ -248,7 +248,7 @@ def _transducer(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formul
 
 
 def transducer(formula: Formula, c: Channel, force: Array) -> Array:
-    """Take the force of the displacement that the transducer hides."""
+    """Return the force at the true displacement, which the transducer does not show."""
     reach = float(np.abs(c.displacement).max())
     q = c.displacement + formula["percent"] / 100 * reach * np.sin(
         math.pi * formula["waves"] * c.displacement / reach
@@ -259,12 +259,12 @@ def transducer(formula: Formula, c: Channel, force: Array) -> Array:
 
 
 def _quadratic_damping(rng: np.random.Generator, entry: Entry) -> tuple[Formula, Formula]:
-    """A fluid in the fixture: a force with the square of the rate, at the fast ways only."""
+    """A fluid in the fixture: a force with the square of the rate, which matters only on the fast legs."""
     return {"percent": _uniform(rng, 2.0, 6.0), "fast": _fast(entry)}, {"rate": "fast"}
 
 
 def quadratic_damping(formula: Formula, c: Channel, force: Array) -> Array:
-    """Add rate |rate| over that of the fastest way."""
+    """Add a force proportional to rate |rate|, relative to the fastest leg."""
     rate = np.gradient(c.displacement, c.time) * formula["fast"] / float(np.abs(c.displacement).max())
     return force + formula["percent"] / 100 * float(np.ptp(force)) * rate * np.abs(rate)
 

@@ -22,11 +22,11 @@ from cases.mode import modes
 
 Array = NDArray[np.float64]
 
-# Percent of the force range, rms beside the law and calibration.
+# Percent of the force range (rms) beyond what law and calibration can imitate.
 SHARE = (0.5, 15.0)
-# Below this strength a rich program is drawn again, at most so often.
+# Below this strength a rich program is drawn again; largest number of attempts.
 SEEN, ATTEMPTS = 4.0, 8
-# Each law is compiled once per effect and mode, which takes longer than to solve it: Ogden's stands where no form does.
+# Laws beside effects in the finite-element model, each of which is compiled once per effect and mode; not Ogden's.
 LAWS = ("yeoh", "mooney_rivlin", "gent")
 
 
@@ -101,7 +101,7 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
 
 
 def share(bench: Bench, change: Array) -> float:
-    """Percent of the range (rms) that is left of a weighed change beside the law and the calibration factors."""
+    """Percent of the range (rms) of a weighed change that law and calibration factors cannot imitate."""
     rest = left(change, bench.taken)
     scale = np.concatenate(
         [np.full(len(f), s / float(np.ptp(f))) for s, f in zip(bench.sigma, bench.fine, strict=True)]
@@ -110,7 +110,7 @@ def share(bench: Bench, change: Array) -> float:
 
 
 def _sized(rng: np.random.Generator, name: str, bench: Bench, wanted: float) -> tuple[ActiveEffect, Array]:
-    """An effect that changes the curves by the wanted share, as far as its usual range goes."""
+    """Return an effect that changes the curves by the wanted share, as far as its usual range allows."""
     sizes = SIZES[name]
     values = sizes.values(rng, bench.situation(name))
     size = 1.0
@@ -128,7 +128,7 @@ def _sized(rng: np.random.Generator, name: str, bench: Bench, wanted: float) -> 
 
 
 def forces(entry: Entry, exact: bool = True) -> tuple[list[Array], list[Array]]:
-    """Noise-free forces of the channels with the effects and without, by the finer model."""
+    """Noise-free forces of the channels with the effects and without them, by the finer model."""
     active = [ActiveEffect(effect(name), values) for name, values in entry.effects.items()]
     channels = [channel(p, entry.specimen) for p in entry.programs]
     with_ = [force(entry.specimen, c, active, finer=exact)[0] for c in channels]

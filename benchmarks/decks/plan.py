@@ -1,4 +1,4 @@
-"""What each deck holds: how many of which kind, in an order that says nothing. Used once, when a deck is drawn."""
+"""Contents of each deck: how many of which kind, in a random order. Used once, when a deck is drawn."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from benchmarks.decks.manifest import Kind, Part
 from bushcli.effects.effect import effects
 
 SEEDS = {"dev": 70_001, "own": 71_001, "foreign": 72_001, "nothing": 73_001}
-# The catalogue of the day on which the decks were drawn.
+# Effects of the catalogue on the day on which the decks were drawn.
 EFFECTS = (
     *(
         "batch_stiffness",
@@ -25,11 +25,10 @@ EFFECTS = (
     *("misalignment", "mullins", "offset", "permanent_set", "rig_compliance", "sleeve_compliance", "swaging"),
     *("time_lag", "viscoelasticity"),
 )
-# Share of poor programs among the singles of the own deck that are content with one channel; a quarter of all.
+# Share of poor programs among the own deck's single effects that need only one channel; a quarter of all.
 POOR = 0.3
 
-# Formulas of the foreign deck, how often. Each is a function of `foreign.formulas`; the names before the dot are what
-# is physically right, for a reader: the manifest holds the truth.
+# Formulas of the foreign deck and their numbers. Each is an entry of `foreign.formulas`; the manifest holds the truth.
 FOREIGN: dict[str, int] = {
     "bergstroem_boyce": 4,
     "simo": 3,
@@ -87,7 +86,7 @@ class Card:
     ----------
     part, kind
     names : tuple of str
-        Effects (own), or formulas (foreign, outside).
+        Effects (own deck), or formulas (foreign, outside).
     program : str
     channels : tuple of str
         Empty where the formula decides.
@@ -105,7 +104,7 @@ class Card:
 
 
 def cards(deck: str) -> dict[str, Card]:
-    """The recordings of a deck by name."""
+    """Recordings of a deck by name."""
     seed = SEEDS[deck]
     found: list[Card] = []
     if deck in ("own", "dev"):
@@ -155,7 +154,7 @@ def _own(seed: int, times: int, pairs: int, nothings: int) -> list[Card]:
 
 
 def _foreign(seed: int, names: list[str]) -> list[Card]:
-    """Channels are the formula's own; programs rich but for a fifth."""
+    """Cards with the formula's channels; a fifth of the programs is poor."""
     rng = np.random.default_rng([seed, 2])
     found = []
     for i, name in enumerate(names):

@@ -1,4 +1,4 @@
-"""Manifests and ledgers -> the page of tables, and the picture of the reliability diagrams."""
+"""Make the page of tables and the picture of reliability diagrams from manifests and ledgers."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from benchmarks.decks.said import said
 from benchmarks.decks.score import Item
 
 ABOUT = Path(__file__).parent / "about.md"
-# By label, the recordings that were diagnosed.
+# The diagnosed recordings by label.
 Runs = Mapping[str, Sequence[Item]]
 
 
 def items(deck: str, label: str) -> list[Item]:
-    """All recordings of a deck that were diagnosed under a label."""
+    """Recordings of a deck that were diagnosed under a label."""
     lines = ledger.read(deck, label)
     return [Item(one, said(lines[name])) for name, one in manifest.read(deck).items() if name in lines]
 
 
 def document(labels: Sequence[str], decks: Sequence[str], output: Path | None = None) -> str:
-    """The whole page, with a picture beside it where it is written."""
+    """Return the whole page; with `output`, write the picture beside it."""
     found = {deck: {label: items(deck, label) for label in labels} for deck in decks}
     parts = [ABOUT.read_text(encoding="utf-8")]
     for deck, runs in found.items():
@@ -206,11 +206,11 @@ def _reliability(runs: Runs, picture: Path | None) -> str:
 
 
 def draw(kinds: Mapping[str, Mapping[str, Sequence[score.Bin]]], file: Path) -> None:
-    """Reliability diagrams side by side: said against true, with 95 % intervals."""
+    """Draw reliability diagrams side by side: stated probability against true share, with 95 % intervals."""
     import matplotlib
 
     matplotlib.use("Agg")
-    # The same text for the same numbers: the picture is kept in git.
+    # The picture is kept in git, so that the same numbers must give the same file.
     matplotlib.rcParams["svg.hashsalt"] = "decks"
     from matplotlib import pyplot
 
@@ -256,5 +256,5 @@ def _stated(item: Item) -> str:
 
 
 def finite(value: float) -> str:
-    """A number, or nothing where there is none."""
+    """A number as text; empty if it is not finite."""
     return f"{value:.3f}" if math.isfinite(value) else ""

@@ -1,7 +1,7 @@
-"""Diagnose a deck's recordings, each in a process of its own on a copy of its case; go on where it was.
+"""Diagnose a deck's recordings, each in a separate process on a copy of its case; continue an earlier run.
 
-Beside ``DIR/results-LABEL/NAME`` a line goes to the ledger in git (`ledger`). What is in the ledger is done, whichever
-machine did it.
+Besides ``DIR/results-LABEL/NAME`` each writes a line to the ledger in git (`ledger`). Recordings in the ledger are
+done, on whichever machine.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from pathlib import Path
 from benchmarks.concealed.run import Run, Running, run_one
 from benchmarks.decks import ledger
 
-# How a process ends whose processor time is over (SIGXCPU, SIGKILL), or the shell that reports it.
+# Exit codes of a process that has exceeded its processor time (SIGXCPU, SIGKILL), or of its shell.
 OUT_OF_TIME = (-24, -9, 152, 137)
-# And one that somebody ends: SIGINT, SIGTERM.
+# Exit codes of a process that a user has ended: SIGINT, SIGTERM.
 INTERRUPTED = (-2, -15, 130, 143)
 
 
 def waiting(
     deck: str, folder: Path, label: str, *, again: bool = False, kept: Path = ledger.FOLDER
 ) -> list[Path]:
-    """Cases that are not in the ledger, in order; with `again` also those whose last line has no verdict."""
+    """Cases that are not in the ledger, in order; with `again` also those without a verdict in their last line."""
     known = ledger.read(deck, label, kept)
     cases = sorted((folder / "cases").glob("*/case.toml"))
 
@@ -48,22 +48,22 @@ def run_all(
     again: bool = False,
     kept: Path = ledger.FOLDER,
 ) -> Generator[str, None, None]:
-    """Diagnose what is not diagnosed yet; yields a line for each.
+    """Diagnose the recordings that have not been diagnosed yet; yield a line for each.
 
     Parameters
     ----------
     deck, folder
         Name of the deck, and where its ``cases`` are.
     command
-        To which ``CASE --json -o OUT`` is added.
+        Command, to which ``CASE --json -o OUT`` is appended.
     label
-        Of the code that is run.
+        Name of the code that is run.
     workers, timeout, count
-        Recordings at the same time; seconds of wall clock for each; no more than so many now.
+        Number of recordings at the same time; limit of wall-clock time for each, s; largest number to run now.
     processor
-        Seconds of processor time for each: the limit that a machine which does other work does not move.
+        Limit of processor time for each, s, which does not depend on other work on the machine.
     again
-        Whether to repeat those that left no result.
+        Whether to repeat recordings without a result.
     kept
         Folder of the ledger.
     """
@@ -80,7 +80,7 @@ def run_all(
                     continue
                 name = jobs[job].parent.name
                 if found.code in INTERRUPTED:
-                    # By somebody from outside, which says nothing of the recording: it is not done.
+                    # Ended from outside: the recording counts as not done.
                     yield f"{deck} {name}: interrupted, {found.seconds:.0f} s"
                     continue
                 result = None
@@ -94,20 +94,20 @@ def run_all(
                     code=None if found.code in OUT_OF_TIME else found.code,
                     stderr=found.stderr,
                 )
-                # Of children that have ended; of this one where there is no other.
+                # Processor time of children that have ended; with one worker, of this recording.
                 used, before = processor_seconds() - before, processor_seconds()
                 if workers == 1:
                     line["processor_seconds"] = round(used, 1)
                 ledger.append(deck, label, line, kept)
                 yield f"{deck} {name}: {found.how}, {found.seconds:.0f} s"
         finally:
-            # Interrupted: what is under way ends with this process, and is not done.
+            # If interrupted, running diagnoses end with this process and count as not done.
             pool.shutdown(wait=False, cancel_futures=True)
             running.stop()
 
 
 def processor_seconds() -> float:
-    """Of all processes that this one has started and that have ended."""
+    """Processor time of all child processes that have ended, s."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 

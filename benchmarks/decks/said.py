@@ -1,7 +1,7 @@
-"""What a diagnosis said, in one form for old and new results: sets of effects with probabilities.
+"""A diagnosis' answer in one form for old and new results: sets of effects with probabilities.
 
-Old results name effects and list rivals, sets that they hold for equally possible: each set has the same probability,
-and an effect is stated for certain where it is in all of them. New ones have models with probabilities.
+Old results name effects and list rivals, sets that they consider equally possible: each set gets the same probability,
+and an effect counts as certain if it is in all of them. New results have models with probabilities.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ Names = frozenset[str]
 Line = Mapping[str, Any]
 
 UNKNOWN: Names = frozenset({"unknown"})
-# Share of the posterior that the credible set holds, and the probability from which an effect counts as stated.
+# Share of the posterior in the credible set, and least probability of an effect that counts as stated.
 CREDIBLE = STATED = 0.95
-# A sum of rounded probabilities that should be 0.95 counts as such.
+# Tolerance for a sum of rounded probabilities that should be 0.95.
 ROUNDING = 1e-9
 
 
@@ -28,15 +28,15 @@ class Said:
     Attributes
     ----------
     verdict : str
-        Of the tool; "no result" where there is none.
+        The tool's verdict; "no result" where there is none.
     named : frozenset of str
-        Effects that are named, without the rig.
+        Named effects, without their rigs.
     sets : tuple of (frozenset of str, float)
         Sets of effects and their probability, best first; {"unknown"} is physics that is not in the catalogue.
     effects : mapping
         Effect (and "unknown") -> probability.
     line : mapping
-        Of the ledger.
+        Line of the ledger.
     """
 
     verdict: str
@@ -47,7 +47,7 @@ class Said:
 
     @cached_property
     def credible(self) -> tuple[Names, ...]:
-        """The smallest number of sets that hold 95 % together; all where they do not."""
+        """The fewest sets that together hold 95 %; all sets if they hold less."""
         found, total = [], 0.0
         for names, probability in self.sets:
             found.append(names)
@@ -58,17 +58,17 @@ class Said:
 
     @cached_property
     def stated(self) -> Names:
-        """Effects that are said to be there with 95 % or more."""
+        """Effects that are stated with a probability of 95 % or more."""
         return frozenset(n for n, p in self.effects.items() if p >= STATED - ROUNDING and n != "unknown")
 
     def of(self, right: Iterable[Names]) -> float:
-        """Probability of all these sets together."""
+        """Sum of the probabilities of these sets."""
         wanted = set(right)
         return min(1.0, sum(p for names, p in self.sets if names in wanted))
 
     @property
     def faults(self) -> Names:
-        """Kinds of data faults that are said."""
+        """Kinds of data faults that are reported."""
         return frozenset(str(one["kind"]) for one in self.line.get("data_faults") or [])
 
 
@@ -89,7 +89,7 @@ def said(line: Line) -> Said:
     named = bases(one["name"] for one in line["effects"])
     if "models" in line or "probability" in line:
         return _new(line, named)
-    # What is named beside "unexplained" is the nearest that the catalogue has.
+    # An effect named in addition to "unexplained" is only the nearest one of the catalogue.
     sets = [UNKNOWN] if line["verdict"] == "unexplained" else []
     for names in (named, *map(bases, line["rivals"])):
         if names not in sets:
@@ -106,10 +106,10 @@ def _new(line: Line, named: Names) -> Said:
         found[names] = found.get(names, 0.0) + float(model["probability"] or 0.0)
     sets = tuple(sorted(found.items(), key=lambda item: -item[1]))
     effects: dict[str, float] = {}
-    # The same effect in two rigs: it is there where it is in either, which the models know and the sum does not.
+    # An effect may be in either of two rigs: its probability follows from the models, not from the sum over rigs.
     for name, probability in (line.get("probability") or {}).items():
         if name == "nothing":
-            # The probability of no effect is not that of an effect.
+            # "nothing" is not an effect.
             continue
         effects[base(name)] = max(effects.get(base(name), 0.0), float(probability or 0.0))
     for name in frozenset().union(*found) if found else ():

@@ -1,4 +1,4 @@
-"""Compare what is right with what was said; the rules are in words in `about.md`."""
+"""Compare right and given answers; `about.md` states the rules in words."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from benchmarks.concealed.score import NORMAL, Count, Interval
 from benchmarks.decks.manifest import Entry
 from benchmarks.decks.said import UNKNOWN, Names, Said
 
-# A right set to which nothing was given counts as this probable: models are listed down to 0.1 %.
+# Least probability of a right set, since models are listed down to 0.1 %.
 FLOOR = 1e-3
 # Share of the located misfit that must lie where the truth puts it.
 HALF = 0.5
-# Bins of the reliability diagram: more at the ends, where what is said matters most.
+# Bins of the reliability diagram: narrower at the ends, where statements matter most.
 BINS = (0.01, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 0.99, 1.0)
 
 
 @dataclass(frozen=True)
 class Item:
-    """A recording and what was said of it (None = not yet diagnosed)."""
+    """A recording and the answer to it (None = not diagnosed yet)."""
 
     entry: Entry
     said: Said
 
     @property
     def right(self) -> frozenset[Names]:
-        """Sets that are right: of what is outside the catalogue, "unknown" or the effect that it gets later."""
+        """Sets that are right: for physics outside the catalogue "unknown", or the effect that was added later."""
         if self.entry.outside:
             later = {frozenset(self.entry.truth)} if self.entry.truth else set()
             return frozenset({UNKNOWN, *later})
@@ -49,7 +49,7 @@ def in_set(item: Item) -> bool:
 
 
 def outright(item: Item) -> bool:
-    """Whether exactly the right effects are named, and nothing beside them."""
+    """Whether exactly the right effects are named, without rivals."""
     said = item.said
     return (
         said.verdict not in ("unexplained", "no result", "faulty_data")
@@ -59,22 +59,22 @@ def outright(item: Item) -> bool:
 
 
 def wrongly(item: Item) -> Names:
-    """Effects that are stated with 95 % or more, and are not there."""
+    """Effects that are stated with 95 % or more, but are absent."""
     return item.said.stated - item.possible
 
 
 def unexplained(item: Item) -> bool:
-    """Whether the catalogue is said not to explain it."""
+    """Whether the verdict is that the catalogue does not explain the recording."""
     return item.said.verdict == "unexplained"
 
 
 def explained(item: Item) -> bool:
-    """Whether the plain law is said to do, without any effect."""
+    """Whether the verdict is that the plain law suffices, without any effect."""
     return item.said.verdict == "explained" and not item.said.named
 
 
 def outside_right(item: Item) -> bool:
-    """Whether what is outside is called unexplained, in the right place, or by the effect that the catalogue got."""
+    """Whether outside physics is unexplained and rightly located, or named as the effect that was added later."""
     later = frozenset(item.entry.truth)
     if later and any(names == later for names in item.said.credible):
         return True
@@ -82,7 +82,7 @@ def outside_right(item: Item) -> bool:
 
 
 def located(item: Item) -> bool:
-    """Whether more than half of the misfit that is located lies where the truth puts it."""
+    """Whether more than half of the located misfit lies where the truth puts it."""
     where = item.entry.where
     parts = item.said.line.get("mismatch") or []
     if not where:
@@ -105,7 +105,7 @@ def _there(part: dict[str, Any], item: Item) -> bool:
     if "falls_with" in where:
         return bool(part["sign"] == ("too_soft" if last <= 3 else "too_stiff" if first >= 4 else ""))
     if "channel" in where:
-        # A gain may be laid at either channel's door.
+        # A wrong gain may be attributed to either channel.
         return part["sign"] in ("too_soft", "too_stiff")
     if "grows_with" in where:
         return part["sign"] in ("too_high", "too_low") or first >= 4
@@ -150,7 +150,7 @@ def intervals(item: Item) -> list[Interval]:
 
 
 def log_score(item: Item) -> float:
-    """Logarithm of the probability of what is right, no less than that of FLOOR."""
+    """Logarithm of the probability of the right answer, no less than that of FLOOR."""
     return math.log(max(item.said.of(item.right), FLOOR))
 
 
@@ -158,18 +158,18 @@ def log_score(item: Item) -> float:
 
 
 def count(items: Sequence[Item], good: Callable[[Item], bool]) -> Count:
-    """How many of them."""
+    """Count the items for which `good` holds."""
     return Count(sum(map(good, items)), len(items))
 
 
 def statements(item: Item) -> Iterator[tuple[float, bool]]:
-    """All that is said of effects: probability and whether it is there; what is right or not is left out."""
+    """Stated probabilities of effects, and whether the effect is present; effects that may be either are left out."""
     truth = frozenset(item.entry.truth)
     for name, probability in item.said.effects.items():
         if name == "unknown":
             true = item.entry.outside
             if true and truth:
-                continue  # by its name or as unknown, as the catalogue has it
+                continue  # right by its name or as unknown, depending on the catalogue
         elif item.entry.outside and name in truth:
             continue
         else:
@@ -180,21 +180,21 @@ def statements(item: Item) -> Iterator[tuple[float, bool]]:
 
 
 def models(item: Item) -> Iterator[tuple[float, bool]]:
-    """All that is said of sets of effects: probability and whether it is right."""
+    """Stated probabilities of sets of effects, and whether the set is right."""
     for names, probability in item.said.sets:
         yield probability, names in item.right
 
 
 @dataclass(frozen=True)
 class Bin:
-    """What was said with a probability in a range.
+    """Statements with a probability in a range.
 
     Attributes
     ----------
     low, high : float
     count : int
     mean : float
-        Of the probabilities.
+        Mean of the probabilities.
     true : Count
     """
 
@@ -205,7 +205,7 @@ class Bin:
 
 
 def reliability(said: Sequence[tuple[float, bool]]) -> list[Bin]:
-    """Bins of probability with the share that is true; what is said with less than 1 % is left out."""
+    """Bins of probability with the share of true statements; statements below 1 % are left out."""
     found, low = [], BINS[0]
     for high in BINS[1:]:
         inside = [(p, t) for p, t in said if low <= p < high or (high == 1.0 and p == 1.0)]
@@ -217,6 +217,6 @@ def reliability(said: Sequence[tuple[float, bool]]) -> list[Bin]:
 
 
 def calibration_error(bins: Sequence[Bin]) -> float:
-    """Mean distance of what is said from what is true, weighed by how often it is said."""
+    """Mean distance of stated probability and true share, weighted by the number of statements."""
     total = sum(one.true.all for one in bins)
     return sum(one.true.all * abs(one.mean - one.true.share) for one in bins) / total if total else math.nan

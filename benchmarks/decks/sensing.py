@@ -1,6 +1,6 @@
-"""From an exact curve to what a rig's logger writes: calibration, drift, hum, noise with memory, spikes, lost samples.
+"""Simulate a rig's logger: calibration, drift, hum, correlated noise, spikes, lost samples.
 
-Everything is drawn from the sensor's own seed, so that the same curve gives the same file.
+Everything is drawn from the sensor's seed, so that the same curve gives the same file.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from benchmarks.decks.manifest import Sensor
 
 Array = NDArray[np.float64]
 
-# Digits of a logger: the force is written to this share of its range, the digest takes a digit less or two.
-# What two machines compute differs by some 1e-8 of the range, which changes a digit of the digest once in 10^3 values.
+# Resolution of the logged force as a share of its range; the digest uses one or two digits less. Results of two
+# machines differ by some 1e-8 of the range, which changes a digit of the digest once in 10^3 values.
 LOGGED, COMPARED = 1e-5, 1e-4
-# Values of the sketch, by which data are compared where the digest differs, and how near they must be.
+# Number of values in the sketch, by which data are compared where the digest differs, and their tolerance.
 SKETCH, NEAR = 16, 1e-3
 
 
@@ -30,7 +30,7 @@ def sensed(sensor: Sensor, time: Array, displacement: Array, force: Array) -> tu
     rng = np.random.default_rng(sensor.seed)
     n, span = len(force), float(np.ptp(force))
     percent = span / 100
-    # All are drawn whatever is used, in this order: a sensor without spikes has the noise of one with.
+    # Always drawn, in this order: a sensor without spikes has the same noise as one with spikes.
     white, travel = rng.standard_normal(n), rng.standard_normal(n)
     chance, sign, kept = rng.random(n), rng.choice([-1.0, 1.0], n), rng.random(n)
     f = sensor.calibration * force
@@ -46,23 +46,23 @@ def sensed(sensor: Sensor, time: Array, displacement: Array, force: Array) -> tu
         f = np.round(f / (sensor.quantum * percent)) * sensor.quantum * percent
     q = displacement + sensor.travel_noise * float(np.abs(displacement).max()) * travel
     there = kept >= sensor.lost
-    # A logger that lost its first sample would not know where rest is.
+    # The first sample is never lost, because it defines rest.
     there[0] = True
     return time[there], q[there], np.round(f[there] / (LOGGED * span)) * LOGGED * span
 
 
 def remembering(white: Array, correlation: float) -> Array:
-    """Noise of unit variance whose samples know the one before (autoregressive, first order)."""
+    """Autoregressive noise of first order and unit variance."""
     start = white[:1]
     rest = lfilter([np.sqrt(1 - correlation**2)], [1.0, -correlation], white[1:], zi=correlation * start)[0]
     return np.concatenate([start, rest])
 
 
 def digest(time: Array, displacement: Array, force: Array) -> dict[str, Any]:
-    """Digest of a channel's file, and the sketch of its forces over their range."""
+    """Return the digest of a channel's file, and the sketch of its forces over their range."""
     hasher = hashlib.sha256()
     for column in (time, displacement, force):
-        # A power of ten, so that a column that is longer by a percent has another digest.
+        # Steps are powers of ten, so that a column with a range larger by a percent has another digest.
         step = COMPARED * 10.0 ** np.floor(np.log10(float(np.ptp(column))))
         hasher.update(np.round(column / step).astype(np.int64).tobytes())
     at = np.linspace(0, len(force) - 1, SKETCH).round().astype(int)

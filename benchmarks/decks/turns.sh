@@ -1,14 +1,14 @@
 #!/bin/sh
-# Diagnose the decks in turn, some recordings of each at a time, so that a part of each is there whenever it is cut off:
+# Diagnose the decks in turn, some recordings of each at a time, so that there are results of each whenever it is stopped:
 #   benchmarks/decks/turns.sh LABEL DIR SECONDS BATCH "COMMAND" [DECK...]
-# SECONDS are of processor time: a machine that does other work must not decide what is out of time.
-# What is in the ledgers is done: start it again and it goes on.
+# SECONDS limit the processor time, which does not depend on other work on the machine.
+# Recordings in the ledgers are done: started again, it continues.
 label=$1 folder=$2 seconds=$3 batch=$4 command=$5
 shift 5
 here=$(cd "$(dirname "$0")/../.." && pwd)
 cd "$here" || exit 1
 [ $# -gt 0 ] || set -- own foreign nothing
-# A quiet round ends it: nothing was left in any deck.
+# It ends with a round in which no deck had a recording left.
 left=1
 while [ "$left" = 1 ]; do
     left=0

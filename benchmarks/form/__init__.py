@@ -1,1 +1,1 @@
-"""How wrong formulas of the right physics are: the numbers of the error of form, from the development deck."""
+"""Measure the error of form, the misfit left by the right physics in another formula, on the development deck."""

@@ -1,4 +1,4 @@
-"""How wrong formulas of the right physics are, and how many effective features an error of form has.
+"""Size of the error of form, and its number of effective features.
 
 `python -m benchmarks.form measure DIR` and `... table`; `... keep DIR --to FOLDER` and `... again FOLDER`.
 """
@@ -16,9 +16,9 @@ from scipy.special import logsumexp
 
 HERE = Path(__file__).parent
 RESULTS = HERE / "results.jsonl"
-# What is left of less than this share of the plain law's misfit, in units of the features' noise, is an upper bound.
+# Excess below this (in units of the features' noise) is only an upper bound of the error of form.
 SEEN = 2.0
-# Of the misfit, what the right physics leaves at most: root mean square.
+# Share of the misfit (root mean square) below which a channel enters the second summary of phi.
 MOST = 0.5
 NODES = np.linspace(-3.0, 3.0, 25)
 
@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def keep(folder: Path, to: Path, only: list[str] | None, budget: float) -> None:
-    """Diagnose what is not kept yet."""
+    """Diagnose the recordings whose diagnosis has not been kept yet."""
     from benchmarks.form import again
 
     to.mkdir(parents=True, exist_ok=True)
@@ -59,7 +59,7 @@ def keep(folder: Path, to: Path, only: list[str] | None, budget: float) -> None:
 
 
 def measure(folder: Path, only: list[str] | None) -> None:
-    """Add to the results what is not in them yet."""
+    """Add the recordings that the results do not contain yet."""
     from benchmarks.form.measure import measured
 
     there = (
@@ -89,7 +89,7 @@ def measure(folder: Path, only: list[str] | None) -> None:
 
 
 def table(rows: list[dict[str, Any]]) -> str:
-    """The results as a table, and what follows for the likelihood."""
+    """The results as a table, and the constants of the likelihood that follow from them."""
     lines = [
         "| recording | formula | effects | channel | r/D | effective features |",
         "| --- | --- | --- | --- | --- | --- |",
@@ -134,7 +134,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 
 def _explained(plain: np.ndarray, signal: np.ndarray) -> np.ndarray:
-    """What an effect has to explain of each channel, as the likelihood takes it (`Likelihood.explained`)."""
+    """Misfit of each channel that an effect has to explain, as in `Likelihood.explained`."""
     return 0.5 * plain + 0.5 * float(plain.sum() / signal.sum()) * signal
 
 
@@ -148,16 +148,16 @@ def _summary(name: str, rows: list[tuple[float, float, float]]) -> str:
 
 
 def _population(rows: list[tuple[float, float, float]]) -> tuple[float, float]:
-    """Median and spread of the share, log-normal, by maximum likelihood over channels.
+    """Median and spread of a log-normal share, by maximum likelihood over channels.
 
-    What is left is phi^2 D and what noise makes of K features, 2 K in variance.
+    The excess is phi^2 D, plus noise of K features with variance 2 K.
     """
 
     def cost(x: np.ndarray) -> float:
         share = np.exp(np.clip(x[0] + np.exp(x[1]) * NODES, -20.0, 3.0))
         total = 0.0
         for left, whole, count in rows:
-            # The square of the share scatters with its few features, taken as twelve, beside the noise.
+            # In addition to the noise the squared share scatters, because its features are few (taken as twelve).
             mean = share**2 * whole
             variance = 2.0 * count + 2.0 / 12.0 * mean**2 + 4.0 * mean
             log = -0.5 * np.log(variance) - 0.5 * (left - mean) ** 2 / variance

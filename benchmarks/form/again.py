@@ -1,9 +1,8 @@
 """Judge the models of finished diagnoses again with other numbers of effective features.
 
-A diagnosis of each recording of the development deck leaves its fitted models (features of the misfit, their
-derivatives, priors) and what it predicted of others. The posterior of these follows for any law m(K) without a further
-simulation; the logarithm of the probability that the right answer gets, averaged over the recordings, says how good
-the law is.
+For each recording of the development deck a diagnosis saves its fitted models (features of the misfit, their
+derivatives, priors) and its predictions of others. Their posterior follows for any law m(K) without further
+simulations; the score of a law is the logarithm of the right answer's probability, averaged over the recordings.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from bushcli.effects.names import effect_name
 
 Sets = dict[frozenset[str], float]
 
-# Effective features by the number of features.
+# Number of effective features as a function of the number of features.
 LAWS: Mapping[str, Callable[[int], float]] = {
     "0.43 K^0.8": lambda k: min(0.43 * k**0.8, k),
     "0.7 K^0.8": lambda k: min(0.7 * k**0.8, k),
@@ -49,13 +48,13 @@ UNKNOWN, STATED, HELD, FLOOR = "unknown", 0.95, 0.95, 1e-3
 
 
 class Keeping(Search):
-    """A search that keeps what each prediction leaves."""
+    """A search that keeps the misfit that each prediction leaves."""
 
     last: Search
     kept: dict[Any, tuple[Any, float]]
 
     def run(self) -> None:
-        """Search, and leave itself to be asked."""
+        """Search, and keep a reference to the finished search."""
         type(self).last = self
         super().run()
 
@@ -67,7 +66,7 @@ class Keeping(Search):
 
 
 class Leaving(Beside):
-    """Predictions that know what the best point of their grid leaves."""
+    """Predictions with the misfit that the best point of their grid leaves."""
 
     def _averaged(self, points: Any) -> Prediction:
         found = super()._averaged(points)
@@ -77,7 +76,7 @@ class Leaving(Beside):
 
 
 def keep(case_file: Path, out: Path, budget: float) -> None:
-    """Diagnose a recording and keep what it takes to judge it again.
+    """Diagnose a recording and save the data with which it can be judged again.
 
     Parameters
     ----------
@@ -119,7 +118,7 @@ def posterior(data: Mapping[str, Any], law: Callable[[int], float]) -> Sets:
     Parameters
     ----------
     data : mapping
-        As `keep` left it.
+        Data that `keep` saved.
     law : callable
         Effective features by the number of features.
     """
@@ -163,7 +162,7 @@ def table(folder: Path) -> str:
     Parameters
     ----------
     folder : Path
-        Where `keep` has left the diagnoses.
+        Folder with the diagnoses that `keep` saved.
     """
     entries = read("dev")
     kept = {file.stem: pickle.loads(file.read_bytes()) for file in sorted(folder.glob("*.pkl"))}
@@ -181,7 +180,7 @@ def table(folder: Path) -> str:
 
 
 def _scored(found: Sets, entry: Entry) -> tuple[float, bool, bool]:
-    """Logarithm of the probability of what is right, whether the credible set has it, and an effect wrongly stated."""
+    """Log probability of the right answer, whether the credible set has it, and whether a wrong effect is stated."""
     right = {frozenset(names) for names in (entry.truth, *entry.also_right)} if not entry.outside else set()
     if entry.outside and entry.truth:
         right.add(frozenset(entry.truth))

@@ -1,7 +1,7 @@
-"""Fit the right physics to a recording that another formula of it made, and see what is left beside the plain law.
+"""Fit the right physics to a recording made by another formula, and compare its misfit with the plain law's.
 
-The truth is given: nothing is searched. What a model leaves is its excess, the sum of squares of the features of the
-misfit beyond what noise and calibration make expect (`bushcli.diagnosis.likelihood.form`).
+The truth is given, so that nothing is searched. The misfit of a model is measured by its excess: the sum of squares of
+the misfit's features beyond the expectation of noise and calibration (`bushcli.diagnosis.likelihood.form`).
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ Array = NDArray[np.float64]
 
 
 def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
-    """What the plain law and the right physics leave of each channel; None where one of them cannot be solved.
+    """Excess of the plain law and of the right physics, by channel; None where one of them cannot be solved.
 
     Parameters
     ----------
     case_file
     truth : tuple of str
-        Names of the effects that are there; none for what the law alone leaves.
+        Names of the true effects; empty for the law alone.
     """
     case = load_case(case_file)
     recordings = tuple(read_recording(source) for source in case.recordings)
@@ -86,7 +86,7 @@ def measured(case_file: Path, truth: tuple[str, ...]) -> dict[str, Any] | None:
 
 
 def _effective(state: State) -> list[float]:
-    """Participation ratio of what is left in the features of each channel, noise taken off."""
+    """Participation ratio of the features of each channel's remaining misfit, less noise."""
     found = []
     for z in state.misfit:
         power = np.maximum(z**2 - 1.0, 0.0)

@@ -3,7 +3,7 @@
     python calculix_bushing.py axial|radial RADIALxAXIALxAROUND CCX [THREADS]
 
 CCX is the program. Elements: across the rubber; along its length (half of it for radial load); around half the
-circumference. CalculiX has no mixed element: the compressibility is a term of the law. Prints one line of JSON.
+circumference. CalculiX has no mixed element, so that the compressibility is a term of the law. Prints one line of JSON.
 """
 
 import json
@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import numpy as np
 from problem import C10, C20, C30, KAPPA, arguments, heights, radii
 
-# Nodes of an element in half-element steps, in CalculiX's order: corners, then mid-sides.
+# Nodes of an element in steps of half an element, in CalculiX's order: corners, then mid-sides.
 QUADRILATERAL = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
 BRICK = [
     *((x, y, 0) for x, y in QUADRILATERAL[:4]),
@@ -117,7 +117,7 @@ def main():
         if run.returncode or "*ERROR" in run.stdout:
             raise SystemExit(run.stdout[-2000:] + run.stderr[-1000:])
         printed = (Path(folder) / "job.dat").read_text()
-    # Axisymmetric elements become a wedge of two degrees.
+    # CalculiX expands axisymmetric elements to a wedge of two degrees.
     share = 180 if task.mode == "axial" else 4
     times, forces = [], []
     for block in re.split(r"total force", printed)[1:]:

@@ -23,7 +23,7 @@ TOLERANCE = 1e-7
 
 
 class Yeoh:
-    """Isochoric Yeoh law by hand: FElupe's own is differentiated automatically, and slower."""
+    """Isochoric Yeoh law with derivatives by hand: FElupe's is differentiated automatically, which is slower."""
 
     def __init__(self):
         self.x = [np.eye(3), np.zeros(0)]
@@ -76,7 +76,7 @@ def model(mode, elements):
         mirrors = {1: np.isclose(angle, 0) | np.isclose(angle, np.pi), 2: np.isclose(height, 0)}
         mesh.points[:] = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height])
         region = fem.RegionTriQuadraticHexahedron(mesh)
-    # Continuous dual fields: half the error of FElupe's default, discontinuous ones, and fewer unknowns.
+    # Continuous dual fields: half the error of FElupe's default (discontinuous fields), and fewer unknowns.
     field = fem.FieldsMixed(region, n=3, axisymmetric=mode == "axial", disconnect=False)
     return field, np.isclose(radius, INNER_RADIUS), np.isclose(radius, OUTER_RADIUS), mirrors
 

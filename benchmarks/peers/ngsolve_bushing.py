@@ -18,7 +18,7 @@ import numpy as np  # noqa: E402
 from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh  # noqa: E402
 from problem import C10, C20, C30, KAPPA, arguments, heights, radii  # noqa: E402
 
-# Of the factorisations in the wheel for indefinite systems, the fastest here.
+# The fastest of the wheel's factorisations for indefinite systems.
 INVERSE = "sparsecholesky"
 TOLERANCE = 1e-7
 
@@ -28,7 +28,7 @@ def at(vertices, index):
 
 
 def model(mode, elements):
-    """Mesh, space, form of the stored energy, name of the inner bond, and what must outlive them."""
+    """Mesh, space, form of the stored energy, name of the inner bond, and objects that must outlive them."""
     across, along, *around = elements
     R, Z = radii(across), heights(along, mode)
     if mode == "axial":
@@ -36,7 +36,7 @@ def model(mode, elements):
         inner, bend = "left", None
         displacement = ngs.VectorH1(mesh, order=2, dirichletx="left|right", dirichlety="left|right")
     else:
-        # A box of radius, angle and height, bent by a displacement of third order.
+        # A box of radius, angle and height, curved by a displacement of third order.
         box = lambda s, a, t: (at(R, s), np.pi * a, at(Z, t))  # noqa: E731
         mesh = MakeStructured3DMesh(True, across, around[0], along, mapping=box)
         bend = ngs.GridFunction(ngs.VectorH1(mesh, order=3))
@@ -87,7 +87,7 @@ def main():
         for i, (n, x) in enumerate(known):
             guess = guess + x * np.prod([(q - m) / (n - m) for j, (m, _) in enumerate(known) if j != i])
         state.vec.FV().NumPy()[:] = guess
-        # The inner bond has moved by the extrapolation of what is known of it: put it where it belongs.
+        # The predictor has also extrapolated the inner bond: set it to the prescribed displacement.
         moved = np.dot(state.vec.FV().NumPy(), direction) / np.dot(direction, direction)
         state.vec.data += float(q - moved) * inner
         for _ in range(25):
@@ -119,7 +119,7 @@ def main():
 
 
 def solve(a, state, residual, free):
-    """One Newton step with the element-interior unknowns condensed."""
+    """One Newton step with the interior unknowns of elements condensed."""
     step = state.vec.CreateVector()
     residual.data += a.harmonic_extension_trans * residual
     step.data = a.mat.Inverse(free, inverse=INVERSE) * residual

@@ -1,4 +1,4 @@
-"""A STEP file in NGSolve: the kidney bushing, a quarter of it, marched radially in as many steps as bushcli.
+"""A STEP file in NGSolve: a quarter of the kidney bushing, marched radially in the same steps as bushcli.
 
     python ngsolve_step.py FILE.step REACH STEPS SIZE
 
@@ -22,7 +22,7 @@ INVERSE, TOLERANCE = "sparsecholesky", 1e-7
 
 
 def quarter(path):
-    """The part where y and z are positive, its faces named by where they lie."""
+    """Return the part with positive y and z, its faces named by their position."""
     solid, far = occ.OCCGeometry(path).shape, 1000.0
     for axis, (low, way) in {"y": ((-far, 0, -far), occ.Y), "z": ((-far, -far, 0), occ.Z)}.items():
         half = occ.Box(occ.Pnt(*low), occ.Pnt(far, far, far))

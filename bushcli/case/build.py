@@ -47,7 +47,7 @@ _LARGEST = 1e100
 class Builder:
     """Builds the parts of a case and collects their errors; one builder serves one ``load_case``."""
 
-    # Whether files that are not there are errors; who rebuilds a case from a result may not need them.
+    # Whether missing files are errors; a case that is rebuilt from a result may not need them.
     looks_for_files = True
 
     def __init__(self, folder: Path) -> None:
@@ -298,7 +298,7 @@ class Builder:
 
 
 def _impossible_values(value: Any, keys: Keys = ()) -> Iterator[Finding]:
-    """Yield nan, infinities (but for the bulk modulus), numbers too large to compute with, and control characters."""
+    """Yield nan, infinities (except the bulk modulus), numbers too large to compute with, and control characters."""
     if isinstance(value, dict):
         for key, item in value.items():
             yield from _impossible_values(item, (*keys, key))

@@ -81,7 +81,7 @@ class LoadCase:
     rate : float, optional
         mm/s or rad/s along the path; None = time plays no part.
     steps : int
-        Steps on the longest segment of the path; the others get their share.
+        Steps on the longest segment of the path; the others get proportionally fewer.
     source : Source, optional
         File with the program, for `bushcli.recording.read_program`.
     six : SixPath, optional
@@ -118,12 +118,12 @@ class Case:
     recordings, coupons : tuple of Source
         Bushing (or, for a coupon shape, specimen) recordings, and material tests. Channel names are unique.
     effects : tuple of ActiveEffect
-        What is added to the plain model, each effect once, or once in each rig; parameters that are not given have no
-        value.
+        Effects that are added to the plain model, each once, or once in each rig; parameters that are not given have
+        no value.
     tolerance : Tolerance
         Band within which a simulated channel is accepted.
     toleranced : mapping of str to Toleranced
-        By dotted key, of the numbers that were given with one.
+        Tolerances by dotted key, for the numbers that were given with one.
     """
 
     title: str
@@ -274,7 +274,7 @@ def _source(source: Source, folder: Path) -> dict[str, Any]:
 
 
 def _further(source: Source) -> dict[str, Any]:
-    """Return the keys of a source that few have, where they are given."""
+    """Return the rarer keys of a source, as far as they are given."""
     turned = source.mode in modes() and modes()[source.mode].rotational
     rate = source.rate if source.rate is None or not turned else float(f"{math.degrees(source.rate):.12g}")
     shown = {
@@ -297,5 +297,5 @@ def _further(source: Source) -> dict[str, Any]:
 
 def _relative(file: Path, folder: Path) -> str:
     below = os.path.relpath(file, folder)
-    # What was given from the root is not below the case's folder; it stays as it was given.
+    # A file given with its whole path, outside the case's folder, keeps that path.
     return str(file) if below.startswith("..") and file.is_absolute() else Path(below).as_posix()

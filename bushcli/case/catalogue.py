@@ -17,7 +17,7 @@ def as_json(kind: str) -> list[dict[str, Any]]:
 
 
 def as_text(kind: str) -> str:
-    """Return the entries of a kind ("laws", "shapes", "modes", "effects") as text for people."""
+    """Return the entries of a kind ("laws", "shapes", "modes", "effects") as text to be read."""
     blocks = []
     for entry in as_json(kind):
         lines = [f"{entry['name']}  {entry['summary']}"]

@@ -17,9 +17,9 @@ _PARAMETERS: Keys = ("material", "parameters")
 SHEAR = (1e-5, 1e5)
 # Bulk over shear modulus at a Poisson's ratio of zero.
 LEAST_BULK = 2.0 / 3.0
-# mm: below it dimensions are in metres.
+# mm: if the largest dimension is below this, the dimensions are in metres.
 SMALLEST_SHAPE = 0.5
-# mm, MPa: below it a mesh has elements that no solver resolves.
+# mm, MPa: below these a mesh has elements that no solver resolves.
 SMALLEST_DIMENSION, SOFTEST_SLEEVE = 1e-3, 1.0
 # mm, rad, or stretch - 1: below it forces drown in the rounding of displacements.
 SMALLEST_TRAVEL = 1e-6
@@ -69,7 +69,7 @@ def _stiffness(material: Material, shear: float) -> Iterator[Finding]:
 
 
 def dimensions(shape: Shape) -> Iterator[Finding]:
-    """Check that the dimensions can be millimetres."""
+    """Check that the dimensions are plausible in millimetres."""
     sizes = {
         name: value
         for name, field in type(shape).model_fields.items()

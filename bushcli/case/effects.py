@@ -24,7 +24,7 @@ class Channel:
     ----------
     name, mode : str
     untimed : Keys
-        The load case, where it is certain to have no time; empty where it has time or where a file may contain it.
+        Place of the load case if it certainly has no time; empty if it has time or if a file may contain it.
     """
 
     name: str
@@ -124,7 +124,7 @@ def _channels(
 def _values(
     effect: Effect, table: EffectTable, keys: Keys, rotational: bool, shape: Shape | None
 ) -> tuple[dict[str, float], list[Finding]]:
-    """Return the values that are given, by the parameters' own names, in internal units; a choice always has one."""
+    """Return the given values by the parameters' own names, in internal units; a choice always has a value."""
     values: dict[str, float] = {}
     findings: list[Finding] = []
     own = {p.name: p for p in effect.parameters}
@@ -132,7 +132,7 @@ def _values(
     known = [
         name for p in effect.parameters for name in ([p.reciprocal[0]] if p.reciprocal else []) + [p.name]
     ]
-    # A choice cannot be identified: where the case makes none, the default holds.
+    # A choice cannot be identified: if the case does not give one, the default is used.
     chosen = {p.name: p.start for p in effect.parameters if p.choices}
     for name, given in table.parameters.items():
         at = (*keys, "parameters", name)

@@ -18,7 +18,7 @@ def example_directory() -> Path:
 
 
 def write_example(directory: Path) -> tuple[Path, ...]:
-    """Copy the example into a folder; nothing that is there is overwritten.
+    """Copy the example into a folder; existing files are not overwritten.
 
     Returns
     -------
@@ -28,11 +28,11 @@ def write_example(directory: Path) -> tuple[Path, ...]:
     Raises
     ------
     InputError
-        A file of the example's is there already, or the folder cannot be made.
+        A file of the example exists already, or the folder cannot be made.
     """
     sources = sorted(path for path in example_directory().iterdir() if path.is_file())
     targets = [directory / source.name for source in sources]
-    # A link that leads nowhere would be written through.
+    # A link to a file that does not exist would be followed and written.
     present = [target for target in targets if os.path.lexists(target)]
     if present:
         raise InputError(
@@ -48,18 +48,18 @@ def write_example(directory: Path) -> tuple[Path, ...]:
 
 
 def write_case(directory: Path, text: str) -> Path:
-    """Write ``case.toml`` into a folder; nothing that is there is overwritten.
+    """Write ``case.toml`` into a folder; an existing file is not overwritten.
 
     Parameters
     ----------
     directory : Path
     text : str
-        Of the case file.
+        Contents of the case file.
 
     Raises
     ------
     InputError
-        There is such a file already, or it cannot be written.
+        The file exists already, or cannot be written.
     """
     target = directory / "case.toml"
     try:

@@ -186,7 +186,7 @@ def _model_at(model: type[BaseModel], loc: Keys) -> type[BaseModel]:
 
 def _literals(model: type[BaseModel], loc: Keys) -> list[object]:
     fields = _model_at(model, loc[:-1]).model_fields if loc else {}
-    # A key such as `class`, which is no name in Python, is the alias of its field.
+    # A key such as `class`, which Python does not permit as a name, is the alias of its field.
     field = next((f for name, f in fields.items() if loc[-1] in (name, f.alias)), None)
     if field is None:
         return []

@@ -1,8 +1,8 @@
 """The text of a case file to start from, given the files of a test rig: ``bushcli init --from FILES``.
 
-Each file is read in every way that it can be meant: as a recording of a translation or a rotation of a bushing, or as a
-test of its rubber. Its name says which mode; where it does not, the first one that the columns permit is written with a
-remark. Where several columns or groups could be meant, the first is written, and the others beside it.
+Each file is read in all possible ways: as a recording of a translation or a rotation of a bushing, or as a test of its
+rubber. The mode is that in the file's name; without one, the first mode that the columns permit is written, with a
+remark. Where several columns or groups are possible, the first is written, with a remark that lists the others.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from cases.six import MOTIONS, REACTIONS
 #: Modes in the order in which they are tried; the first of each kind stands for those that read the same columns.
 _KINDS = (("axial", "radial"), ("torsional", "conical"), ("uniaxial", "equibiaxial", "planar"))
 _QUANTITIES: tuple[Quantity, ...] = ("time", "displacement", "force")
-#: Units that are proposed where a file of Zwick does not say them.
+#: Units that are proposed if a file of Zwick does not state them.
 _USUAL = {"length": "mm", "angle": "deg", "force": "N", "moment": "Nmm", "strain": "percent", "stress": "MPa"}
-#: Test length (mm) and cross-section (4 mm x 2 mm, in mm2) of the dumb-bell type 2 of ISO 37, as placeholders: the case
-#: that is written marks them, and the user puts in those of the specimen.
+#: Test length (mm) and cross-section (4 mm x 2 mm, in mm2) of the dumb-bell type 2 of ISO 37, as placeholders: they are
+#: marked in the case file, and the user replaces them by those of the specimen.
 _GAUGE_LENGTH, _AREA = 20.0, 8.0
 MOST_FILES = 100
 
@@ -70,14 +70,14 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
     Parameters
     ----------
     files : sequence of Path
-        Of a test rig.
+        Files of a test rig.
     folder : Path
-        Of the case file to be, to which names are relative.
+        Folder of the case file to be, to which names are relative.
 
     Raises
     ------
     InputError
-        With what is wrong with each file that cannot be used.
+        Files cannot be used; it says of each what is wrong.
     """
     if len(files) > MOST_FILES:
         raise InputError(Problem("--from", f"{len(files)} files", "", f"at most {MOST_FILES}"))
@@ -106,20 +106,20 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
 
 
 def _names(entries: Sequence[_Entry]) -> list[str]:
-    """Return the names of channels, those of their files where a mode occurs more than once, else none."""
+    """Return the names of channels: that of the file if the mode occurs more than once, else an empty one."""
     found = [entry.source.mode for entry in entries]
     stems = numbered([entry.source.file.stem for entry in entries])
     return [stem if found.count(mode) > 1 else "" for mode, stem in zip(found, stems, strict=True)]
 
 
 def _reach(entry: _Entry) -> float:
-    """Return a length in mm to which the travel of a recording is in proportion."""
+    """Return a length in mm, in proportion to the travel of a recording."""
     largest = float(abs(entry.recording.displacement).max())
     return 8.0 if modes()[entry.source.mode].rotational else min(max(largest, 2.0), 50.0)
 
 
 def _entry(file: Path) -> _Entry:
-    """Return how a file is to be read, or raise what the most likely way says is wrong with it."""
+    """Return how a file is to be read, or raise the error of the most likely way."""
     path = _path(file)
     if path is not None:
         return path
@@ -142,7 +142,7 @@ def _entry(file: Path) -> _Entry:
 
 
 def _path(file: Path) -> _Entry | None:
-    """Return how a file with motions and reactions by their names is to be read; None where it has not two of them."""
+    """Return how a file with named motions and reactions is to be read; None if it has no two of either."""
     source = Source("path", file)
     try:
         motions, forces = columns_of(source, None, None)
@@ -177,7 +177,7 @@ def _ordered(file: Path) -> list[tuple[tuple[str, ...], bool]]:
 
 
 def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ...]]]:
-    """Yield ways to read a file in a mode: as it is, with a choice among what could be meant, with units it lacks."""
+    """Yield ways to read a file in a mode: as it is, with a choice of columns and group, with units that it lacks."""
     remarks: tuple[str, ...] = ()
     if machine:
         source = replace(source, specimen=Specimen(_GAUGE_LENGTH, _AREA))
@@ -202,7 +202,7 @@ def _ways(source: Source, machine: bool) -> Iterator[tuple[Source, tuple[str, ..
 
 
 def _with_choices(source: Source) -> tuple[Source, tuple[str, ...]]:
-    """Return a source with the first group and the first columns that could be meant, and what the others are."""
+    """Return a source with the first possible group and columns, and remarks that list the others."""
     mode, remarks = modes()[source.mode], []
     name = format_of(source.file)
     found = (

@@ -15,11 +15,11 @@ from geometry.shape import Shape
 LARGEST_CASE = 1_000_000
 #: Tables in tables; the deepest key of a case file has four.
 DEEPEST = 20
-#: Entries of a list of tables, and of problems that are listed.
+#: Largest numbers of entries in a list of tables, and of problems that are listed.
 MOST_ENTRIES, MOST_PROBLEMS = 500, 20
-#: Elements of a section, of a solid. The factorisation of so large a solid needs some 10 GB.
+#: Largest number of elements of a section (2) and of a solid (3), whose factorisation then needs some 10 GB.
 LARGEST_MESH = {2: 200_000, 3: 50_000}
-#: Tetrahedra: five of them have the unknowns of a hexahedron.
+#: Largest number of tetrahedra: five of them have as many unknowns as a hexahedron.
 MOST_TETRAHEDRA = 250_000
 
 _QUOTED = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'")
@@ -65,7 +65,7 @@ def is_too_deep(data: Any) -> bool:
 
 
 def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[Finding]:
-    """Refuse a mesh that is larger than `LARGEST_MESH`; of a free one the size is estimated.
+    """Refuse a mesh that is larger than `LARGEST_MESH`; the size of a free mesh is estimated.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
     Raises
     ------
     GeometryError
-        An outline or a CAD file is no bushing.
+        An outline or a CAD file is not that of a bushing.
     """
     names = set(used) or {mode.name for mode in modes().values() if mode.specimen == shape.specimen}
     if not shape.structured:
@@ -112,7 +112,7 @@ def _free_mesh_size(shape: Shape, mesh: MeshOptions, names: Iterable[str]) -> It
         if about > most:
             what = f"the mesh for mode {name} would have about {about:.2g} elements"
             expected = (
-                f"at most {most}: smaller elements_... in [mesh], or see that all dimensions are in mm (one that is "
+                f"at most {most}: smaller elements_... in [mesh], or check that all dimensions are in mm (one that is "
                 "in another unit makes the part long and thin) and that it has no tiny edges and faces"
             )
             yield Finding(("mesh",), what, expected=expected)

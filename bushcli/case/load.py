@@ -32,7 +32,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     Raises
     ------
     CaseError
-        With everything that is wrong, each with file or override, key, and what was expected.
+        It lists everything that is wrong, with file or override, key, and what was expected.
     """
     path = Path(path)
     data, done = apply(_read(path), overrides)
@@ -49,7 +49,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
 
 
 def shape_of_part(path: Path) -> str | None:
-    """Name of the shape that is described by files of this kind; None for a case file."""
+    """Return the name of the shape that files of this kind describe; None for a case file."""
     suffix = path.suffix.lower()
     return next((name for name, shape in shapes().items() if suffix in shape.suffixes), None)
 
@@ -111,7 +111,7 @@ def _read(path: Path) -> dict[str, Any]:
     except TooLarge as error:
         raise CaseError(Problem(str(path), str(error), expected="a case file in TOML")) from None
     except (ValueError, RecursionError) as error:
-        # A name with a null byte, numbers of thousands of digits, brackets nested as deep.
+        # A name with a null byte, numbers of thousands of digits, thousands of nested brackets.
         what = "is not valid TOML" if text else "cannot be read"
         raise CaseError(Problem(str(path), f"{what}: {error}")) from None
 
@@ -131,7 +131,7 @@ def _syntax(path: Path, text: str, message: str) -> Problem:
 
 
 def _problems(findings: Sequence[Finding], path: Path, overrides: Sequence[Override]) -> list[Problem]:
-    """Return the findings as problems, one per key, each with the file or the override that it is from."""
+    """Return the findings as problems, one per key, each with the file or the override that it comes from."""
     seen: set[Keys] = set()
     problems = []
     for finding in findings:

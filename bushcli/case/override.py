@@ -30,7 +30,7 @@ class Override:
     keys : Keys
         The path to the changed key.
     created : Keys
-        The shallowest key that it brought into the case; the whole path where the table existed before.
+        The shallowest key that it created in the case; the whole path if the table existed before.
     """
 
     text: str
@@ -43,7 +43,7 @@ class Override:
         return _where(self.text)
 
     def owns(self, keys: Keys) -> bool:
-        """Whether what stands at ``keys`` comes from this override."""
+        """Whether the value at ``keys`` comes from this override."""
         return keys[: len(self.created)] == self.created
 
 
@@ -51,7 +51,7 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
     """Return a changed copy of a case's tables, and what was changed.
 
     Lists are addressed by a number from 0, ``load_cases.0.amplitude=5`` or ``load_cases[0].amplitude=5``,
-    effects also by their name, ``effects.mullins.r=3``. A value is read as TOML, and as a text where it is not
+    effects also by their name, ``effects.mullins.r=3``. A value is read as TOML, and as a text if it is not
     TOML. Absent tables are created; unknown keys are left to validation.
 
     Parameters
@@ -64,7 +64,7 @@ def apply(data: dict[str, Any], texts: Sequence[str]) -> tuple[dict[str, Any], l
     Raises
     ------
     CaseError
-        When an override has no key or value, or leads through something that is no table.
+        When an override has no key or value, or leads through something that is not a table.
     """
     data, done = deepcopy(data), []
     for text in texts:
@@ -88,7 +88,7 @@ def _where(text: str) -> str:
 
 
 def _by_name(data: dict[str, Any], keys: Keys, text: str) -> tuple[Keys, Keys]:
-    """Return the place of an effect that is addressed by its name, and what was added to make one.
+    """Return the place of an effect that is addressed by its name, and the key that was added if there was none.
 
     ``effects.mullins.r`` is ``effects[0].parameters.r`` where the first effect is mullins, and
     ``effects.offset@radial.force`` is that of the offset that has the channel radial.

@@ -11,7 +11,7 @@ from bushcli.errors import CaseError, Problem
 
 
 class _Rebuilder(Builder):
-    """Builds a case without looking for its recordings; whoever reads a missing one gets the error then."""
+    """Builds a case without looking for its recordings; a missing one is an error only when it is read."""
 
     looks_for_files = False
 
@@ -33,7 +33,7 @@ def rebuilt_case(shown: dict[str, Any], folder: Path) -> Case:
     """
     path = _found(Path(str(shown.get("path", "case.toml"))), folder)
     data = {key: _given(value) for key, value in shown.items() if key != "path" and value is not None}
-    # A path in several directions has no place in an export, and its table is no list of points.
+    # A path in several directions cannot be exported, and its table is not a list of points.
     data["load_cases"] = [one for one in data.get("load_cases", []) if not isinstance(one.get("path"), dict)]
     material = data.get("material")
     if isinstance(material, dict) and material.get("bulk_modulus") == "inf":

@@ -21,7 +21,7 @@ from cases.six import MOTIONS, REACTIONS, SixPath
 from geometry.shape import Shape
 
 PATH = "path"
-# mm or rad: below it nothing moves.
+# mm or rad: a smaller motion counts as none.
 SMALLEST = 1e-9
 
 
@@ -45,7 +45,7 @@ def load_case(
     shape : Shape or None
         The specimen; None where the case has no valid one.
     validated : callable
-        Validates a table, and keeps what is wrong with it.
+        Validates a table, and records what is wrong with it.
     """
     at, raw = (*keys, "path"), cast(object, table.path)
     if not isinstance(raw, dict) or modes()[table.mode].follow is None:
@@ -130,7 +130,7 @@ def channels(
     Parameters
     ----------
     source : Source
-        Of the whole recording.
+        Source of the whole recording.
     table : RecordingTable
         As written.
     keys : Keys
@@ -173,7 +173,7 @@ def channels(
 
 
 def _refused(table: RecordingTable, keys: Keys) -> list[Finding]:
-    """Return findings for keys that a recorded path does not take, and for names that are no motion or reaction."""
+    """Return findings for keys that a recorded path does not take, and for names of no known motion or reaction."""
     found = []
     for key in ("displacement", "force"):
         for section in ("columns", "units"):

@@ -24,7 +24,7 @@ _PATTERN = re.compile(r"[*?\[]")
 
 
 def source_of(table: FileTable, mode: str, file: Path) -> Source:
-    """Return a source with what a table says of how its file is read.
+    """Return a source with a table's options for reading its file.
 
     Parameters
     ----------
@@ -48,14 +48,14 @@ def source_of(table: FileTable, mode: str, file: Path) -> Source:
 
 
 def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
-    """Yield a finding for each unit of a source that is no unit of what its column measures.
+    """Yield a finding for each unit of a source that does not fit the quantity in its column.
 
     Parameters
     ----------
     keys : tuple
         Place of the source in the case file.
     source : Source
-        In a mode that there is.
+        Source in a known mode.
     """
     mode = modes()[source.mode]
     for quantity, unit in source.units.items():
@@ -72,13 +72,13 @@ class SourceBuilder:
     Parameters
     ----------
     folder : Path
-        Of the case file.
+        Folder of the case file.
     findings : list of Finding
         Errors are added to it.
     known : callable
-        Keys of the table, mode, specimen ("coupon" or None) -> whether the mode is one that the case can have.
+        Keys of the table, mode, specimen ("coupon" or None) -> whether the case can have this mode.
     looks_for_files : bool
-        Whether a file that is not there is an error.
+        Whether a missing file is an error.
     """
 
     def __init__(
@@ -101,9 +101,9 @@ class SourceBuilder:
         Parameters
         ----------
         tables : iterable of (RecordingTable, Keys)
-            With the place of each in the case file.
+            Tables, each with its place in the case file.
         specimen : str or None
-            "coupon" where only modes of a coupon may be named.
+            "coupon" if only modes of a coupon are permitted.
         usual : str
             Specimen whose modes the name of a file may contain, "bushing" or "coupon".
         """
@@ -172,7 +172,7 @@ class SourceBuilder:
         given = [key for key in _OF_SPECIMEN if getattr(table, key) is not None]
         if given and mode and modes()[mode].specimen != "coupon":
             at: Keys = (*keys, given[0])
-            what = f"{dotted(at)} is of a material test, and mode {mode} is one of a {modes()[mode].specimen}"
+            what = f"{dotted(at)} belongs to a material test, but mode {mode} to a {modes()[mode].specimen}"
             self.findings.append(Finding(at, what))
             return Specimen()
         area = table.area
@@ -228,7 +228,7 @@ _OF_SPECIMEN = ("gauge_length", "area", "width", "thickness", "diameter", "stres
 
 
 def is_file(path: Path) -> bool:
-    """Whether a path is that of a file; a name that cannot be one is not."""
+    """Whether a path is that of a file; False for a name that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -241,7 +241,7 @@ def find_file(folder: Path, keys: Keys, name: str, findings: list[Finding]) -> P
     Parameters
     ----------
     folder : Path
-        Of the case file.
+        Folder of the case file.
     keys : Keys
         Place of the name in the case file.
     name : str

@@ -36,7 +36,7 @@ steps = 10
 
 
 def _toml(value: Any) -> str:
-    """Write a JSON-ready value as TOML in one line, without what is absent."""
+    """Write a JSON-ready value as TOML in one line, without keys that have no value."""
     if isinstance(value, dict):
         inside = ", ".join(f"{json.dumps(k)} = {_toml(v)}" for k, v in value.items() if v not in (None, []))
         return "{" + inside + "}"
@@ -63,7 +63,7 @@ def starter_case(case: Case, folder: Path) -> str:
     file = os.path.relpath(str(getattr(shape, "file", case.path)), folder)
     measures = shape.measures()
     bonds = sum(value for name, value in measures.items() if name.endswith("_bond"))
-    # As thick as a plate of the same volume and bonds; no bushing is moved less than this in its tests.
+    # Thickness of a plate of the same volume and bonds; the travels below are shares of it.
     reach = 2.0 * measures["rubber"] / bonds
     chosen = [
         f"{name} = {_toml(value)}"

@@ -2,8 +2,8 @@
 
 The literature accepts a simulated stiffness within 10 %, which is the default. Drawings give load-deflection
 tolerances as classes D1 to D3 of the handbook of the Rubber Manufacturers Association (RMA, today ARPM, MO-1, section
-on molded products). What a class means there depends on the hardness of the rubber and the thickness of its wall, and
-its table is not public: the percentage stands on the drawing or in the handbook, and the case has to say it.
+on molded products). The meaning of a class depends on the hardness of the rubber and the thickness of its wall, and
+the table is not public: the percentage is given on the drawing or in the handbook, and the case has to state it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Tolerance:
     Attributes
     ----------
     percent : float
-        Of the measured stiffness, and of the recorded force range.
+        Percentage of the measured stiffness, and of the recorded force range.
     name : str
         The class on the drawing; empty where there is none.
     """
@@ -33,7 +33,7 @@ class Tolerance:
 
     @property
     def text(self) -> str:
-        """As a sentence names it: ``10 %``, ``D2 (15 %)``."""
+        """The tolerance for use in a sentence: ``10 %``, ``D2 (15 %)``."""
         return f"{self.name} ({self.percent:g} %)" if self.name else f"{self.percent:g} %"
 
 

@@ -11,13 +11,13 @@ from bushcli.case.finding import Keys, dotted
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOLERANCE = re.compile(rf"\s*({_NUMBER})\s*(?:\+-|\+/-|±)\s*({_NUMBER})\s*(%?)\s*\Z")
-# Keys whose values are words, in which such a text is a word too.
+# Keys whose values are words: there such a text is not read as a number.
 _WORDS = ("title", "name", "file")
 
 
 @dataclass(frozen=True)
 class Toleranced:
-    """A number that is made within limits.
+    """A number with a tolerance.
 
     Attributes
     ----------

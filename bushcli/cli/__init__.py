@@ -32,9 +32,9 @@ class _Group(click.Group):
     """A group that suggests the nearest command, and reports in a sentence that its output cannot be written."""
 
     def main(self, *args: Any, **extra: Any) -> Any:
-        # Open MPI does not start without it, and Python knows it from the system's list of users.
+        # Open MPI does not start without HOME, which Python finds in the system's list of users.
         os.environ.setdefault("HOME", _home())
-        # 20 ms of each start: pydantic would search all packages for plugins, and check the schemas that it makes.
+        # Saves 20 ms at start: pydantic would search all packages for plugins, and check the schemas that it makes.
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
         try:
@@ -75,7 +75,7 @@ def _printable_usage() -> Iterator[None]:
 def _home() -> str:
     try:
         return str(Path.home())
-    except RuntimeError:  # no such user, as in a container with a number for one
+    except RuntimeError:  # no such user, as in a container whose user is only a number
         import tempfile
 
         return tempfile.gettempdir()

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     required=True,
     metavar="RATE=VALUE",
     help="Stiffness at rest, axial=350, over a travel, radial.secant@2=2500, or force, axial.force@5=1800; "
-    '"axial=350 +- 10 %" weighs it by what is allowed.',
+    '"axial=350 +- 10 %" weights it by the deviation allowed.',
 )
 @click.option(
     "--vary",
@@ -130,7 +130,7 @@ def _task(run: Run, case: Case, variables: list[Variable], tolerances: dict[str,
 
 
 def _start(case: Case, one: Variable) -> float:
-    """Return the value that the case has for a key, or the middle of its bounds where it has none."""
+    """Return the case's value of a key, or the middle of the key's bounds if the case has none within them."""
     from bushcli.study.answers import NoAnswer, number_at
 
     try:

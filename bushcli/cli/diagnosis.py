@@ -99,7 +99,7 @@ def diagnose(
             return DONE
         journal = run.output / "history-diagnose" if run.output else None
         if several:
-            # The others work for this rank, and end with it.
+            # The other ranks work for this one, and end with it.
             listen(together=False)
         try:
             with run.timed("diagnose"):
@@ -167,14 +167,14 @@ def _names(requested: tuple[str, ...]) -> list[str] | None:
 
 
 def _progress(run: Run, budget: float | None = None) -> Callable[[str, str, str], None] | None:
-    """Return a function that prints a line per step on stderr: seconds, those left of a budget, stage, effect, misfit.
+    """Return a function that prints a line per step on stderr: seconds spent and left, stage, effect, misfit.
 
     Parameters
     ----------
     run : Run
         Options of the command.
     budget : float or None
-        s; None where there is none, and nobody knows how long it will take.
+        s; None if there is none, so that the time left is not known.
     """
     if run.quiet or not is_first_rank():
         return None

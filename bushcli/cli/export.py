@@ -52,8 +52,8 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
     """Write CASE for another program: a material card, a vehicle model, a force law.
 
     CASE is a case file, or a folder that `direct`, `fit`, `inverse` or `diagnose` wrote with -o: then the identified
-    rubber and effects are exported. With -o FILE into that file, else on stdout. What a program cannot express is
-    refused by name.
+    rubber and effects are exported. The text goes to FILE with -o FILE, else to stdout. What a program cannot express
+    is refused by name.
     """
     from bushcli.export import Order, read_source, unit_system, writer_for
     from bushcli.export.file import check_file, write_file
@@ -101,7 +101,7 @@ def _identified(run: Run, source: Source) -> Source:
 
 
 def _bushing(run: Run, chosen: Writer, source: Source) -> Bushing:
-    """Return curves and matrix, those that are not there yet simulated."""
+    """Return curves and matrix; those that the source lacks are simulated."""
     from bushcli.export.bushing import bushing_of
 
     with run.timed("solve"), march_progress(run) as progress:

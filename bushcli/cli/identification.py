@@ -64,7 +64,7 @@ def fit_to_coupons(run: Run, case: Case, model: str | None, weighting: str) -> F
     run : Run
         Options of the command, and the timings to add to.
     case : Case
-        With at least one coupon test.
+        Case with at least one coupon test.
     model : str or None
         Name of the law; None for the law of the case.
     weighting : str
@@ -216,7 +216,7 @@ def _reported(run: Run, case: Case, fits: list[Fit], strict: bool) -> int:
 
 def _exit_code(best: Fit, strict: bool, interrupted: bool) -> int:
     if interrupted:
-        # mpirun ends all ranks as soon as one has ended so, and the first one may still be writing.
+        # mpirun ends all ranks as soon as one has ended with this code, and the first one may still be writing.
         wait_for_ranks()
         return INTERRUPTED
     if not best.converged:

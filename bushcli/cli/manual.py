@@ -67,7 +67,7 @@ def _paragraphs(text: str) -> list[str]:
 
 
 def _escaped(text: str) -> str:
-    """Return text that no macro of man(7) can come out of."""
+    """Return text in which man(7) sees no macro."""
     text = text.replace("\\", "\\e").replace("-", "\\-").replace("±", "\\(+-").replace("`", "\\(ga")
     return f"\\&{text}" if text.startswith((".", "'")) else text
 

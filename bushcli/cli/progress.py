@@ -74,7 +74,7 @@ def work_progress(run: Run, what: str) -> Iterator[Callable[[int, int, int], Non
     begin, first, shown = time.perf_counter(), -1, -1
 
     def left(done: int, total: int) -> float:
-        """Return seconds; what was there before this run took no time."""
+        """Return the seconds left; results of an earlier run took no time."""
         nonlocal first
         if first < 0:
             first = max(0, done - 1)
@@ -118,7 +118,7 @@ def search_progress(
     """Return a function that prints one line for each evaluation of an identification.
 
     Step and radius are in units of the parameters' scales; they are left out where there is no trust region (the
-    scaling of the start, profiles, robust losses). Of the fast fits to coupons lines are shown only on request (-v).
+    scaling of the start, profiles, robust losses). Fast fits to coupons show their lines only on request (-v).
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def search_progress(
     turned : mapping of str to EffectParameter
         Parameters that are shown in degrees, by full name.
     starts : int
-        Number of start points; of several, the time left is said at the beginning of each.
+        Number of start points; if there are several, the time left is printed at the beginning of each.
     """
     if run.quiet or not is_first_rank():
         return None

@@ -77,17 +77,17 @@ class Run:
 
     @property
     def shows(self) -> bool:
-        """Whether results for people are printed: not where JSON is asked for, and by one rank only."""
+        """Whether results are printed as text: not if JSON was requested, and by one rank only."""
         return not self.json and is_first_rank()
 
     def show(self, *renderables: Any) -> None:
-        """Print results for people on stdout; nothing where JSON is asked for."""
+        """Print results as text on stdout, unless JSON was requested."""
         if not self.shows:
             return
         from rich.console import Console
 
         if on_terminal(sys.stdout):
-            # Narrower than this, tables lose their words: lines that wrap are the lesser evil.
+            # On a narrower console tables lose words; lines that wrap are the lesser evil.
             console = Console(highlight=False)
             console.width = max(console.width, NARROWEST)
             console.print(*renderables, sep="\n")
@@ -97,7 +97,7 @@ class Run:
         click.echo("\n".join(line.rstrip() for line in text.getvalue().rstrip().splitlines()))
 
     def emit(self, result: dict[str, Any]) -> None:
-        """Print the result as JSON on stdout if asked to."""
+        """Print the result as JSON on stdout, if requested."""
         if self.json and is_first_rank():
             click.echo(json_format.dumps(result, indent=2, allow_nan=False))
 
@@ -108,7 +108,7 @@ def on_terminal(stream: TextIO) -> bool:
 
 
 def is_first_rank() -> bool:
-    """Whether this process is the first rank; without MPI it is."""
+    """Whether this process is the first rank; True without MPI."""
     if "mpi4py.MPI" not in sys.modules:
         return True
     from mpi4py import MPI
@@ -126,7 +126,7 @@ def ranks_there_are() -> int:
 
 
 def wait_for_ranks() -> None:
-    """Wait until all ranks of `mpirun` have come here; nothing without it."""
+    """Wait until all ranks of `mpirun` have reached this point; do nothing without it."""
     if ranks_there_are() > 1:
         from mpi4py import MPI
 
@@ -134,7 +134,7 @@ def wait_for_ranks() -> None:
 
 
 class _Folder(click.Path):
-    """A folder with a name: an empty one, as of a variable of the shell that is not set, would be this folder."""
+    """A folder with a name: an empty name, such as an unset variable of the shell, would mean the current folder."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if value == "":
@@ -214,7 +214,7 @@ def finish(work: Callable[[], int | None], debug: bool) -> None:
     except KeyboardInterrupt:
         code = _interrupted()
     except BrokenPipeError:
-        # A pipeline that ends early (`| head`) is no error of ours.
+        # A pipeline that ends early (`| head`) is not an error.
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - the interpreter flushes it at exit
         code = DONE
     except OSError as error:
@@ -246,7 +246,7 @@ def unwritable(error: OSError) -> int:
     place, expected = str(error.filename or "standard output"), ""
     if "cases.jit" in sys.modules:
         cache = str(sys.modules["cases.jit"].cache_directory())
-        # A write that fails knows no name: the form compiler writes into the cache, everything else here to the output.
+        # A failed write does not name its file: the form compiler writes into the cache, everything else to the output.
         frames = [frame.f_code.co_filename for frame, _ in traceback.walk_tb(error.__traceback__)]
         if error.filename is None and any("ffcx" in frame or "cffi" in frame for frame in frames):
             place = cache

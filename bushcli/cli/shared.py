@@ -1,4 +1,4 @@
-"""Options of the commands that share their work among processes, and who does it."""
+"""Options of the commands that share their work among processes, and the pools that do the work."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from bushcli.cli.run import DONE, finish
 from bushcli.errors import InputError, Problem
 
 LOCAL = "127.0.0.1"
-# As `bushcli.report` names it, which takes half a second to load.
+# The same name as in `bushcli.report`, which takes half a second to load.
 REPORT = "report.html"
 
 
@@ -46,7 +46,7 @@ def _page(output: Path) -> Path:
     if not output.exists():
         raise InputError(Problem(str(output), "does not exist", "", "the folder that was given with -o"))
     below = sorted(str(found.parent) for found in output.glob(f"*/{REPORT}")) if output.is_dir() else []
-    what = f"has no {REPORT}" if output.is_dir() else "is no page"
+    what = f"has no {REPORT}" if output.is_dir() else "is not a page"
     raise InputError(
         Problem(str(output), what, "", ", ".join(below[:5]) or "a folder that was given with -o")
     )
@@ -101,5 +101,5 @@ class _Quiet(SimpleHTTPRequestHandler):
         """Print nothing."""
 
     def list_directory(self, path: Any) -> None:
-        """Refuse: only what the page refers to is of use."""
+        """Refuse: the page refers to files only."""
         self.send_error(404)

@@ -1,6 +1,6 @@
-"""Diagnosis: where a simulation misses its recording, which physics is missing, how probably, and what would decide.
+"""Diagnosis: where a simulation misses its recording, which physics is missing, how probable it is, and the next test.
 
-`diagnose` leads from the recordings to the answer, from top to bottom in the order of docs/diagnosis.md. Models are
-fitted (`fit`) and judged by their evidence (`likelihood`, `evidence`); what others would be worth is predicted to first
-order (`columns`, `predict`) and decides which is fitted next (`queue`); the evidence of all makes the posterior.
+`diagnose` computes the answer from the recordings, in the order of docs/diagnosis.md. Models are fitted (`fit`) and
+judged by their evidence (`likelihood`, `evidence`). The evidence of others is predicted to first order (`columns`,
+`predict`), which decides what is fitted next (`queue`). The posterior follows from the evidence of all models.
 """

@@ -27,7 +27,7 @@ from cases.march import NotConverged
 
 
 class Extras:
-    """The proposed test and the maps; if they fail, the verdict stands and has a condition."""
+    """The proposed test and the maps; if they fail, the verdict remains and a condition is added."""
 
     def __init__(self) -> None:
         self.test: NextTest | None = None
@@ -56,7 +56,7 @@ class Extras:
         maps : bool
             Whether to make maps of the bushing.
         notify : callable
-            Called with the stage, what is looked at, and what came of it.
+            Called with the stage, its subject, and a text about it.
         """
         try:
             if len(credible_sets(models)) > 1:
@@ -82,7 +82,7 @@ def _maps(problem: Problem, plain: Fitted, notify: Progress) -> tuple[LocalMap, 
 
     if problem.case.geometry.specimen == "coupon":
         return ()
-    # All recordings are of one bushing: together they tell a place that none of them tells alone.
+    # All recordings are of one bushing: together they can show a place that none of them shows alone.
     one = local_map(
         model_cache.channels(plain.model.task(problem.case)),
         plain.model.start,
@@ -94,7 +94,7 @@ def _maps(problem: Problem, plain: Fitted, notify: Progress) -> tuple[LocalMap, 
 
 
 def judged(case: Case, plain: Fitted, compared: Sequence[Compared]) -> tuple[Compared, ...]:
-    """Return the channels without their common factors, in which the places of the misfit are searched.
+    """Return the channels without the errors of their common factors, in which the misfit is located.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def before_and_after(
     )
     if sources:
         outside = replace(asked.bare, recordings=sources)
-        # What belongs to a rig says nothing of the rig of another channel.
+        # An effect of a rig says nothing about the rig of another channel.
         bound = tuple(
             replace(one, channels=tuple(fitted)) if one.effect.of_channel and one.channels is None else one
             for one in best.state.model.effects

@@ -1,6 +1,6 @@
-"""Amplitudes of effects to first order: least squares with signs, bounds and priors that are a Student's t.
+"""Amplitudes of effects to first order: least squares with signs, bounds and Student's t priors.
 
-A t is taken for the normal that pulls as strongly where the last solution has ended, again and again.
+Each t is replaced by the normal that pulls as strongly at the previous solution, until the solutions converge.
 
 References
 ----------
@@ -20,7 +20,7 @@ from bushcli.diagnosis.prior import Known
 
 Array = NDArray[np.float64]
 
-# Solutions at most, and their relative change that is none.
+# Largest number of solutions, and relative change between two of them that counts as zero.
 MOST, SAME = 30, 1e-6
 
 
@@ -33,18 +33,18 @@ def amplitudes(
 ) -> Array:
     """Return the amplitudes (k,) that minimise a' G a - 2 a' s and twice the negative logarithm of their priors.
 
-    Such a prior may have a minimum near zero and one where the recordings have it: the lower one is taken.
+    With a t prior there may be one minimum near zero and one where the recordings have theirs: the lower one is taken.
 
     Parameters
     ----------
     gram : (k, k) array
     score : (k,) array
     known : sequence of Known or None
-        Priors.
+        Prior of each amplitude.
     start : (k,) array
-        Values that the amplitudes are changes of.
+        Values from which the amplitudes are measured.
     bounded : callable
-        Brings amplitudes (k,) within what the effects admit.
+        Moves amplitudes (k,) into the bounds of the effects.
     """
     if not len(start):
         return np.zeros(0)
@@ -66,7 +66,7 @@ def _settled(
     bounded: Callable[[Array], Array],
     at: Array,
 ) -> Array:
-    """Return where solutions end, of which the first has the priors' pull at the values `at` (k,)."""
+    """Return the converged solution; the first one uses the pull of the priors at the values `at` (k,)."""
     signs = [1 if one is not None and one.one_sided else 0 for one in known]
     found: Array = np.zeros(len(start))
     for _ in range(MOST):

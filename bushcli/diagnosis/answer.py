@@ -27,8 +27,8 @@ from bushcli.simulate.schedule import schedule
 
 Array = NDArray[np.float64]
 
-# Noise of so many percent of the force range hides what is usually asked for: the literature takes 10 % of misfit for a
-# good agreement of simulation and rig.
+# Noise above this percentage of the force range causes a warning, because it hides what users usually look for: the
+# literature calls 10 % of misfit a good agreement of simulation and rig.
 LOUD = 5.0
 
 
@@ -82,7 +82,7 @@ def ranked(models: Sequence[Weighed], search: Search) -> tuple[RankedModel, ...]
 def channel(
     recording: Recording, before: Array, after: Array, sigma: float, used: NDArray[np.bool_], held_out: bool
 ) -> DiagnosedChannel:
-    """A recording beside its simulation, before and after.
+    """Return a recording with its simulations by the plain law and by the most probable model.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def searched(search: Search) -> Searched:
 def doubts(
     case: Case, channels: Sequence[DiagnosedChannel], best: Weighed, search: Search
 ) -> list[Condition]:
-    """What is doubtful about a diagnosis, as conditions with a remedy.
+    """Return what is doubtful about a diagnosis, as conditions with a remedy.
 
     Parameters
     ----------

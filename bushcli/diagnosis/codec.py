@@ -33,12 +33,12 @@ class FitCodec:
         return {"kind": np.array("arrays"), "count": np.array(len(arrays)), **arrays}
 
     def decoded(self, found: dict[str, Any], question: tuple[Any, ...]) -> Any:
-        """Return what `encoded` wrote; the model of a fit is the question's, with other values.
+        """Return the answer that `encoded` wrote; the model of a fit is that of the question, with other values.
 
         Parameters
         ----------
         found : mapping
-            As it was saved.
+            The saved arrays.
         question : tuple
             Arguments of the fit.
         """

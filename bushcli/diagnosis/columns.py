@@ -1,8 +1,8 @@
 """Derivatives of the curves by each effect of the catalogue, at the best fit of a model.
 
-The derivative of the curves by an effect's amplitude at its off value comes from one run of the model with the effect
-in it, switched off: it changes nothing, and its derivative is exact. Shape parameters (times, gaps, thresholds), which
-have no derivative there, are scanned on a small grid. An effect that starts with zero slope is tried at finite size.
+The derivative of the curves by an effect's amplitude at its off value comes from one run of the model that has the
+effect switched off: it changes nothing, and its derivative is exact. Shape parameters (times, gaps, thresholds), which
+have no derivative there, are scanned on a small grid. An effect whose derivative is zero is tried at a finite size.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from cases.march import NotConverged
 
 Array = NDArray[np.float64]
 
-# A derivative at the off value that is this small beside the effect of a typical amplitude says nothing.
+# If a typical amplitude times the derivative at off is below this share of the force range, a secant is tried.
 FLAT = 1e-3
-# Steps of a march, over the usual, that do for a first estimate; a coarse mesh does for it, too.
+# Factor on the default number of steps of a march: enough for a first estimate, as is a coarse mesh.
 HALF = 0.5
 # Failed steps after which a march is given up: another point of the grid is as good.
 PATIENCE = 2
@@ -43,13 +43,13 @@ class Trial:
     Attributes
     ----------
     active : ActiveEffect
-        What is to be added to the model; of an effect that the model has already, with one branch more.
+        The effect to be added to the model; one that the model has already gets one branch more.
     amplitudes : tuple of str
         Parameters by which derivatives are taken, by the effect's names.
     shape : mapping
-        The grid's point.
+        Values of the shape parameters at the grid's point.
     size : float, optional
-        The first amplitude's finite value that is tried in place of its derivative.
+        Finite value of the first amplitude that is tried in place of the derivative by it.
     """
 
     active: ActiveEffect
@@ -124,8 +124,8 @@ def unfit(case: Case, names: Sequence[str]) -> str:
 def _rigs(effect: Effect, acting: Sequence[Recording]) -> list[tuple[str, ...] | None]:
     """Return the groups of channels that share one instance of the effect; None = all on which it acts.
 
-    What is offset, stopped or loose belongs to the rig of one mode: another one has another fixture and load cell. What
-    needs time is tried where there is time.
+    Offsets, stops and free play belong to the rig of one mode: another one has another fixture and load cell. An effect
+    that needs time is tried on the channels that have time.
     """
     timed = tuple(one.name for one in acting if one.time is not None)
     if effect.needs_time and 0 < len(timed) < len(acting):
@@ -220,14 +220,14 @@ def columns(case: Case, base: Model, trial: Trial) -> tuple[Array, ...] | None:
     ----------
     case : Case
     base : Model
-        With its best values.
+        With its best-fitting values.
     trial : Trial
     """
     model = replace(base, effects=(*_beside(base, trial), trial.active))
-    # Beside others of its kind it may have another name there.
+    # If the model has the same effect in another rig, this one may have another name there.
     there = next(one for one in model.effects if one.identity == trial.active.identity)
     names = [f"{there.name}.{name}" for name in trial.amplitudes]
-    # Not of a CAD part: its default mesh costs ten times as much.
+    # The default mesh for effects of the assembly, but not for a CAD part, where it costs ten times as much.
     usual = trial.effect.acts == "assembly" and (case.geometry.structured or case.geometry.axisymmetric)
     coarse: model_cache.Coarse = "memory" if usual else "always"
     channels = model_cache.channels(model.task(case), HALF, coarse, patience=PATIENCE)
@@ -258,10 +258,10 @@ def _solved(
 
 
 def _at_own_shape(model: Model, case: Case) -> Model:
-    """The model with the law's own start values at the stiffness of the fitted ones.
+    """The model with the law's own start values, scaled to the stiffness of the fitted ones.
 
-    A law that has bent towards an effect it lacks may not bear the bushing with it; a derivative beside another law is
-    a fair first estimate, too.
+    If the fitted parameters imitate an effect that is missing, the bushing may be unsolvable once the effect is added.
+    Derivatives beside other parameters are a fair first estimate, too.
     """
     chosen = model.task(case).law
     own = {p.name: p.start for p in chosen.parameters if p.name in model.start}
@@ -273,9 +273,9 @@ def _at_own_shape(model: Model, case: Case) -> Model:
 def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
     """Return the effects of the model that stay active while an effect is tried.
 
-    What acts in the bushing is tried beside what the rig does, and without what else acts in the bushing: the kernels
-    of every combination would have to be compiled, some ten of which one is refitted. One branch more of an effect is
-    tried beside those it has.
+    An effect in the bushing is tried beside the effects of the rig, and without the other effects in the bushing, so
+    that its derivatives can be reused for all models that differ in these (`derivatives`). One branch more of an effect
+    is tried beside all effects of the model.
     """
     others = tuple(one for one in model.effects if one.identity != trial.active.identity)
     if trial.effect.acts == "rig" or len(others) < len(model.effects):
@@ -286,7 +286,7 @@ def _beside(model: Model, trial: Trial) -> tuple[ActiveEffect, ...]:
 def _derivative(channel: Channel, values: Mapping[str, float], names: Sequence[str], trial: Trial) -> Array:
     """Return the derivative at the off value, or a difference over a finite size where that derivative vanishes."""
     if trial.size is not None:
-        # The first amplitude's derivative is not asked for: in three dimensions it costs more than the force.
+        # The derivative by the first amplitude is not computed: in three dimensions it costs more than the force.
         force, slope = channel.at_samples(channel.solve(values, names[1:]))
         moved, _ = channel.at_samples(channel.solve({**values, names[0]: values[names[0]] + trial.size}, ()))
         return np.column_stack([(moved - force) / trial.size, slope])

@@ -1,4 +1,4 @@
-"""The least-squares problem of a fit: features of the misfit beside the priors, each in its standard deviation."""
+"""The least-squares problem of a fit: features of the misfit and priors, in units of their standard deviations."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Posterior(Problem):
 
     @property
     def samples(self) -> int:
-        """Number of rows without those of stability."""
+        """Number of rows without those that penalise instability."""
         return sum(one.count for one in self.features) + len(self.names)
 
     @property
@@ -60,7 +60,7 @@ class Posterior(Problem):
         return self.likelihood.judge(self.likelihood.left(rows))
 
     def rescale(self, x: Array) -> float:
-        """Take over the variances of the likelihood at a point; return the largest factor by which one changed."""
+        """Set the variances to those of the likelihood at a point; return the largest factor by which one changed."""
         forces = self.forces(x)
         assert forces is not None
         rows = [
@@ -102,7 +102,7 @@ def features_of(
     used : sequence of (n,) array of bool
         Samples that count.
     noises : sequence of NoiseModel
-        Where empty, as each recording shows it.
+        If empty, the noise is estimated from each recording.
     """
     known = noises or [noise_model(c.recording, m) for c, m in zip(channels, used, strict=True)]
     rows = zip(channels, known, used, strict=True)

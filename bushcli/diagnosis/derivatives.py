@@ -17,7 +17,7 @@ from bushcli.runtime.workers import Workers
 
 Array = NDArray[np.float64]
 
-# Share of an effect's change that has to be its own beside the fitted parameters: less is rounding.
+# Least share of an effect's change of the curves that the fitted parameters cannot make: less is rounding.
 OWN = 1e-3
 
 
@@ -31,7 +31,7 @@ class Derivatives:
     workers : Workers
     catalogue : sequence of Effect
     progress : callable
-        Called with the stage, what is looked at, and what came of it.
+        Called with the stage, its subject, and a text about it.
     untestable : dict
         Effects that the recordings cannot show, and why.
     """
@@ -49,9 +49,9 @@ class Derivatives:
         Parameters
         ----------
         state : State
-            The model at its best.
+            The model with its best-fitting values.
         first : bool
-            It is the plain law: effects that do nothing beside it are noted in `untestable`.
+            Whether it is the plain law: effects that change nothing beside it are noted in `untestable`.
         """
         asked: list[Trial] = []
         for effect in self.catalogue:

@@ -1,7 +1,7 @@
 """Diagnosis of a case: locate the mismatch, identify the missing physics, fit it, and give its probability.
 
 The calculation from top to bottom: data faults; the plain law as `bushcli inverse` fits it; the likelihood (noise,
-calibration, error of form); the search over models; the posterior; what it says. docs/diagnosis.md has the formulas.
+calibration, error of form); the search over models; the posterior; the answer. docs/diagnosis.md has the formulas.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ class _Found:
     models : tuple of Weighed
         The most probable one first.
     plain : Fitted
-        The plain law as exactly as `bushcli inverse` fits it.
+        The plain law, fitted as accurately as by `bushcli inverse` unless the user stopped the calculation.
     interrupted : list of Condition
-        What to say where the user stopped it.
+        What to report if the user stopped it.
     """
 
     search: Search
@@ -77,30 +77,30 @@ def diagnose(
     Parameters
     ----------
     case
-        With recordings, to which a law without parameters is fitted; with coupons it is fitted to these and kept.
+        With recordings, to which the plain law is fitted; if there are coupons, it is fitted to these and kept.
     model
         Law to begin with; the case's where None.
     effects
-        Names of those to be considered; all where None.
+        Names of the effects to be considered; all where None.
     hold_out
-        Channels that take part in nothing and are predicted in the end.
+        Channels that are left out of fits and evidence, and predicted at the end.
     uniform
         Give all effects the same prior odds.
     budget
-        Seconds after which the search ends with what it knows; without end where None.
+        Seconds after which the search starts no further fits; no limit where None.
     workers, executor
-        Processes side by side, or those that are there, as ranks of `mpirun`; the answer does not depend on them.
+        Number of processes, or existing ones such as the ranks of `mpirun`; the answer does not depend on them.
     journal, resume
-        Folder in which every fit is kept, so that a stopped diagnosis can go on; whether to go on with what it holds.
+        Folder in which every fit is saved, so that a stopped diagnosis can be resumed; whether to use what it holds.
     maps
-        Look for the place in the bushing, too.
+        Whether to map the misfit in the bushing, too.
     progress
-        Called with the stage, what is looked at, and what came of it.
+        Called with the stage, its subject, and a text about it.
 
     Returns
     -------
     Diagnosis
-        Also when the search is interrupted, with a condition that says so.
+        If the search was interrupted, it has a condition that says so.
 
     Raises
     ------
@@ -260,7 +260,7 @@ def _finished(
 ) -> tuple[Weighed, Fitted, list[Condition]]:
     """Return the best model on the default mesh, and the plain law fitted as accurately as by `bushcli inverse`.
 
-    Both as they are where that is interrupted, with what to say of it.
+    If the user interrupts this, both are returned unchanged, with a condition that says so.
     """
     try:
         plain = crew.run(fit_plain, [(problem.case, chosen)])[0] or rough

@@ -1,8 +1,8 @@
 """The evidence of a fitted model: its likelihood averaged over the priors of its parameters, by Laplace's method.
 
-At the maximum a posteriori the posterior is taken for a Gaussian. Every parameter is measured in standard deviations
-of its prior there, or of its logarithm's. Where an amplitude cannot be less than zero, only the part of the Gaussian
-above zero counts, at an optimum on that bound with the slope that holds it there.
+The posterior is approximated by a Gaussian about the maximum a posteriori. Every parameter is measured in standard
+deviations of its prior there, or of the prior of its logarithm. If an amplitude cannot be negative, only the part of
+the Gaussian above zero counts; at an optimum on that bound, the slope that holds it there is taken into account.
 
 References
 ----------
@@ -26,9 +26,9 @@ from bushcli.diagnosis.prior import LAW_SHARE, Known
 Array = NDArray[np.float64]
 
 # Precision, in units of the prior's standard deviation, with which a uniform prior or a Student's t enters a Gaussian:
-# a parameter that the data say nothing of then contributes nothing to the evidence.
+# a parameter about which the data say nothing then contributes nothing to the evidence.
 UNIFORM, STUDENT = 2.0 * math.pi / 12.0, 2.0 / math.pi
-# An amplitude nearer to its off value than this share of its prior's standard deviation lies on the bound.
+# An amplitude nearer to its off value than this share of its prior's standard deviation counts as being on the bound.
 AT_OFF = 1e-6
 
 
@@ -43,11 +43,11 @@ class Evidence:
         the unknown effect beside it.
     judged, judged_unknown : Judged
     left : Left
-        What the model leaves.
+        The misfit that the model leaves.
     covariance : shape (p, p)
-        Of the parameters, in their own units; the posterior of the model without the unknown effect, with an error of
-        form of its usual size at least: what formulas get wrong along the slopes of their own parameters is taken up
-        by these, and what is left says nothing of it.
+        Of the posterior of the parameters, in their own units, for the model without the unknown effect and with at
+        least the median error of form: errors of a formula along the derivatives by its own parameters are absorbed by
+        their values, and the remaining misfit does not show them.
     """
 
     log: float
@@ -72,14 +72,14 @@ def evidence(
     ----------
     likelihood : Likelihood
     misfit : sequence of (K,) array
-        Features of what the model leaves, by channel.
+        Features of the misfit that the model leaves, by channel.
     slopes : sequence of (K, p) array
-        Their derivatives.
+        Their derivatives by the parameters.
     values : shape (p,)
     known : sequence of Known or None
-        Priors; None of a law's parameter.
+        Priors; None for a parameter of a law.
     off : sequence of float
-        Of a one-sided amplitude its off value, any number elsewhere.
+        Off value of a one-sided amplitude, any number for other parameters.
     """
     left = likelihood.left(misfit)
     judged, unknown = likelihood.judge(left), likelihood.judge_unknown(left)
@@ -107,7 +107,7 @@ def _gram(
 def _prior(
     slopes: Sequence[Array], values: Array, known: Sequence[Known | None], signal: float
 ) -> tuple[Array, Array, Array]:
-    """Of each parameter the prior's standard deviation, log density (in that unit) at the value, and precision."""
+    """Return each parameter's prior: standard deviation, log density (in that unit) at the value, and precision."""
     units, density, precision = np.ones(len(values)), np.zeros(len(values)), np.ones(len(values))
     for i, (value, one) in enumerate(zip(values, known, strict=True)):
         if one is None:
@@ -122,7 +122,7 @@ def _prior(
         elif not prior.is_logarithmic:
             precision[i] = STUDENT
         if value == 0.0 and prior.is_logarithmic:
-            # Switched off, where a logarithm has no density: what the data say nothing of.
+            # Switched off, where a logarithm has no density: taken as a parameter about which the data say nothing.
             units[i], density[i] = prior.median(scales), -0.5 * math.log(2.0 * math.pi)
             continue
         density[i] = prior.log_density(float(value), scales) + math.log(units[i])
@@ -139,7 +139,7 @@ def _laplace(
     known: Sequence[Known | None],
     off: Sequence[float],
 ) -> tuple[float, Array]:
-    """Logarithm of the integral of posterior over maximum likelihood, and the covariance in the priors' units."""
+    """Return log(integral of likelihood times prior / maximum likelihood), and the covariance in the priors' units."""
     p = len(values)
     if p == 0:
         return 0.0, np.zeros((0, 0))
@@ -149,8 +149,8 @@ def _laplace(
     total = float(density.sum()) + 0.5 * p * math.log(2.0 * math.pi) - 0.5 * float(log_det)
     law = [i for i, one in enumerate(known) if one is None]
     if law:
-        # Each parameter of a law pays for itself: one that does what another one does is no cheaper for that, or laws
-        # with idle parameters would win over those with few that are needed.
+        # Each parameter of a law pays for itself, even if another one has the same influence: otherwise laws with
+        # superfluous parameters would win over laws with the few that are needed.
         block = hessian[np.ix_(law, law)]
         total += 0.5 * float(np.linalg.slogdet(block)[1]) - 0.5 * float(np.sum(np.log(np.diag(block))))
     for i, one in enumerate(known):
@@ -158,7 +158,7 @@ def _laplace(
             continue
         std = math.sqrt(inverse[i, i])
         above = (values[i] - off[i]) / units[i]
-        # At the bound the slope of the misfit holds it there; elsewhere it vanishes.
+        # At the bound the slope of the misfit holds the amplitude there; elsewhere the slope vanishes.
         held = max(0.0, slope[i] * units[i]) if above < AT_OFF else 0.0
         t = above / std - held * std
         total += float(log_ndtr(t)) + 0.5 * (held * std) ** 2

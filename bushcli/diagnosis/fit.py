@@ -1,13 +1,13 @@
 """Fit a model to the recordings: the maximum a posteriori under the likelihood, from several starts.
 
-The plain law is fitted as `bushcli inverse` fits it, to the same number. All models are fitted to the smooth part of
-the misfit (`likelihood.features`) together with the priors of the effects' values. How much the likelihood lets the
-formulas err depends on what a model leaves, so the least-squares problem is solved in turns with that (an EM
-algorithm): first as if formulas were as wrong as they are in the median, then with the variances that the likelihood
-gives the result.
+All models are fitted to the smooth part of the misfit (`likelihood.features`) together with the priors of the effects'
+values; the plain law is also fitted as by `bushcli inverse` (`plain`). The error of form that the likelihood allows
+depends on the remaining misfit, so that solving the least-squares problem alternates with an update of its variances
+(an EM algorithm): the first solution assumes the median error of form, the next ones the variances that the likelihood
+has at the previous solution.
 
-No model ends worse than one that it contains: where it does, it begins again from that one's optimum, with the further
-effect switched off.
+If a model ends worse than a fitted model that it contains, it is fitted again from the optimum of that model, with the
+further effect switched off.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ Mask = NDArray[np.bool_]
 
 # Relative change of the sum of squares that ends a fit: some hundredths of a nat.
 TOLERANCE = 1e-3
-# A fit has an end, too, where so many evaluations bring less than this share.
+# A fit also ends when this many evaluations reduce the sum of squares by less than this share.
 VALLEY = 8, 5e-3
-# Turns of variances and parameters at most, and factor below which a change of the variances is none.
+# Largest number of alternations between variances and parameters; factor below which a variance counts as unchanged.
 TURNS, SETTLED = 3, 1.3
-# No fit takes more evaluations.
+# Largest number of evaluations of a fit.
 MOST = 40
-# Nor does one in three dimensions that could not solve so many trials; each takes as long as five others.
+# A fit in three dimensions ends when this many of its evaluations have failed; each takes as long as five others.
 FAILURES = 6
-# A model that ends worse by more than this than one that it contains begins again from there: a tenth of a nat.
+# A model whose objective exceeds that of a model that it contains by more than this is fitted again: a tenth of a nat.
 WORSE = 0.2
-# Shares of the first-order amplitude that are tried where that cannot be solved.
+# Shares of the first-order amplitude that are tried if the simulation fails at that amplitude.
 RETREATS = (0.5, 0.2, 0.05)
-# Failed steps after which a march of a trial is given up. The last start has all the patience there is.
+# Failed steps after which the march of a trial is given up. The start from a model that it contains has no limit.
 PATIENCE = 2
 
 
@@ -62,9 +62,9 @@ class Measured:
     used : tuple of array of bool, shape (n,) each
         Samples that count.
     plain : tuple of float
-        Sum of squares of the features that the plain law leaves beyond noise; it sets how much formulas may err.
+        Sum of squares of the plain law's misfit features beyond noise; it sets how much formulas may err.
     noises : tuple of NoiseModel, optional
-        As each recording shows it, without.
+        If empty, the noise is estimated from each recording.
     """
 
     used: tuple[Mask, ...]
@@ -74,7 +74,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class _End:
-    """Where a search ended; less means a lower objective.
+    """Where a search ended; `<` compares the objectives.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class _End:
     x : shape (p,)
     converged : bool
     at_wall : bool
-        Better parameters could not be solved.
+        Whether the search ended next to parameters for which the simulation fails.
     """
 
     objective: float
@@ -106,12 +106,12 @@ def fit(
     ----------
     case : Case
     model : Model
-        With start values: the first-order ones of its effects.
+        With start values; those of its effects are the first-order amplitudes.
     measured : Measured
     contained : sequence of Model
-        Fitted models that it contains, the best first: their optima are starts, too.
+        Fitted models that it contains, the best first, whose optimum is a further start.
     least : float
-        `Posterior.objective` of the best of these, dimensionless, which this one must not exceed.
+        `Posterior.objective` of the best of these, dimensionless, which this model should not exceed.
     """
     task, problem = pose(case, model, measured)
     start, lower, upper = task.vectors()
@@ -124,7 +124,7 @@ def fit(
     initial = _first_solved(problem, model, start, lower, upper)
     best = None if initial is None else _searched(problem, initial, lower, upper)
     if best is not None and best.at_wall:
-        # What the law alone is fitted to may be a law that can hardly be solved, and no way leads from there.
+        # With its parameters from the fit without effects, the law may be hardly solvable wherever the search goes.
         own = _own(problem, start, lower, upper)
         best = best if own is None else min(best, _searched(problem, own, lower, upper))
     for other in contained[:1] if best is None or best.objective > least + WORSE else ():
@@ -133,7 +133,7 @@ def fit(
         at = _admitted(problem, _vector(problem, model.off(other), start))
         if not np.isfinite(problem.residual(at)).all():
             continue
-        # The optimum of what it contains, as it is: at a bound, where a search cannot begin.
+        # The optimum of the contained model itself, too: it lies on a bound, where a search cannot begin.
         found = _End(problem.objective(at), at, True)
         again = _searched(problem, inside(at, lower, upper), lower, upper)
         best = min(one for one in (best, found, again) if one is not None)
@@ -206,7 +206,7 @@ def _first_solved(problem: Posterior, model: Model, start: Array, lower: Array, 
 
 
 def _own(problem: Posterior, start: Array, lower: Array, upper: Array) -> Array | None:
-    """Return the law's own start brought to scale, with the effects of the start; None where it cannot be solved."""
+    """Return the law's own start scaled to the stiffness, with the effects of `start`; None if it cannot be solved."""
     own = inside(own_start(problem, np.clip(start, lower, upper)), lower, upper)
     return scaled(problem, own, lower, upper) if np.isfinite(problem.residual(own)).all() else None
 
@@ -254,7 +254,7 @@ def _admitted(problem: Posterior, x: Array) -> Array:
 
 
 def fitted(model: Model, problem: Problem, x: Array, converged: bool) -> Fitted:
-    """Return a model at its best.
+    """Return a model with its best-fitting values.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Intervals of identified values over all models that have them, not only the most probable one.
 
-Models that explain a recording as well may want different values of what they share: a bond that is off beside a
-rig that gives is shorter than one by itself. The posterior of a value is the mean of those in the models, weighted with
-their probabilities.
+Models that explain a recording equally well may have different values of a common parameter: a debonded length beside
+a compliant rig is shorter than one by itself. The posterior of a value is the mean of its posteriors in the models,
+weighted with the probabilities of the models.
 
 References
 ----------
@@ -27,9 +27,9 @@ from bushcli.effects.effect import EffectParameter
 
 # Probability on either side of a 95 % interval.
 TAIL = 0.025
-# Components with less of the probability of a value do not move its interval.
+# Models with a smaller share of a value's probability do not move its interval.
 SEEN = 1e-3
-# Standard deviations beyond which a Gaussian has nothing, and the largest one of a logarithm that is drawn.
+# Standard deviations beyond which a Gaussian counts as zero, and the largest standard deviation of a logarithm.
 FAR, WIDEST = 8.0, 5.0
 
 
@@ -52,13 +52,13 @@ class Component:
     is_logarithmic: bool
 
     def at(self, deviations: float) -> float:
-        """Return the value so many standard deviations above the median, in the unit of the parameter."""
+        """Return the value that is `deviations` standard deviations above the median, in the unit of the parameter."""
         if not self._in_logarithm:
             return self.value + deviations * self.std
         return self.value * math.exp(math.copysign(deviations, self.value * deviations) * self._relative)
 
     def below(self, value: float) -> float:
-        """Return the probability of less than a value, which is in the unit of the parameter."""
+        """Return the probability of values below `value`, which is in the unit of the parameter."""
         if not self._in_logarithm:
             return float(ndtr((value - self.value) / self.std)) if self.std else float(value >= self.value)
         if value * self.value <= 0.0:
@@ -110,7 +110,7 @@ def components(name: str, models: Sequence[Weighed], law: str | None = None) -> 
         Full name.
     models : sequence of Weighed
     law : str, optional
-        Of a parameter of a law: the law that has it.
+        Name of the law, if the parameter is one of a law.
     """
     found = []
     for one in models:
@@ -130,9 +130,9 @@ def components(name: str, models: Sequence[Weighed], law: str | None = None) -> 
 def scanned(
     active: ActiveEffect, parameter: EffectParameter, models: Sequence[Weighed]
 ) -> tuple[float, float]:
-    """Return the 95 % interval of a value that is scanned, since it changes the mesh.
+    """Return the 95 % interval of a value that is scanned because it changes the mesh.
 
-    Each value of the scan stands for those that are nearer to it than to the next, by their ratio.
+    Each value of the scan represents the range up to the geometric means with its neighbours.
 
     Parameters
     ----------

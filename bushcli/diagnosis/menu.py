@@ -1,4 +1,4 @@
-"""Recordings that could be made next, as data: path, rates, holds, and what each costs."""
+"""Recordings that could be made next, as data: path, rates, holds, and cost."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cases.mode import modes
 
 Array = NDArray[np.float64]
 
-# Minutes: to set up a program on a specimen that is mounted, and to mount it in another direction. Guesses, in
-# proportion to each other; nothing but the order of costs depends on them.
+# Minutes to set up a program on a mounted specimen, and to mount it in another direction. Guesses: nothing but the
+# order of costs depends on them.
 _SET_UP = 5.0
 _REMOUNT = 40.0
 
@@ -25,13 +25,13 @@ class Proposal:
     Attributes
     ----------
     name : str
-        For a person: "axial to 8 mm at 0.5 and 5 mm/s".
+        For readers: "axial, once to the largest amplitude and back".
     channel : str
         Mode.
     points : (k + 1,) tuple of float
         Displacements that the path goes through, mm or rad.
     rates : (k,) tuple of float
-        Of each way from point to point, mm/s or rad/s.
+        From each point to the next, mm/s or rad/s.
     holds : (k + 1,) tuple of float
         Time spent at each point, s.
     cost : float
@@ -52,7 +52,7 @@ class Proposal:
         return tuple(again) == (first, back) and zero == back and len(set(self.rates)) == 1
 
     def program(self, samples: int = 40) -> tuple[Array, Array]:
-        """Return time (n,) in s and displacement (n,), with that many samples on the longest way and in each hold."""
+        """Return time (n,) in s and displacement (n,), with `samples` points on the longest way and in each hold."""
         longest = max(abs(b - a) for a, b in zip(self.points[:-1], self.points[1:], strict=True))
         time, q = [np.zeros(1)], [np.array(self.points[:1])]
 
@@ -78,16 +78,16 @@ def menu(
     Parameters
     ----------
     amplitudes : mapping
-        Mode -> largest displacement that may be asked for, mm or rad, for every mode that can be tested.
+        Mode -> largest displacement that may be proposed, mm or rad, for every mode that can be tested.
     rate : mapping
         Mode -> an ordinary rate, mm/s or rad/s.
     mounted : sequence of str
-        Modes that have been recorded: no remounting.
+        Modes that have been recorded, which need no remounting.
     """
     found: list[Proposal] = []
     for channel, a in amplitudes.items():
         extra = 0.0 if channel in mounted else _REMOUNT
-        # A strip or a sheet is not pushed: it buckles, and cannot become shorter than nothing.
+        # A strip or a sheet cannot be pushed: it buckles, and its strain cannot be less than -1.
         coupon = modes()[channel].specimen == "coupon"
         for text, points, rates, holds in _plans(a, rate[channel]):
             if coupon and min(points) < 0:

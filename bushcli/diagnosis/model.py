@@ -26,14 +26,14 @@ class Model:
     start : mapping
         Of the law's parameters.
     fixed : bool
-        Whether the law keeps them, as one that comes from coupons.
+        Whether the law keeps them, as a law that was fitted to coupons does.
     effects : tuple of ActiveEffect
-        With start values; one that is in several rigs gets its names here.
+        With start values. An effect that occurs in several rigs gets unique names here.
     terms : int, optional
-        Of a law with optional terms.
+        Number of terms of a law that has optional ones.
     anchor : mapping, optional
-        Of the law alone: with it, bodies that remember get a coarse mesh, whose force is brought to that of the
-        usual one at these parameters (`model_cache`). A march in three dimensions takes a minute otherwise.
+        Parameters of the law alone. If given, bodies with memory get a coarse mesh, whose force is corrected to that
+        of the default mesh at these parameters (`model_cache`): a march in three dimensions takes a minute otherwise.
     """
 
     law: str
@@ -48,7 +48,7 @@ class Model:
 
     @property
     def identities(self) -> tuple[str, ...]:
-        """Names of the effects that do not depend on what else the model has: to compare models by."""
+        """Names of the effects, independent of the other effects of the model, by which models are compared."""
         return tuple(sorted(one.identity for one in self.effects))
 
     @property
@@ -92,7 +92,7 @@ class Model:
         return replace(self, start=law, effects=effects)
 
     def off(self, other: Model) -> dict[str, float]:
-        """Values by full name with which this model is the other one, that it contains."""
+        """Values by full name with which this model is equivalent to another one that it contains."""
         known = other.structure
         found = dict(other.start)
         values = {
@@ -107,7 +107,7 @@ class Model:
         return found
 
     def task(self, case: Case) -> Task:
-        """The identification of it."""
+        """The identification task of the model."""
         held = tuple(self.start) if self.fixed else ()
         bare = replace(case, effects=self.effects)
         return Task(bare, self.law, start=dict(self.start), fixed=held, terms=self.terms)
@@ -122,12 +122,12 @@ class Fitted:
     model : Model
         With the identified values.
     names : tuple of str
-        Of the parameters that were identified, p of them.
+        Of the p parameters that were identified.
     x : shape (p,)
     simulated : tuple of array, shape (n,) each
         Force of each channel at its samples.
     jacobians : tuple of array, shape (n, p) each
-        Derivatives.
+        Derivatives of these forces by the parameters.
     converged : bool
     solves, failed : int
         Simulations of a channel, and evaluations that failed.

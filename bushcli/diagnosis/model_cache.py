@@ -1,8 +1,8 @@
 """Cache of finite-element models in a process, from one run of a diagnosis to the next.
 
-A diagnosis runs the same few models many times with other values. To mesh a body and to derive its forms takes as long
-as half a march, so what differs in values only is made once. Effects of the rig change nothing in the body: all of them
-share that of the law alone.
+A diagnosis runs the same few models many times with other values. Meshing a body and deriving its forms takes as long
+as half a march, so that models that differ only in values share one body. Effects of the rig change nothing in the
+body: all of them share that of the law alone.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ T = TypeVar("T")
 Array = NDArray[np.float64]
 Coarse = Literal["never", "memory", "always"]
 
-# At a time: bodies of the law alone and of the effect at hand, each for up to three channels.
+# Numbers of bodies and of sets of channels that are cached: of the law and of the current effect, for three channels.
 BODIES, SETS = 12, 6
 
 _bodies: OrderedDict[bytes, Body] = OrderedDict()
@@ -47,29 +47,29 @@ def channels(
 ) -> list[Channel]:
     """Channels of a task, for any values of its parameters.
 
-    Every solution has to be given all values: what a kept model had before is not what the task says.
+    Every solution has to be given all values, because a cached model still has the values of its previous use.
 
     Parameters
     ----------
     task : Task
     fineness : float
-        Factor on the usual number of steps of a march.
+        Factor on the default number of steps of a march.
     coarse
-        Which bodies get a coarse mesh: none, those that remember, or all. In the half-plane, where the usual mesh costs
-        little more, those in which an effect of assembly acts keep it: it may act on a part of a bond.
+        Which bodies get a coarse mesh: none, those with memory, or all. With "memory", half-plane bodies in which an
+        effect of assembly acts keep the default mesh, which costs little more there: it may act on a part of a bond.
     anchor : mapping of str to float, optional
-        Parameters of the law alone (MPa or dimensionless) at which the force of a coarse body is brought to that of
-        the usual one.
+        Parameters of the law alone (MPa or dimensionless) at which the force of a coarse body is corrected to that of
+        the default mesh.
     patience
-        Failed steps after which a march is given up: of the many models that are tried, some have absurd parameters,
-        and to cut back their steps to the smallest takes minutes in three dimensions. As `cases.march` where None.
+        Failed steps after which a march is given up: some of the many models that are tried have absurd parameters,
+        and cutting their steps down to the smallest takes minutes in three dimensions. As `cases.march` where None.
     """
     whole = replace(task.case, effects=())
     name = canonical((whole, _law(task), _structure(task.effects), fineness, coarse, anchor))
 
     def made() -> list[Channel]:
         modes: set[str] = set()
-        # Never shared among ranks: those of `mpirun` run diagnosis's fits side by side.
+        # Never distributed among ranks: those of `mpirun` run the fits of a diagnosis side by side.
         found, _ = task.channels(comm=MPI.COMM_SELF, prepared=bodies(task, coarse, modes))
         for number, channel in enumerate(found):
             if channel.simulation is not None and fineness != 1.0:
@@ -100,8 +100,8 @@ def set_patience(channel: Channel, patience: int | None) -> None:
 def mesh_correction(plain: Task, anchor: Mapping[str, float]) -> list[tuple[float, Array]]:
     """Return factor and remainder that correct the force of a coarse mesh to the default one, by channel.
 
-    Found from the law alone. A coarse mesh is too stiff by a factor that hardly depends on what the rubber remembers;
-    what the factor leaves is taken as it is.
+    They are computed for the law alone. A coarse mesh is too stiff by a factor that hardly depends on the rubber's
+    memory; the difference that the factor leaves is added as it is.
 
     Parameters
     ----------
@@ -123,15 +123,15 @@ def mesh_correction(plain: Task, anchor: Mapping[str, float]) -> list[tuple[floa
 
 
 def bodies(task: Task, coarse: Coarse = "never", modes: set[str] | None = None) -> Prepare:
-    """As `cases.simulate.prepare`, for the law and effects of a task: a body that is known is not made again.
+    """Return a function like `cases.simulate.prepare` for the law and effects of a task, with cached bodies.
 
-    The modes that got a coarse mesh are added to `modes`.
+    It adds the modes that get a coarse mesh to `modes`.
 
     Parameters
     ----------
     task : Task
     coarse : {"never", "memory", "always"}
-    modes : sequence of str
+    modes : set of str, optional
     """
 
     def body(

@@ -1,4 +1,4 @@
-"""Models next to one: the same with another law, the law alone; and how a model is called."""
+"""Neighbours of a model by its law: with another law, or without effects; and the name of a model in words."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from bushcli.diagnosis.model import Model
 from bushcli.effects.names import readable_name
 from forms.law import laws
 
-# Terms of a law with optional ones; a coupon is solved in no time and shows all that a law can do.
+# Number of terms of a law with optional ones; a coupon is solved at once and shows all that a law can do.
 TERMS, TERMS_OF_COUPON = 2, 3
 
 
 def other_laws(case: Case, model: Model) -> list[Model]:
-    """The model with another law of at least as many parameters, or with the law set free.
+    """The model with other laws of at least as many parameters, or with a law from coupons freed from them.
 
     Parameters
     ----------

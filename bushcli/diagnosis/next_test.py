@@ -1,12 +1,12 @@
 """The most informative next recording per minute of testing, given the rivals.
 
-Each rival predicts every recording of a menu. How much a recording is expected to say about which of them is right is
-the mutual information of model and data, bounded from below by the distances between the curves that they predict:
+Each rival predicts every recording of a menu. The expected gain of information about which of them is right is the
+mutual information of model and data, bounded from below by the distances between the predicted curves:
 
     I >= - sum_k p_k log sum_j p_j exp(-C_kj),
 
-with C the Bhattacharyya distance, in the likelihood's own terms: noise and an error of form, and the other model's
-parameters free to imitate as far as the present recordings leave them open.
+with C the Bhattacharyya distance. It accounts for noise, for the error of form, and for the parameters of both models,
+which are free within their posterior and may imitate the other model.
 
 References
 ----------
@@ -46,17 +46,17 @@ from cases.mode import modes
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
 
-# Rivals that are looked at, and recordings of the menu: the cheapest of the recorded modes, and one of each other.
+# Rivals that are compared, and recordings of the recorded modes that are tried: the cheapest. Each other mode adds one.
 RIVALS, PROPOSALS = 3, 6
-# Where a mode has not been recorded: travel as a share of the rubber's thickness, or rad; seconds from rest to there.
+# For modes that have not been recorded: travel as a share of the rubber's thickness, or rad; seconds to reach it.
 SHARE = {"axial": 0.6, "radial": 0.3}
 TURN = 0.2
 SECONDS = 20.0
-# Noise to be expected of a mode that has not been recorded, as a share of the force range.
+# Expected noise in a mode that has not been recorded, as a share of the force range.
 NOISE = 3e-3
 SAMPLES = 9
-# Bits that a recording has to promise to be proposed, and distance from which on two rivals are told apart: a
-# probability of 1 in 20 of the wrong one.
+# Least expected gain, in bits, for a recording to be proposed, and distance above which two rivals count as
+# distinguished: a probability of 1 in 20 of the wrong one.
 WORTH, APART = 0.1, math.log(20.0)
 
 
@@ -79,7 +79,7 @@ def next_test(
     rivals : sequence of Weighed
     workers : Workers
     notify : callable
-        Called with the stage, what is looked at, and what came of it.
+        Called with the stage, its subject, and a text about it.
     """
     known = [one for one in rivals if one.predicted is None and (one.state.model.effects or not one.unknown)]
     chosen = list({one.state.model.identities: one for one in reversed(known)}.values())[::-1][:RIVALS]
@@ -109,7 +109,7 @@ def next_test(
 
 
 def _spread(one: Weighed) -> tuple[tuple[str, ...], Array]:
-    """Names of the parameters, and a root (p, p) of their posterior covariance."""
+    """Names of the parameters, and a square root (p, p) of their posterior covariance."""
     values, vectors = np.linalg.eigh(one.state.evidence.covariance)
     return one.state.fitted.names, vectors * np.sqrt(np.maximum(values, 0.0))
 
@@ -124,12 +124,12 @@ def expected_curve(
     case : Case
     model : Model
     known : tuple
-        Names of the parameters, and a root of their posterior covariance, shape (p, p).
+        Names of the parameters, and a square root of their posterior covariance, shape (p, p).
     proposal : Proposal
     """
     time, q = proposal.program(SAMPLES)
     task = model.task(case)
-    # The rig of a mode is that of its recordings.
+    # A recording of this mode is made on the same rig as the present recordings of it.
     labels = [one.label for one in case.recordings if one.mode == proposal.channel] or [proposal.channel]
     there = {one.identity: one for name in labels for one in acting(model.effects, name, proposal.channel)}
     simulation = Simulation(
@@ -156,7 +156,7 @@ def _distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float
     """Return the Bhattacharyya distance of two predictions with their uncertainty."""
     difference = (right.force - other.force) / sigma
     spread = np.hstack([right.spread, other.spread]) / sigma
-    # (1 + S S')^-1 d by the small system.
+    # d' (1 + S S')^-1 d, by the smaller system of the parameters.
     inner = np.eye(spread.shape[1]) + spread.T @ spread
     left = float(
         difference @ difference - (spread.T @ difference) @ np.linalg.solve(inner, spread.T @ difference)
@@ -168,7 +168,7 @@ def _distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float
 
 
 def _menu(problem: Problem) -> list[Proposal]:
-    """Recordings of the modes that have been recorded, the cheapest ones, and one of each other mode."""
+    """Return the cheapest recordings of the modes that have been recorded, and one of each other mode."""
     mounted = [one.mode for one in problem.recordings]
     amplitudes: dict[str, float] = {}
     rate: dict[str, float] = {}

@@ -1,4 +1,4 @@
-"""Fit the plain law: at first before the size of its misfit is known, in the end as `bushcli inverse` does."""
+"""Fit the plain law: first before the size of its misfit is known, at the end as `bushcli inverse` does."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bushcli.inverse.first import first_minimum
 
 Mask = NDArray[np.bool_]
 
-# Share of the force that a law is taken to be wrong by before its misfit is known: what engineers accept of one.
+# Assumed error of a law, as a share of the force, before its misfit is known: what engineers accept of a law.
 UNKNOWN = 0.1
 
 
@@ -43,13 +43,13 @@ def fit_plain(case: Case, model: Model) -> Fitted | None:
 def begin(case: Case, model: Model, used: tuple[Mask, ...]) -> Fitted | None:
     """Fit the plain law before the size of its misfit is known; None if it cannot be solved from any start.
 
-    Every channel counts by its force, as if the law were wrong by `UNKNOWN` of it.
+    Every channel is weighted as if the law were wrong by `UNKNOWN` of its force.
 
     Parameters
     ----------
     case : Case
     model : Model
-    used : (n,) array of bool
+    used : tuple of (n,) array of bool
         Samples that count.
     """
     task, problem = pose(case, model, Measured(used, (0.0,) * len(used)), patience=None)
@@ -71,7 +71,7 @@ def all_features(
     ----------
     case : Case
     model : Model
-    used : (n,) array of bool
+    used : sequence of (n,) array of bool
         Samples that count.
     noises : sequence of NoiseModel
     """

@@ -18,14 +18,14 @@ from bushcli.effects.names import effect_name
 
 # Share of the posterior that the credible set holds.
 CREDIBLE = 0.95
-# A model of less is not shown.
+# Least probability of a model that is shown.
 SHOWN = 1e-3
-# An effect less probable than this is no member of a group; a group less probable is none.
+# Least probability of an effect that is a member of a group, and of a group.
 MEMBER, GROUP = 0.05, 0.5
 UNKNOWN = "unknown"
-# Stands among the effects of a model whose law is identified from the recordings although coupons give one.
+# Listed among the effects of a model whose law is identified from the recordings although coupons give one.
 FREE_LAW = "free_law"
-# What effects have in common that recordings often cannot tell apart.
+# Effects that recordings often cannot distinguish, by what they have in common.
 FAMILIES: Mapping[str, frozenset[str]] = {
     "dissipation": frozenset({"friction", "viscoelasticity", "time_lag"}),
     "softening in use": frozenset({"mullins", "permanent_set", "warming", "drift"}),
@@ -51,7 +51,7 @@ class Weighed:
     freed : bool
         Whether the law is identified from the recordings although coupons give one.
     predicted : Model, optional
-        The model, where it is not fitted and the state is that of the model beside which it was predicted.
+        The model if it is not fitted; the state is then that of the model beside which it was predicted.
     """
 
     state: State
@@ -91,8 +91,8 @@ class Weighed:
 def posterior(search: Search) -> tuple[Weighed, ...]:
     """All models, each with and without the unknown effect; first the most probable set of the most probable kind.
 
-    A model with an effect whose size the recordings do not show counts for the model without: nobody can tell them
-    apart, and "there" means there in a size that matters.
+    A model with an effect whose size the recordings do not show counts as the model without it: the recordings cannot
+    distinguish the two, and "present" means present in a size that matters.
     """
     total, fixed = search.total, search.plain.model.fixed
     share: dict[tuple[Key, bool], float] = {}
@@ -116,19 +116,19 @@ def posterior(search: Search) -> tuple[Weighed, ...]:
     sets: dict[tuple[str, ...], float] = {}
     for one in found:
         sets[one.effects] = sets.get(one.effects, 0.0) + one.probability
-    # The laws that go with one set of effects stand together: what is asked for first is the effects.
+    # Models with the same effects and different laws stand together, because the effects are the answer.
     found.sort(key=lambda one: (-sets[one.effects], one.effects, one.predicted is not None, -one.probability))
     kind = _kind(found)
-    # The first of all has values.
+    # The first model has to be a fitted one, because the report shows its values.
     fitted = [one for one in found if one.predicted is None]
     first = next((one for one in fitted if one.kind == kind), fitted[0]).effects
     return tuple(sorted(found, key=lambda one: one.effects != first))
 
 
 def _kind(models: Sequence[Weighed]) -> str:
-    """What is said first: that a law is enough, if that is as probable as not, or else what is more probable.
+    """Kind of the answer: a law alone if that is at least as probable as not, else the more probable other kind.
 
-    Several effects may share what no one of them has: the kind of answer follows from sums over models.
+    It follows from sums over models, since several effects may be probable together though none is alone.
     """
     held = {
         kind: sum(one.probability for one in models if one.kind == kind)
@@ -140,7 +140,7 @@ def _kind(models: Sequence[Weighed]) -> str:
 
 
 def probabilities(models: Sequence[Weighed], considered: Sequence[str]) -> dict[str, float]:
-    """Probability of each effect that was considered, of a law set free, of the unknown effect, and of nothing.
+    """Probability of each considered effect, of a law freed from the coupons, of the unknown effect, and of nothing.
 
     Parameters
     ----------
@@ -173,9 +173,9 @@ def credible_sets(models: Sequence[Weighed]) -> list[tuple[str, ...]]:
 
 
 def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple[Group, ...]:
-    """Effects of which one is probable, though none of them by itself.
+    """Return groups of effects of which one is probable, though none of them is by itself.
 
-    Two effects belong together where models of the credible set differ in that the one stands for the other.
+    Two effects belong together if two models of the credible set differ only in which of the two they have.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Predicted evidence of a model with further effects, to first order about a fitted model.
 
-The misfit's features, the derivatives by the fitted parameters and those by the further amplitudes make a linear
-least-squares problem with the fit's own weights and priors, in which an amplitude that cannot be negative is not. Its
-solution is judged as a fit is, so that predictions and fits are on one scale. Shape parameters are averaged over the
-points of their grid.
+The misfit's features, the derivatives by the fitted parameters and those by the further amplitudes form a linear
+least-squares problem with the fit's own weights and priors, in which one-sided amplitudes stay on their side. Its
+solution is judged like a fit, so that predictions and fits are on one scale. The evidence is averaged over the grid of
+the shape parameters.
 
 References
 ----------
@@ -34,16 +34,16 @@ from bushcli.diagnosis.state import State
 
 Array = NDArray[np.float64]
 
-# What was tried at a finite size says little of sizes beyond this factor.
+# Where an effect was tried at a finite size, its amplitude is predicted only within this factor of that size.
 TRIED = 2.0
-# Points of an effect's grid that are tried in a pair, the best first.
+# Points of an effect's grid that are tried in a pair: the best ones.
 POINTS = 2
-# Factor beyond the 95 % range of its prior to which an amplitude is predicted: further out curves do not follow their
-# derivatives.
+# Factor beyond the 95 % range of its prior up to which an amplitude is predicted: further out, curves do not follow
+# their derivatives.
 FAR = 3.0
-# Share of a change that has to be its own beside the fitted parameters: less is rounding.
+# Least share of an effect's change of the curves that the fitted parameters cannot make: less is rounding.
 OWN = 1e-6
-# Any law of rubber is a smooth function of the displacement: cubic splines in so many pieces.
+# Pieces of the cubic splines in the displacement that stand for any law, whose force is a smooth function of it.
 PIECES = 6
 
 
@@ -57,7 +57,7 @@ class Beside:
         self.variances = state.problem.variances if variances is None else variances
         grouped: dict[str, list[Addition]] = {}
         for one in additions:
-            # A mesh's dimension makes a model of its own; a time or a gap does not.
+            # Each value of a mesh dimension is a separate model; times and gaps are averaged over.
             fixed = [
                 f"{p.name}={one.trial.active.values[p.name]:g}"
                 for p in one.trial.active.parameters
@@ -73,7 +73,7 @@ class Beside:
         return [self._averaged([(one,) for one in points]) for points in self.grouped.values()]
 
     def alone(self) -> Prediction:
-        """Return the prediction for the model itself, its parameters moved to first order to their best."""
+        """Return the prediction for the model itself, with its parameters at their first-order optimum."""
         found = self._value(())[0]
         return Prediction(self.state.model, found.log, 0.0, found.judged.log)
 
@@ -103,12 +103,12 @@ class Beside:
         return float(np.max(own / np.where(size > 0.0, size, 1.0)))
 
     def any_law(self, more: int) -> float:
-        """Log evidence of the model if its law could follow the misfit wherever that is a function of displacement.
+        """Log evidence of the model if its law could remove all misfit that is a function of the displacement.
 
         Parameters
         ----------
         more
-            Parameters that a law has beyond the model's: each pays as if it were as well determined as the others.
+            Number of parameters that a law has beyond the model's, all taken to be as well determined as the others.
         """
         features = self.state.problem.likelihood.features
         blocks = []
@@ -123,7 +123,7 @@ class Beside:
         rest = self._rest - u @ (u.T @ self._rest)
         likelihood, found = self.state.problem.likelihood, self.state.evidence
         left = likelihood.left(self._split(rest))
-        # Splines also take up noise, a unit each.
+        # Each spline also absorbs one unit of noise.
         across = np.minimum(left.across + u.shape[1] / len(features), found.left.across)
         gain = likelihood.judge(replace(left, across=across)).log - found.judged.log
         variance = float(np.mean(found.judged.scale))
@@ -132,7 +132,7 @@ class Beside:
     # -- the linear problem --------------------------------------------------------------------------------------
 
     def _weighed(self, parts: Sequence[Array]) -> Array:
-        """Features (K,) or (K, k) of all channels as the fit weighs them, the priors' rows, which are zero, last."""
+        """Features (K,) or (K, k) of all channels with the weights of the fit, then the priors' rows, all zero."""
         problem = self.state.problem
         rows = [
             one.whitened(part, v)
@@ -143,7 +143,7 @@ class Beside:
 
     @cached_property
     def _whole(self) -> tuple[Array, Array]:
-        """Misfit (rows,) and derivatives (rows, p), weighed, the priors' rows last."""
+        """Weighted misfit (rows,) and derivatives (rows, p), the priors' rows last."""
         state = self.state
         p = len(state.fitted.x)
         misfit, slopes = self._weighed(state.misfit), self._weighed(state.slopes)
@@ -158,7 +158,7 @@ class Beside:
 
     @cached_property
     def _space(self) -> Array:
-        """Orthonormal basis of what the fitted parameters can do."""
+        """Orthonormal basis of the changes that the fitted parameters can make."""
         slopes = self._whole[1]
         if not slopes.shape[1]:
             return np.zeros((len(slopes), 0))
@@ -174,7 +174,7 @@ class Beside:
         return self._left(self._whole[0])
 
     def _split(self, rows: Array) -> list[Array]:
-        """Features by channel of weighed rows."""
+        """Features by channel from weighted rows."""
         found, begin = [], 0
         problem = self.state.problem
         for one, v in zip(problem.likelihood.features, self.variances, strict=True):
@@ -192,11 +192,11 @@ class Beside:
 
     @cached_property
     def own(self) -> float:
-        """Log likelihood of the model itself, to first order at its best."""
+        """Log likelihood of the model itself at its first-order optimum."""
         return self._value(())[0].judged.log
 
     def _value(self, point: tuple[Addition, ...]) -> tuple[Evidence, Array]:
-        """Evidence to first order, and the amplitudes; in turns with the variances, as a fit does it."""
+        """Evidence to first order, and the amplitudes; the solution alternates with the variances, as in a fit."""
         found, amplitude = self._solved(point)
         for _ in range(TURNS):
             scale = found.judged.scale
@@ -254,7 +254,7 @@ class Beside:
         return shear_modulus(self.state.model, self.state.problem.case)
 
     def _bounded(self, point: tuple[Addition, ...], amplitude: Array, known: Sequence[Known | None]) -> Array:
-        """Amplitudes within what the effect admits; where a finite size was tried, not far from that."""
+        """Amplitudes within the bounds of the effect and, if a finite size was tried, near that size."""
         found, i = amplitude.copy(), 0
         for one in point:
             for k, name in enumerate(one.trial.amplitudes):
@@ -265,8 +265,8 @@ class Beside:
                     low, high = one.trial.size / TRIED, one.trial.size * TRIED
                 prior = known[i]
                 if prior is not None:
-                    # Not far out in its tails, where the curves no longer follow their derivatives. Of a logarithmic
-                    # prior that towards nothing is one.
+                    # Not far out in its tails, where the curves no longer follow their derivatives. A logarithmic
+                    # prior has a tail towards zero, too.
                     least, most = prior.prior.range(prior.scales)
                     low, high = max(low, -FAR * most), min(high, FAR * most)
                     if prior.one_sided and prior.prior.is_logarithmic:
@@ -276,7 +276,7 @@ class Beside:
         return found
 
     def _model(self, point: tuple[Addition, ...], amplitude: Array) -> Model:
-        """The model with the effects at their first-order amplitudes, or at their prior's median where that is off."""
+        """The model with the effects at their first-order amplitudes, 0.3 of the prior's median if these are off."""
         model, i = self.state.model, 0
         for one in point:
             known, start = self._unknowns((one,))
@@ -289,7 +289,7 @@ class Beside:
                 i += 1
             model = _with(model, one.trial, values)
         if model.anchor is None:
-            # Bodies that remember are compared on a coarse mesh; what it misses is known at the law alone.
+            # Bodies with memory are compared on a coarse mesh, whose error is known for the law alone.
             model = replace(model, anchor=dict(self.state.model.start))
         return model
 

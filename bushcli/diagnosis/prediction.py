@@ -1,4 +1,4 @@
-"""What an effect does beside a fitted model, and what a model with it is predicted to be worth."""
+"""An effect's change of the curves beside a fitted model, and the predicted evidence of the model that has it."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Addition:
-    """An effect beside a model, at one point of its grid, with the features of what it does.
+    """An effect beside a model, at one point of its grid, with the features of its change of the curves.
 
     Attributes
     ----------
     trial : Trial
     slopes : tuple of (K, k) array
-        By channel.
+        Features of the derivatives by the k amplitudes, by channel.
     """
 
     trial: Trial
@@ -30,7 +30,7 @@ class Addition:
 
 @dataclass(frozen=True)
 class Prediction:
-    """A model that might be fitted.
+    """A model that may be fitted, with its predicted evidence.
 
     Attributes
     ----------
@@ -38,9 +38,9 @@ class Prediction:
         With the effects' first-order values.
     log_evidence : float
     gain : float
-        Natural logarithm of the likelihood that the effects bring, at the best point of their grids.
+        Increase of the log likelihood by the effects, at the best point of their grids.
     log_likelihood : float
-        That of the model there.
+        Log likelihood of the model at that point.
     """
 
     model: Model

@@ -1,7 +1,7 @@
 """Priors: odds of each effect and law, and the scales of the priors of values.
 
-The odds stand in one table. They are an engineer's: how often a bushing on a rig has an effect that is large enough to
-be seen. `uniform=True` gives all effects the same.
+The odds of all effects are in one table. They are an engineer's judgement of how often a bushing on a rig has an effect
+that is large enough to be seen. `uniform=True` gives all effects the same odds.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.prior import Prior, Scales
 from bushcli.recording import Recording
 
-# Odds that an effect is there in a size that shows beside all that formulas get wrong. Engineering judgement, in three
-# classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some; the
-# rest is rare. Together they expect an effect to be missing in one test of four.
+# Odds that an effect is present in a size that is visible beside the errors of the formulas. Engineering judgement, in
+# three classes: filled rubber softens, creeps and slips visibly in many tests; assembly and rig are imperfect in some;
+# the rest is rare. According to all odds together, an effect is missing in one test of four.
 USUAL, OCCASIONAL, RARE = 0.03, 0.01, 0.005
 ODDS: Mapping[str, float] = {
     "mullins": USUAL,
@@ -43,12 +43,12 @@ ODDS: Mapping[str, float] = {
     "drift": RARE,
     "warming": RARE,
 }
-# Odds of an effect that is in no catalogue.
+# Odds of an effect that is not in the catalogue.
 UNKNOWN = 0.01
 # Odds of another law than the case's; and of a law identified from the recordings in place of the coupons', for rubber
-# whose curve has another shape than that of its coupons: seldom, where another batch only has another modulus.
+# whose curve differs in shape from that of its coupons: rare, because another batch usually differs in modulus only.
 OTHER_LAW, FREED_LAW = 0.03, 0.003
-# Prior of a law's parameters: a change that alone would change the forces by this share of themselves.
+# Standard deviation of a law's parameter: the change that alone would change the forces by this share of themselves.
 LAW_SHARE = 1.0
 
 
@@ -77,11 +77,11 @@ def log_odds(
     Parameters
     ----------
     effects
-        One that belongs to the rig of a mode has its odds shared among the rigs that might have it.
+        The odds of an effect that belongs to the rig of one mode are divided among the rigs.
     other_law, freed, unknown : bool
-        Whether the law is not the case's; is identified although coupons give one; whether something unknown acts.
+        Whether the law is not the case's; is identified although coupons give one; whether the unknown effect acts.
     rigs : int
-        Modes that were recorded.
+        Number of recorded modes.
     uniform : bool
         Whether all effects have the same odds.
     """
@@ -89,7 +89,7 @@ def log_odds(
     for one in effects:
         odds = effect_odds(one.effect.name, uniform)
         total += math.log(odds / rigs if one.effect.of_channel and rigs > 1 else odds)
-        # Each number of branches, value of a choice, or of a dimension that is scanned, is a model of its own.
+        # Each number of branches, and each value of a choice or of a scanned dimension, is a separate model.
         total -= math.log(one.effect.branches)
         for parameter in one.parameters:
             total -= math.log(max(1, len(parameter.choices or parameter.scan))) if parameter.of_mesh else 0.0
@@ -145,7 +145,7 @@ class Known:
     prior : Prior
     scales : Scales
     one_sided : bool
-        Whether its off value is the least it can have.
+        Whether its off value is its lower bound.
     """
 
     prior: Prior
@@ -157,7 +157,7 @@ class Known:
         return self.prior.row(value, self.scales)
 
     def pull(self, value: float) -> float:
-        """The precision of a normal about zero that pulls as strongly; 0 of a prior of the logarithm."""
+        """The precision of a normal about zero that pulls as strongly; 0 for a prior of the logarithm."""
         return 0.0 if self.prior.is_logarithmic else self.prior.weight(value, self.scales)
 
 

@@ -41,9 +41,9 @@ class Question:
     bare : Case
         Without effects and without the channels that are held out.
     whole, recordings : tuple of Recording
-        All of them, and those of the bare case.
+        All recordings of the case, and those of the bare case.
     used : tuple of array of bool, shape (n,) each
-        Samples of the latter that count.
+        Samples of the bare case's recordings that count.
     faults : tuple of DataFault
         Of all recordings, the fatal ones first.
     plain : Model
@@ -69,7 +69,7 @@ class Question:
 
     @property
     def fatal(self) -> bool:
-        """Whether a fault of a recording that takes part forbids a diagnosis."""
+        """Whether a recording that is not held out has a fault that rules out a diagnosis."""
         names = [one.name for one in self.recordings]
         return any(fault.fatal and fault.channel in names for fault in self.faults)
 
@@ -77,7 +77,7 @@ class Question:
 def question(
     case: Case, model: str | None, effects: Sequence[str] | None, hold_out: Sequence[str]
 ) -> Question:
-    """Read the recordings, find their faults, and take the law to begin with.
+    """Read the recordings, find their faults, and choose the law to begin with.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def question(
     effects : sequence of str or None
         Names of the effects to be considered; all where None.
     hold_out : sequence of str
-        Names of channels that take part in nothing.
+        Names of channels that are left out of fits and evidence.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def _checked(
     ):
         wrong = [name for name in given if name not in known]
         if wrong:
-            # The list of those that there are is long: once.
+            # The list of valid names is long, so that it is shown only once.
             lists = [""] * (len(wrong) - 1) + [", ".join(known)]
             raise InputError(
                 *(
@@ -138,7 +138,7 @@ def _checked(
 def _without(
     case: Case, recordings: Sequence[Recording], hold_out: Sequence[str]
 ) -> tuple[Case, tuple[Recording, ...]]:
-    """The case without effects and without what is held out, and its recordings."""
+    """The case without effects and without the channels that are held out, and its recordings."""
     kept_ = [(s, r) for s, r in zip(case.recordings, recordings, strict=True) if r.name not in hold_out]
     bare = replace(case, effects=(), recordings=tuple(source for source, _ in kept_))
     return bare, tuple(recording for _, recording in kept_)
@@ -155,7 +155,7 @@ def _considered(case: Case, only: Sequence[str] | None) -> list[Effect]:
 
 
 def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "coupons"], Material]:
-    """The law to begin with, where it comes from, and the case's material with it."""
+    """The law to begin with, where it comes from, and the case's material with that law."""
     material = (
         case.material
         if name in (None, case.material.law)
@@ -173,21 +173,21 @@ def _plain(case: Case, name: str | None) -> tuple[Model, Literal["recordings", "
 def posed(
     case: Case, plain: Fitted, recordings: tuple[Recording, ...], used: tuple[Mask, ...], crew: Workers
 ) -> tuple[Problem, State]:
-    """Return the likelihood, and the plain law at its best under it.
+    """Return the likelihood, and the plain law fitted under it.
 
-    What the plain law leaves sets the units of all fits, its own included: two rounds, after which they stay.
+    The plain law's misfit sets the units of all fits, its own included: it is fitted twice, and the units then stay.
 
     Parameters
     ----------
     case : Case
         Without effects.
     plain : Fitted
-        The plain law as `fit.begin` fitted it.
+        The plain law as `plain.begin` fitted it.
     recordings : tuple of Recording
     used : tuple of array of bool, shape (n,) each
         Samples that count.
     crew : Workers
-        Where the fits run.
+        Runs the fits.
     """
     noises = tuple(noise_model(one, m) for one, m in zip(recordings, used, strict=True))
     features = all_features(case, plain.model, used, noises)

@@ -1,11 +1,11 @@
-"""Best-first search over models: the one whose predicted evidence is largest is fitted next.
+"""Best-first search over models: the one whose fit may change the posterior most is fitted next.
 
-Every fitted model that may still matter enters its neighbours into the queue: one effect more (or a branch more), two
-more beside the plain law, some less, one in the place of others, another law. What an effect would bring is predicted
-to first order beside the model (`predict`), on the scale of the evidence. The nearer that model is, the surer is the
-prediction, and a sure one counts as a fit does. The search ends when fits could not move more than a few per cent of
-the posterior, or when the time allowed is over. Models are fitted in batches of one size, so that the answer does not
-depend on the number of workers.
+Every fitted model that may still matter adds its neighbours to the queue: models with one effect more (or a branch
+more), with two more beside the plain law, with fewer effects, with one in place of others, or with another law. Their
+evidence is predicted to first order beside the fitted model (`predict`). The nearer the two models are, the more
+reliable is the prediction, and a reliable one counts like a fit. The search ends when further fits could change no more
+than a few per cent of the posterior, or when the time allowed is over. Models are fitted in batches of one size, so
+that the answer does not depend on the number of workers.
 """
 
 from __future__ import annotations
@@ -36,21 +36,21 @@ from bushcli.runtime.workers import Workers
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, str, str], None]
-"""Called with the stage, what is looked at, and what came of it."""
+"""Called with the stage, its subject, and a text about it."""
 
-# Effects in one model, at most: more cannot be told from any recording seen so far.
+# Largest number of effects in a model: no recording so far could distinguish more.
 MOST = 3
-# Share of the posterior that fits may still move when the search ends.
+# Share of the posterior that further fits may still change when the search ends.
 LEFT = 0.05
-# Share of the posterior that makes a fitted model worth neighbours.
+# Least share of the posterior for the neighbours of a fitted model to be tried.
 NEIGHBOURS = 0.01
 # Models fitted at once.
 BATCH = 2
-# Natural logarithm of the likelihood that effects have to bring to be seen: half a nat. With less to first order a fit
-# finds no more: the optimum is that of the model beside which they are tried, where first order is exact.
+# Least gain in log likelihood for an effect to count as visible: half a nat. If first order predicts less, a fit finds
+# no more: its optimum is that of the model beside which the effect is tried, where first order is exact.
 FAINT = 0.5
-# Factor on the predicted gain where the derivatives are those beside the plain law: judgement, since beside the fitted
-# effects they differ by some unknown share of themselves.
+# Factor on the predicted gain, from which the slack follows, if the derivatives are those beside the plain law:
+# judgement, since beside the fitted effects they differ by an unknown share.
 BORROWED = 2.0
 
 
@@ -63,9 +63,9 @@ class Search:
     states : dict of Key to State
         Fitted models.
     waiting : dict of Key to Queued
-        Models that are not.
+        Models that are not fitted.
     rows : list
-        What was fitted, in its order.
+        Fits in their order.
     lost : list of str
     derivatives : Derivatives
         By the effects of the catalogue.
@@ -117,7 +117,7 @@ class Search:
 
     @property
     def left(self) -> float:
-        """Share of the posterior that further fits may move."""
+        """Share of the posterior that further fits may change."""
         if not self.waiting:
             return 0.0
         hoped = float(logsumexp([one.uncertain for one in self.waiting.values()]))
@@ -131,12 +131,12 @@ class Search:
 
     @property
     def counted(self) -> list[Queued]:
-        """Models that count by their predictions: sure ones, none of them the best."""
+        """Models that count with their predictions: reliable ones that are not predicted to be the best."""
         most = max(max(self.weights(one)) for one in self.states.values())
         return [one for one in self.waiting.values() if one.is_sure and one.predicted < most]
 
     def seen_in(self, key: Key) -> Key:
-        """Return the smallest fitted model within another one that describes the recordings as well."""
+        """Return the smallest fitted model that a model contains and that describes the recordings equally well."""
         state, least = self.states[key], key
         for other, one in self.states.items():
             lost = state.evidence.judged.log - one.evidence.judged.log
@@ -147,7 +147,7 @@ class Search:
         return least
 
     def weights(self, state: State) -> tuple[float, float]:
-        """Logarithm of the posterior weight of a model, and of the same with the unknown effect."""
+        """Logarithm of the posterior weight of a model, without and with the unknown effect."""
         found = state.evidence
         return found.log + self.odds(state.model), found.log_unknown + self.odds(state.model, unknown=True)
 
@@ -176,7 +176,7 @@ class Search:
         order = sorted(self.waiting, key=lambda key: (-self.waiting[key].uncertain, key))
         chosen = [self._first(order[0])]
         for key in order[1:BATCH]:
-            # If the first one is as good as predicted, the search may be over with it.
+            # If the first one turns out as predicted, the search may end without the others.
             known = float(np.logaddexp(self.total, chosen[0].predicted))
             hoped = float(logsumexp([one.uncertain for one in self.waiting.values()]))
             if key in self.waiting and hoped > known + math.log(LEFT):
@@ -205,7 +205,7 @@ class Search:
             self._enter(State(self.problem, fitted), one.predicted)
 
     def _first(self, key: Key) -> Queued:
-        """The model to be fitted next: before another law is fitted with effects it is fitted alone."""
+        """The model to be fitted next: another law is fitted without effects before it is fitted with them."""
         first = self.waiting[key]
         alone = without_effects(first.model)
         if first.is_bound and first.model.effects and alone.structure not in self._tried:
@@ -228,7 +228,7 @@ class Search:
             self.states[key] = state
         self.waiting.pop(key, None)
         if not state.model.effects:
-            # What another law brings beside effects can be predicted now.
+            # Models with this law and effects can be predicted now.
             for other in [self.states[one] for one in self._expanded if self.states[one].model.effects]:
                 for model in other_laws(self.problem.case, other.model):
                     self._exchange_law(other, model)
@@ -237,9 +237,9 @@ class Search:
         self.rows.append(self._row(state.model, predicted, self.weights(state)[0], state.size, ""))
 
     def _more_beside(self, state: State) -> None:
-        """Enter the model with one effect more, by what the effect does to the plain law's curves.
+        """Queue models with one effect more, whose derivatives are those beside the plain law.
 
-        A pair that was predicted beside the plain law has the error of each of the two; now that of one is known.
+        The prediction of a pair beside the plain law has the errors of both effects; here one of the two is fitted.
         """
         identities = state.model.identities
         if len(identities) >= MOST:
@@ -294,10 +294,10 @@ class Search:
         self._expand_without(state, beside)
 
     def _expand_without(self, state: State, beside: Beside) -> None:
-        """Enter the model without some of its effects, and with another effect in their place.
+        """Queue the model without some of its effects, and with another effect in their place.
 
-        Far from the recordings first order is poor, and the plain law may be far from them: beside a model that
-        explains them, an effect that explains them as well is recognised.
+        First order is poor beside a model that is far from the recordings, as the plain law may be. Beside a model that
+        explains them, an effect that explains them equally well is recognised.
         """
         pool = {name: points for name, points in self._beside_plain.items() if name not in beside.grouped}
         pool |= beside.grouped
@@ -331,7 +331,7 @@ class Search:
     def _queue(
         self, one: Prediction, base: State, slack: float, is_bound: bool = False, is_silent: bool = False
     ) -> None:
-        """Enter a prediction; of several of one model the surest counts, of unsure ones the largest."""
+        """Queue a prediction. Of several for one model the most reliable counts, or the largest if none is reliable."""
         key, odds = one.model.structure, self.odds(one.model)
         predicted = one.log_evidence + odds
         # No model is better than one that leaves nothing but noise.

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.state import State
 
-# What first order may underestimate, in nats: so many, a share of the log likelihood between the fitted model and the
-# predicted one, and that no more than a limit. Measured on the development deck (docs/diagnosis.md).
+# Tolerance (slack) of a first-order prediction, in nats: a constant, plus a share of the change of log likelihood from
+# the fitted to the predicted model, up to a limit. Measured on the development deck (docs/diagnosis.md).
 SLACK, SHARE_SLACK, MOST_SLACK = 0.5, 0.15, 30.0
-# A prediction that may underestimate by no more than so many nats counts until the model is fitted.
+# Predictions with no more slack than this are reliable: they count until the model is fitted.
 SURE = 1.5
 
 
@@ -25,17 +25,17 @@ class Queued:
     base : State
         The fitted model beside which it was predicted.
     log_evidence : float
-        Predicted.
+        Predicted logarithm of the evidence.
     predicted : float
-        Weight.
+        Predicted logarithm of the weight.
     optimistic : float
-        The same with what first order may underestimate.
+        The same plus the slack, as far as the likelihood can increase.
     slack : float
-        What first order may be wrong by, in nats.
+        Possible error of the first-order prediction, in nats.
     is_bound : bool
-        Whether the prediction is no more than an upper bound.
+        Whether the prediction is only an upper bound.
     is_silent : bool
-        Whether its further effects bring nothing beside `base`.
+        Whether its further effects improve on `base` too little to be visible.
     """
 
     model: Model
@@ -62,12 +62,12 @@ class Queued:
         """Logarithm of the weight by which a fit may change the posterior."""
         if not self.is_sure:
             return self.optimistic
-        # It may turn out larger, as far as there is room for it, or smaller by as much as first order may be wrong.
+        # A fit may find up to the optimistic weight, or a weight that is smaller by the slack.
         larger = math.expm1(self.optimistic - self.predicted)
         smaller = -math.expm1(-self.slack)
         return self.predicted + math.log(max(larger, smaller, 1e-12))
 
 
 def slack_of(reach: float) -> float:
-    """What first order may underestimate of a model so many nats of log likelihood away from the fitted one."""
+    """Return the slack of a prediction whose log likelihood is `reach` nats away from that of the fitted model."""
     return SLACK + min(SHARE_SLACK * abs(reach), MOST_SLACK)

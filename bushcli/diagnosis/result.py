@@ -34,16 +34,16 @@ class Quantity:
     lower, upper : float
         95 % interval of the posterior.
     derived : mapping
-        The same under the name by which the field knows it, such as {"r": (3.2, "1")}; empty where there is none.
+        The value under the name that is common in the field, such as {"r": (3.2, "1")}; empty where there is none.
     channels : tuple of str, optional
         Names of those that have its effect; None = all that it acts on.
     prior : tuple of float, optional
-        95 % interval of the prior, of the absolute value where both signs are possible; None of a law's parameter.
+        95 % interval of the prior, of the absolute value where both signs are possible; None for a law's parameter.
     prior_tail : float
-        Probability of a value at least as far out by the prior: small where few bushings have it.
+        Prior probability of a value at least as far out: small if few bushings have such a value.
     prior_source : str
     word : str
-        Of a choice: its value in words ("outer_top").
+        Value of a choice in words ("outer_top").
     """
 
     value: float
@@ -67,21 +67,21 @@ class Named:
     Attributes
     ----------
     name, title, summary : str
-        Its name among the model's: with the rig where another one has the same effect, "offset@radial"; its name for
-        people; what it means in a sentence.
+        Name within the model, with the rig if another rig has the same effect ("offset@radial"); name for readers;
+        meaning in a sentence.
     parameters : mapping
         By the effect's own names.
     probability : float
         Of the effect: sum over all models that have it.
     evidence : float
-        Twice the natural logarithm of the Bayes factor of the model against the same without it; NaN where that was
-        not fitted.
+        Twice the natural logarithm of the Bayes factor of the model against the same model without the effect; NaN if
+        that was not fitted.
     plausible : bool
         Whether its values lie where the priors have 99.9 % of their probability.
     remark : str
-        Which value does not, or what else to know.
+        Names the values that do not; empty if all do.
     channels : tuple of str, optional
-        Names of those that have it, as the rig of one mode; None = all that it acts on.
+        Names of those that have it, for an effect in the rig of one mode; None = all that it acts on.
     """
 
     name: str
@@ -96,7 +96,7 @@ class Named:
 
     @property
     def label(self) -> str:
-        """Its name for people, with the channels that have it where not all of them have: "Offset (axial)"."""
+        """Its name for readers, with the channels that have it unless all have it: "Offset (axial)"."""
         return self.title if self.channels is None else f"{self.title} ({', '.join(self.channels)})"
 
 
@@ -108,17 +108,17 @@ class RankedModel:
     ----------
     law : str
     effects : tuple of str
-        Their names with the rig where they belong to one ("offset@radial"); "free_law" where the law is
-        identified although coupons give one, and "unknown" last where the model has the unknown effect.
+        Their names, with the rig if they belong to one ("offset@radial"); then "free_law" if the law is identified
+        although coupons give one; "unknown" last if the model has the unknown effect.
     probability : float
     log_evidence : float
         Natural logarithm, less that of the plain law alone.
     misfit : float, optional
         Root mean square misfit over the noise; None where the model was not fitted and counts by its prediction.
     form_error : float, optional
-        Error of the model's formulas that its likelihood took as most probable, as a share of the plain law's misfit.
+        Posterior mean of the error of the model's formulas, as a share of the plain law's misfit.
     variants : mapping of str to str
-        Effect -> what distinguishes it from the same effect in another model: "2 branches", "outer bottom".
+        Effect -> what distinguishes it from the same effect in other models: "2 branches", "outer bottom".
     """
 
     law: str
@@ -132,7 +132,7 @@ class RankedModel:
 
 @dataclass(frozen=True)
 class Group:
-    """Effects of which one is probable, though the recordings do not say which.
+    """Effects of which one is probable, although the recordings cannot tell which.
 
     Attributes
     ----------
@@ -140,9 +140,9 @@ class Group:
         What they have in common: "dissipation"; empty where there is no word for it.
     effects : tuple of str
     probability : float
-        That at least one of them is there.
+        That at least one of them is present.
     text : str
-        For people: "dissipation: internal friction or viscoelasticity, which one rate cannot tell".
+        For readers: "dissipation: internal friction or viscoelasticity, which these recordings cannot tell apart".
     """
 
     name: str
@@ -158,11 +158,11 @@ class FormError:
     Attributes
     ----------
     share : float
-        Over the plain law's misfit.
+        Of the plain law's misfit.
     percent : mapping of str to float
-        Its root mean square by channel, percent of the recorded force range.
+        Root mean square of the form error by channel, percent of the recorded force range.
     covers : float
-        Share of the squared misfit above the noise, left by the most probable model, that is within it; at most 1.
+        Share of the most probable model's squared misfit above the noise that the form error covers; at most 1.
     """
 
     share: float
@@ -172,7 +172,7 @@ class FormError:
 
 @dataclass(frozen=True)
 class DiagnosedChannel:
-    """A channel before and after.
+    """A channel with its simulations by the plain law and by the most probable model.
 
     Attributes
     ----------
@@ -181,9 +181,9 @@ class DiagnosedChannel:
     before, after : shape (n,)
         Simulated force at the samples with the plain law and with the most probable model.
     before_percent, after_percent, noise_percent : float
-        Root mean square misfit, and noise, percent of the recorded force range; samples that are data faults left out.
+        Root mean square misfit, and noise, percent of the recorded force range, without samples that are data faults.
     held_out : bool
-        Whether the channel took part in nothing: not in the fits, the screening or the evidence.
+        Whether the channel was left out of the fits, the derivatives and the evidence.
     path : shape (n,)
         Displacement without the sensor's noise, mm or rad.
     faulty : shape (n,) of bool
@@ -205,7 +205,7 @@ class DiagnosedChannel:
 
 @dataclass(frozen=True)
 class NextTest:
-    """The recording that would tell most about the rivals, per minute of testing.
+    """The recording that is expected to say most about the rivals per minute of testing.
 
     Attributes
     ----------
@@ -213,16 +213,16 @@ class NextTest:
     points : tuple of float
         Displacements that the path goes through, mm or rad.
     rates : tuple of float
-        Of each way, mm/s or rad/s.
+        From each point to the next, mm/s or rad/s.
     holds : tuple of float
         At each point, s.
     minutes : float
     information : float
         Expected gain of information about which model is right, bit.
     possible : float
-        Most that there is to gain: the entropy of the rivals' probabilities, bit.
+        Largest possible gain: the entropy of the rivals' probabilities, bit.
     separates : tuple of (str, str)
-        Pairs of rivals that it would tell apart, each a name or names joined by " + "; none where no recording does.
+        Pairs of rivals that it would distinguish, each a name or names joined by " + "; may be empty.
     text : str
     """
 
@@ -247,13 +247,13 @@ class Diagnosis:
     verdict
         By sums over models: "explained", the plain law alone; "missing_physics", effects are named;
         "law_too_poor", another law without any effect; "unexplained", with the unknown effect. "faulty_data": a fault
-        of the data must be mended first, and nothing was fitted beyond the plain law.
+        of the data must be corrected first, and only the plain law was fitted.
     asked
-        Effects that were considered, where not all were.
+        Effects that were considered; None if all were.
     law_from : {"recordings", "coupons"}
-        Where the plain model's law comes from; that of coupons is fixed.
+        What the plain law was fitted to; a law from coupons is fixed.
     law_fixed
-        Whether the most probable model has kept it.
+        Whether the law of the most probable model is fixed.
     plain, material : Material
         Law of the plain and of the most probable model.
     parameters
@@ -266,21 +266,21 @@ class Diagnosis:
     models
         All with a probability of at least 0.1 %, best first.
     rivals
-        Names of effects of the smallest set of models that holds 95 % of the posterior, without the first; one entry
-        per set of effects, the most probable first. Empty where the first model holds 95 % alone.
+        The fewest sets of effects that hold 95 % of the posterior together, by the names of their effects, the most
+        probable first; without the set of the first model, and empty if that holds 95 % alone.
     groups
     form_error
     missing
-        What the unknown effect looks like; None where the misfit is noise.
+        The smooth part of the most probable model's misfit; None if the verdict is "explained".
     searched
     location
-        Where in the record the plain model misses.
+        Where in the record the plain law misses the recordings.
     remaining
-        Where the most probable model still misses.
+        Where the most probable model still misses them.
     next_test
-        None where nothing has to be separated.
+        None if there are no rivals, or if no recording is expected to distinguish them.
     maps
-        Of the plain model's misfit, in the bushing.
+        Of the plain law's misfit, in the bushing.
     faults : tuple of DataFault
         What is wrong with the data.
     """

@@ -9,7 +9,7 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Trial:
-    """A model that the search fitted, in its order.
+    """A model that the search fitted, or could not solve.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class Trial:
     misfit : float
         Root mean square misfit over the noise; NaN where the model could not be solved.
     text : str
-        What came of it, where there is something to say: "cannot be solved from any start".
+        Remark on the fit, empty if there is none: "cannot be solved from any start".
     """
 
     law: str
@@ -39,9 +39,9 @@ class Searched:
     Attributes
     ----------
     complete : bool
-        Whether the search ended because further fits could move no more than `queue.LEFT` of the posterior.
+        Whether the search ended because further fits could change no more than `queue.LEFT` of the posterior.
     left : float
-        Share of the posterior that models in the queue may hold, by their predictions.
+        Share of the posterior that fits of the models in the queue may change, by their predictions.
     ended : {"nothing left", "budget", "interrupted"}
     trials : tuple of Trial
     lost : tuple of str

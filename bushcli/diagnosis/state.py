@@ -1,4 +1,4 @@
-"""A fitted model as the calculation sees it: its features, priors and evidence."""
+"""A fitted model as the calculation uses it: its features, priors and evidence."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ class Problem:
 
     @property
     def variances(self) -> tuple[float, ...]:
-        """Of the features of each channel, as fits take them."""
+        """Variance of the features of each channel with which a fit begins."""
         return tuple(map(float, self.likelihood.variances()))
 
     def compared(self, simulated: Sequence[Array]) -> tuple[Compared, ...]:
-        """The channels beside a simulation, samples that do not count unknown."""
+        """Each recording with its simulation, which is NaN at samples that do not count."""
         return tuple(
             Compared(recording, np.where(used, force, np.nan), noise)
             for recording, used, force, noise in zip(
@@ -66,12 +66,12 @@ class State:
 
     @property
     def model(self) -> Model:
-        """The model at its best."""
+        """The model with its best-fitting values."""
         return self.fitted.model
 
     @cached_property
     def misfit(self) -> tuple[Array, ...]:
-        """Features (K,) of what the model leaves, by channel."""
+        """Features (K,) of the misfit that the model leaves, by channel."""
         return tuple(
             one.of(force - recording.force)
             for one, force, recording in zip(
@@ -81,7 +81,7 @@ class State:
 
     @cached_property
     def slopes(self) -> tuple[Array, ...]:
-        """Their derivatives (K, p)."""
+        """Derivatives (K, p) of the misfit's features by the parameters, by channel."""
         pairs = zip(self.problem.likelihood.features, self.fitted.jacobians, strict=True)
         return tuple(one.of(slope) for one, slope in pairs)
 
@@ -93,7 +93,7 @@ class State:
 
     @property
     def known(self) -> list[Known | None]:
-        """Prior of each parameter; None of a law's."""
+        """Prior of each parameter; None for those of a law."""
         return [self.priors.get(name) for name in self.fitted.names]
 
     @property
@@ -104,14 +104,14 @@ class State:
 
     @cached_property
     def evidence(self) -> Evidence:
-        """The evidence."""
+        """Evidence of the model."""
         found = self.fitted
         return evidence(self.problem.likelihood, self.misfit, self.slopes, found.x, self.known, self.off)
 
     def without(self, gone: Sequence[str]) -> State:
-        """The model without some of its effects, to first order: the curves move by the amplitudes' derivatives.
+        """The model without some of its effects, to first order: the curves change by the amplitudes' derivatives.
 
-        The other parameters stay where they are; `predict.Beside` moves them.
+        The other parameters keep their values; `predict.Beside` adapts them.
 
         Parameters
         ----------
@@ -123,7 +123,7 @@ class State:
         amplitudes = {one.full_name(p) for one in leaving for p in one.effect.amplitudes}
         theirs = {one.full_name(p) for one in leaving for p in one.parameters}
         model = replace(self.model, effects=staying)
-        # One that was told apart by its channel is alone now.
+        # An effect that was named with its channel may now be the only one of its name.
         renamed = {
             old.full_name(p): new.full_name(p)
             for old, new in zip(staying, model.effects, strict=True)
@@ -151,12 +151,12 @@ class State:
         return State(self.problem, fitted)
 
     def with_law(self, other: State, plain: State) -> State:
-        """The model with another law, to first order: the curves move by what the two laws alone differ in.
+        """The model with another law, to first order: the curves change by the difference of the laws without effects.
 
         Parameters
         ----------
         other : State
-            The other law at its best without effects, or the same law set free.
+            The fit of the other law without effects, or of the same law with free parameters.
         plain : State
             The model's own law without effects.
         """
@@ -186,7 +186,7 @@ class State:
 
     @property
     def objective(self) -> float:
-        """What the fit has minimised: twice the negative logarithm of the posterior density, up to a constant."""
+        """Objective of the fit: twice the negative logarithm of the posterior density, up to a constant."""
         prior = sum(
             one.row(float(value))[0] ** 2
             for value, one in zip(self.fitted.x, self.known, strict=True)

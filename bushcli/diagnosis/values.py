@@ -1,4 +1,4 @@
-"""Values of the most probable model with their intervals and priors, and the effects that have them."""
+"""Values of the most probable model with their intervals and priors, and the effects that they belong to."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bushcli.effects.active import ActiveEffect
 from bushcli.effects.effect import EffectParameter
 from forms.law import law
 
-# Probability by the prior of a value as far out, below which it is not what bushings have.
+# Prior probability of a value at least as far out, below which the value is called hardly plausible.
 IMPLAUSIBLE = 1e-3
 
 
@@ -27,9 +27,9 @@ def quantities(models: Sequence[Weighed], material: Material) -> dict[str, Quant
     Parameters
     ----------
     models : sequence of Weighed
-        The most probable one first; the interval is over all that have the parameter.
+        The most probable one first; the interval is over all models that have the parameter.
     material : Material
-        The case's: an effect may add to what it has.
+        The case's; an effect may add to one of its values.
     """
     state = models[0].state
     fitted = state.fitted

@@ -9,13 +9,13 @@ from cases.mode import modes
 
 
 def sentence(mismatch: Mismatch, channels: int = 1) -> str:
-    """Return what a mismatch says.
+    """Return a mismatch as a sentence.
 
     Parameters
     ----------
     mismatch : Mismatch
     channels : int
-        Number of channels compared; with more than one, its name is told.
+        Number of channels compared; if there are several, the sentence names the channel.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def sentence(mismatch: Mismatch, channels: int = 1) -> str:
 
 
 def sentences(location: Location) -> tuple[str, ...]:
-    """Return a sentence per mismatch; one that says so when there is none."""
+    """Return a sentence per mismatch, or a single sentence if there is no mismatch."""
     if not location.mismatch:
         return ("the misfit is nowhere more than noise",)
     channels = len({one.channel for one in location.bins})
@@ -65,7 +65,7 @@ def _displacement(mismatch: Mismatch) -> str:
     coupon = modes()[mismatch.mode].specimen == "coupon"
     scale = 180 / math.pi if _rotational(mismatch) else 1.0
     low, high = f"{scale * mismatch.displacement_from:.3g}", f"{scale * mismatch.displacement_to:.3g}"
-    # Without a unit a number does not say what it is of.
+    # A strain has no unit that would say what the number is.
     of, of_both, kind = ("a strain of ", "strains of ", "strain") if coupon else ("", "", "displacement")
     if "displacement" in mismatch.whole:
         at = ""
@@ -102,12 +102,12 @@ def _rotational(mismatch: Mismatch) -> bool:
 
 
 def _units(mismatch: Mismatch) -> tuple[str, str]:
-    """Units of displacement (with the space before it) and force; degrees, because a person reads this."""
+    """Units of displacement (with a space before it) and force; angles are in degrees, because a person reads them."""
     if modes()[mismatch.mode].specimen == "coupon":
         return "", "MPa"
     return (" degrees", "N mm") if _rotational(mismatch) else (" mm", "N")
 
 
 def _digits(value: float) -> str:
-    """Two digits, three from 100 on."""
+    """Two significant digits below 10, an integer from 10 on."""
     return f"{value:.0f}" if value >= 10 else f"{value:.2g}"

@@ -37,7 +37,7 @@ class ActiveEffect:
 
     @property
     def identity(self) -> str:
-        """The effect's name with its rig, "offset@radial", whatever else is there: to compare models by."""
+        """The effect's name with its rig, "offset@radial", whatever the other effects: models are compared by it."""
         return identity(self.effect, self.channels)
 
     def full_name(self, parameter: EffectParameter) -> str:
@@ -52,7 +52,7 @@ class ActiveEffect:
 
     @property
     def variant(self) -> str:
-        """What distinguishes it from the same effect in another model: "2 branches", "outer bottom"; often nothing."""
+        """What distinguishes it from the same effect in another model: "2 branches", "outer bottom"; often empty."""
         found = []
         if self.effect.branches > 1:
             count = len({_branch(p.name) for p in self.parameters})
@@ -190,5 +190,5 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
 
 
 def _branch(name: str) -> str:
-    """Return the number at the end of a parameter's name, which those of one branch share: "2" of "tau2"."""
+    """Return the number at the end of a parameter's name, which all parameters of a branch share: "2" of "tau2"."""
     return name[len(name.rstrip("0123456789")) :]

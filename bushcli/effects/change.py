@@ -59,7 +59,7 @@ class RigChange:
     Attributes
     ----------
     drive : callable, optional
-        ``drive(q, given) -> Signal``: displacement (n,) behind the effect from the one before it, along the path.
+        ``drive(q, given) -> Signal``: displacement (n,) behind the effect, from that in front of it, along the path.
     parallel : callable, optional
         ``parallel(q, force, time, given) -> Signal``: force that moves the bushing by q, from the force without the
         effect. It acts on each sample by itself.
@@ -73,8 +73,8 @@ class RigChange:
 
     Notes
     -----
-    ``time`` is of the samples (n,), s since the recording started; None without time, which an effect that
-    ``needs_time`` never sees.
+    ``time`` (n,) is that of the samples, s since the recording started; None if the recording has no time, which does
+    not occur for an effect that ``needs_time``.
     """
 
     drive: Callable[[Signal, Given], Signal] | None = None

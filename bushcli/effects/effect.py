@@ -50,33 +50,33 @@ class EffectParameter:
     meaning : str
         One line for ``bushcli list effects``.
     start : float
-        Start value of a fit without better knowledge; of an amplitude a small, typical value other than ``off``.
+        Start value of a fit if nothing better is known; for an amplitude a small, typical value other than ``off``.
     lower, upper : float
         Closed interval of admissible values.
     off : float or None
-        The value at which the effect is absent, of an amplitude; None of a shape parameter (a time, a gap), which
+        For an amplitude, the value at which the effect is absent; None for a shape parameter (a time, a gap), which
         has no meaning while the amplitudes are off.
     optional : bool
-        Whether the parameter may be absent, as are those of a second and third branch.
+        Whether the parameter may be absent, as may those of a second and third branch.
     scan : tuple of float
         Values of a shape parameter that a diagnosis tries, in units of ``scale``.
     scale : {"", "duration", "amplitude"}
         What ``scan`` is relative to: nothing, the duration of the recording, or its largest displacement.
     sizes : tuple of float
-        Finite values of an amplitude that a diagnosis tries in place of the derivative at ``off``, over the rubber's
-        thickness: of an effect whose curve takes another form as it grows.
+        Finite values of an amplitude, over the rubber's thickness, that a diagnosis tries in place of the derivative
+        at ``off``, for an effect whose curve takes another form as it grows.
     reciprocal : (str, str) or None
-        Name and unit of 1/value, which the case file may give instead and which is the usual one in the literature.
+        Name and unit of 1/value, which the case file may give instead, because it is usual in the literature.
     adds_to : str
-        Attribute of the material to whose reciprocal the value is added: a bulk modulus, to a compliance.
+        Attribute of the material to whose reciprocal the value is added, such as a bulk modulus for a compliance.
     of_channel : bool
-        Whether the parameter belongs to one channel. Where it is a displacement (mm), a force (N, N/s) or a stiffness
-        (N/mm) it is in a rotational mode an angle, a moment or N mm per angle; degrees in the case file, rad inside.
+        Whether the parameter belongs to one channel. In a rotational mode a displacement (mm), a force (N, N/s) or a
+        stiffness (N/mm) becomes an angle, a moment or N mm per angle; degrees in the case file, rad inside.
     of_mesh : bool
-        Whether a model is built for its value, as for a dimension of the mesh or a choice: there is no derivative by
-        it, and a fit holds it.
+        Whether each of its values needs a model of its own, as does a dimension of the mesh or a choice: there is no
+        derivative by it, and a fit keeps its value.
     choices : tuple of str
-        Words that the case file has in place of a number, for a parameter that is a choice; its value is the index of
+        For a parameter that is a choice, the words that replace a number in the case file; its value is the index of
         one of them. Such a parameter is ``of_mesh`` and has no unit.
     twins : tuple of (str, str)
         Choices that are each other's mirror image about z = 0.
@@ -114,7 +114,7 @@ class EffectParameter:
         return math.isfinite(value) and self.lower <= value <= self.upper
 
     def bounds(self, shape: Shape | None) -> tuple[float, float]:
-        """Return the lowest and the highest value that a specimen can have; of any where it is None."""
+        """Return the lowest and the highest value that a specimen can have; that any can have if `shape` is None."""
         wall = None if shape is None or self.within is None else shape.wall
         if self.within is None or wall is None:
             return self.lower, self.upper
@@ -138,7 +138,7 @@ class EffectParameter:
         acting : collection of str
             Names of modes.
         broken : Mirrors
-            Planes of symmetry that other effects take from the shape.
+            Planes of symmetry that other effects break.
         """
         planes = shape.mirror_planes - broken
         alike = all(modes()[name].is_symmetric_end_to_end(planes) for name in acting)
@@ -154,7 +154,7 @@ class Effect:
     ----------
     name : str
     title : str
-        Its name for people, at the start of a sentence.
+        Its name in reports, as at the start of a sentence.
     summary : str
         Its meaning in one sentence.
     acts : {"rubber", "assembly", "rig"}
@@ -173,19 +173,19 @@ class Effect:
     needs_sleeves : bool
         Whether it acts on two coaxial sleeves, which not every bushing has.
     adds_sleeves : bool
-        Whether it puts elastic sleeves in the place of rigid ones, which not every shape can have meshed.
+        Whether it replaces rigid sleeves by elastic ones, which cannot be meshed for every shape.
     rigid : tuple of (str, tuple of str)
         Sleeves that must not be elastic, by their key in the case file, each with the choices for which that holds;
-        without choices for all of them.
+        an empty tuple means all choices.
     needs_time : bool
         Whether it has no meaning without the time of the recording or of the program.
     needs_fixed_law : bool
-        Whether a law that is identified from the same recordings can do all that it does.
+        Whether a law that is identified from the same recordings can reproduce all that the effect does.
     needs_free_channel : bool
-        Whether a law that is identified from the same recordings can do all that it does where every channel has it.
+        Whether such a law can reproduce all that the effect does if every channel has the effect.
     feature : callable, optional
-        Gives its change of the finite-element model; it imports what that is written in only when called. Parameters
-        that are choices are its arguments, by name and in words.
+        Returns its change of the finite-element model; it imports the finite-element stack only when called.
+        Parameters that are choices are its arguments, by name and in words.
     rig : RigChange, optional
         Its change of the curve.
     """
@@ -256,7 +256,7 @@ class Effect:
         """Whether the effect acts on a mode."""
         known = modes()[mode]
         if known.follow is not None and self.rig is not None:
-            # A rig's effects are of one displacement and one force.
+            # A rig's effects act on one displacement and one force.
             return False
         return known.specimen in self.specimens and (self.modes is None or mode in self.modes)
 
@@ -312,7 +312,7 @@ def effects() -> Mapping[str, Effect]:
 
 
 def effect(name: str) -> Effect:
-    """Return the effect called ``name``, in whatever rig.
+    """Return the effect called ``name``, with or without the name of a rig.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Names of effects in a model: an effect of the rig may be in the rig of every channel, "offset@radial"."""
+"""Names of effects in a model: an effect of the rig may occur in the rig of every channel, "offset@radial"."""
 
 from __future__ import annotations
 

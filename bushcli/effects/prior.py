@@ -1,10 +1,10 @@
 """Knowledge of a parameter before any recording: one prior per parameter of an effect, with its source.
 
-A prior may be relative to the test at hand: a gap goes by the travel, a relaxation time by the duration of the
+A prior may be relative to the test at hand: a gap scales with the travel, a relaxation time with the duration of the
 recording. `Scales` holds what priors are relative to.
 
-Amplitudes have a Student's t: the numbers are judgements of few cases, and a rig or an assembly that is outside all
-experience must not be ruled out by the square of its distance.
+Amplitudes have a Student's t prior: its numbers are judged from few cases, and the thin tails of a normal would rule
+out a rig or an assembly that is outside all experience.
 
 References
 ----------
@@ -37,12 +37,12 @@ Of = Literal[
 Scales = Mapping[str, float]
 """Quantities to which priors are relative, by name: duration and interval between samples (s), largest travel (mm or
 rad), largest force (N or N mm), their quotient (stiffness) and its reciprocal (compliance), thickness and length of
-the rubber (mm), shear modulus (MPa). Of an effect on several channels they are those of the stiffest one. "1/shear"
+the rubber (mm), shear modulus (MPa). For an effect on several channels they are the stiffest channel's. "1/shear"
 and "force/duration" are quotients of them."""
 
 # A log-uniform prior has normal tails beyond its ends: standard deviation in the logarithm.
 TAIL = 0.5
-# Degrees of freedom of Student's t: the fewest whole number with a variance.
+# Degrees of freedom of Student's t: the smallest whole number for which it has a variance.
 FREEDOM = 3.0
 # Quantile of 97.5 % of the standard normal and of Student's t, and the probability beyond it.
 QUANTILE = 1.959964
@@ -59,12 +59,12 @@ class Prior:
     Attributes
     ----------
     shape : {"half_t", "t", "log_normal", "log_uniform", "choice"}
-        A half-t is of amplitudes that cannot be negative, a t of those of either sign, both about zero.
+        A half-t is for amplitudes that cannot be negative, a t for those of either sign, both about zero.
         A log-normal or log-uniform parameter is positive; where `signed`, its absolute value has this prior, and both
         signs are equally probable. A choice is one of the numbers 0, 1, 2, ..., all equally probable.
     low : float
-        Of a (half-)t the standard deviation of the normal with the same 95 % range; median of a log-normal; lower end
-        of a log-uniform; how many choices there are.
+        For a (half-)t the standard deviation of the normal with the same 95 % range; median of a log-normal; lower end
+        of a log-uniform; number of choices.
     high : float
         Standard deviation of the natural logarithm of a log-normal; upper end of a log-uniform.
     of : str
@@ -90,7 +90,7 @@ class Prior:
 
     @property
     def is_logarithmic(self) -> bool:
-        """Whether the prior is one of the logarithm."""
+        """Whether the prior is defined on the logarithm of the parameter."""
         return self.shape in ("log_normal", "log_uniform")
 
     def unit(self, scales: Scales) -> float:
@@ -134,7 +134,7 @@ class Prior:
     def curvature(self, value: float, scales: Scales) -> float:
         """Return the precision of the prior: 1 / variance, per unit of the parameter squared; at least 0.
 
-        That of a t is that of the least squares which its logarithm is: the square of the derivative of `row`.
+        For a t it is that of the equivalent least squares: the square of the derivative of `row`.
 
         Parameters
         ----------
@@ -161,7 +161,7 @@ class Prior:
     def row(self, value: float, scales: Scales) -> tuple[float, float]:
         """Return a residual whose half square is the negative log density up to a constant, and its derivative.
 
-        A logarithmic prior is one of the logarithm.
+        For a logarithmic prior the density is that of the logarithm.
 
         Parameters
         ----------
@@ -190,7 +190,7 @@ class Prior:
         return 0.0, 0.0
 
     def weight(self, value: float, scales: Scales) -> float:
-        """Return the precision of the normal that pulls a value of a t as strongly towards zero.
+        """Return the precision of the normal that pulls the value as strongly towards zero as this t does.
 
         Parameters
         ----------
@@ -241,8 +241,8 @@ class Prior:
     def tail(self, value: float, scales: Scales) -> float:
         """Return the probability of a value at least as far from the centre as this one.
 
-        Far out is away from the center; for a logarithmic prior, on the same side of the median, counted twice. It is
-        0.05 at the ends of `range`, and for a half-t at its upper end.
+        For a logarithmic prior it is twice the probability of values farther out on the same side of the median. It is
+        0.05 at the ends of `range`, for a half-t at its upper end.
 
         Parameters
         ----------

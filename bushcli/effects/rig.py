@@ -1,9 +1,9 @@
 """The curve that a rig logs: the changes by all effects of a channel, combined, with exact derivatives.
 
-The displacement that the rig records is driven through offset, free play and permanent set, then shared between the
+The displacement that the rig records passes through offset, free play and permanent set, then is shared between the
 bushing and the springs in series with it. The bushing's force is scaled, joined by that of stops beside it, carried by
-the springs, logged late and read with an offset. Whatever goes in may depend on parameters: derivatives by all
-``columns`` (names such as "C10" and "rig_compliance.compliance") are carried along, those of the law included.
+the springs, logged late and read with an offset. Every input may depend on parameters: derivatives by all ``columns``
+(names such as "C10" and "rig_compliance.compliance") are carried along, those of the law included.
 
 `elastic_response` does everything for a force that is a function of the displacement. A force with a history is
 marched elsewhere: `bushing_path` gives the displacement that drives it, `spring` and `parallel` the springs in series
@@ -30,7 +30,7 @@ Response = Callable[[Array], tuple[Array, Array, Array]]
 _CLOSE = 1e-12
 # Bisection alone, if no Newton step helps, needs 60 steps from the whole travel to its rounding error.
 _MOST_STEPS = 200
-# Times between which the rate of a marched force is taken for the derivative by a lag, as a share of the recording.
+# Step, as a share of the recording, of the central difference for a marched force's rate (for derivatives by a lag).
 _LAG_DIFFERENCE = 1e-6
 
 
@@ -45,7 +45,7 @@ class Travel:
     Attributes
     ----------
     displacement : (n,) array
-        Of the rig, mm or rad.
+        Displacement of the rig, mm or rad.
     time : (n,) array, optional
         s, strictly increasing.
     """
@@ -130,8 +130,8 @@ def reading(
     """Return the force as it is logged, with derivatives.
 
     Between the times the force is a cubic with parabolic slopes: continuous with its rate, and linear in the forces.
-    Before the first time and after the last it stands still. Where the rate is broken (at the ends, at ``corners``)
-    the derivative by a lag is the mean of both sides.
+    Before the first time and after the last it is constant. Where the rate is discontinuous (at the ends, at
+    ``corners``) the derivative by a lag is the mean of both sides.
 
     Parameters
     ----------
@@ -232,12 +232,12 @@ def elastic_response(
     Raises
     ------
     NoEquilibrium
-        The displacement cannot be shared with the spring, as where the response is not finite.
+        The displacement cannot be shared with the spring, for example because the response is not finite.
     ValueError
         A lag without time.
     """
     driven, compliance = bushing_path(active, travel, columns), spring(active, columns)
-    # The stiffness is carried as the derivative by one more column, whose name is no parameter's.
+    # The stiffness is carried as the derivative by one more column, which has no parameter's name.
     local = ("", *columns)
     elapsed = None if travel.time is None else travel.time - travel.time[0]
 
@@ -283,8 +283,8 @@ def _given(one: ActiveEffect, columns: Sequence[str]) -> Given:
 def _shared(target: Array, compliance: float, carried: Response) -> Array:
     """Return q with q + compliance F(q) = target, by Newton's method kept within a shrinking bracket.
 
-    Where the force has the sign of q the solution is between 0 and the target. A bracket that is not one yet, as
-    with a force at rest, is widened by what is missing, which is enough where the force does not fall.
+    If the force has the sign of q, the solution is between 0 and the target. If it is not there, as with a force at
+    rest, the bracket is widened by what is missing, which is enough if the force does not fall.
     """
     if compliance == 0.0:
         return target
@@ -306,9 +306,7 @@ def _shared(target: Array, compliance: float, carried: Response) -> Array:
             return np.where(np.isfinite(newton), newton, q)
         low, high = np.where(over < 0.0, q, low), np.where(over > 0.0, q, high)
         q = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
-    raise NoEquilibrium(
-        f"bushing and series spring do not come to carry the same force at {_MOST_STEPS} steps"
-    )
+    raise NoEquilibrium(f"bushing and series spring do not reach the same force within {_MOST_STEPS} steps")
 
 
 def _late(time: Array, force: Signal, lag: Signal, at: Array, corners: Sequence[int]) -> Signal:

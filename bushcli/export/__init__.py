@@ -1,7 +1,7 @@
 """A case or its result -> files of other programs: material cards, vehicle models, force laws as FMU.
 
-`source.read_source` finds the rubber, curves and stiffness matrices that a case or a folder of results has;
-`writer.all_writers` are the programs, one file each in ``bushcli/export/writers``.
+`source.read_source` finds the rubber, curves and stiffness matrices of a case or a folder of results;
+`writer.all_writers` returns the writers, one file per program in ``bushcli/export/writers``.
 """
 
 from bushcli.export.source import Source, read_source

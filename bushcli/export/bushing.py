@@ -1,4 +1,4 @@
-"""The curves, the stiffness matrix and the force law of a bushing: those that a source has, else simulated."""
+"""The curves, the stiffness matrix and the force law of a bushing: taken from the source, or else simulated."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from bushcli.recording import read_program, read_recording
 from bushcli.recording.source import Source
 from cases.mode import modes
 
-#: Effects whose force fades, or is bounded whatever the displacement: no part of a static curve.
+#: Effects whose force fades with time or is bounded at any displacement, so that a static curve excludes them.
 FADING = ("viscoelasticity", "friction")
 
 
 def bushing_of(source: Exported, chosen: Writer, progress: Progress | None = None) -> Bushing:
-    """Return what a writer of vehicle models needs.
+    """Return the bushing's data for a writer of vehicle models.
 
     Parameters
     ----------
     source : Exported
-        Case with values, and the curves that there are.
+        Case whose parameters all have values, and the curves that exist already.
     chosen : Writer
         Of kind "bushing", "matrix" or "force_law".
     progress : callable or None
-        As for `bushcli.simulate.predict.predict`.
+        As in `bushcli.simulate.predict.predict`.
 
     Raises
     ------
     InputError
-        There is no stiffness matrix, nothing to simulate, or the specimen is no bushing.
+        There is no stiffness matrix, nothing to simulate, or the specimen is not a bushing.
     """
     if source.case.geometry.specimen != "bushing":
         what = "is a coupon; a vehicle model needs a bushing"
@@ -49,14 +49,14 @@ def bushing_of(source: Exported, chosen: Writer, progress: Progress | None = Non
             raise InputError(Problem(source.where, what, "", remedy))
         return Bushing((), source.stiffness_matrix)
     left = [one for one in source.case.effects if one.effect.acts == "rig"]
-    remarks = [f"without what the rig does: {', '.join(one.name for one in left)}"] if left else []
+    remarks = [f"without effects of the rig: {', '.join(one.name for one in left)}"] if left else []
     fading = [one for one in source.case.effects if chosen.static and one.effect.name in FADING]
     if fading:
         remarks.append(f"after a long rest: without {' and '.join(one.name for one in fading)}")
     left += fading
     several = _several(source.case)
     if several:
-        remarks.append(f"without {', '.join(several)}: several motions at once make no curve of one")
+        remarks.append(f"without {', '.join(several)}: a path of several motions gives no curve of one")
     kept = replace(
         source.case,
         effects=tuple(one for one in source.case.effects if one not in left),
@@ -100,14 +100,14 @@ def _several(case: Case) -> list[str]:
 def _nothing(source: Exported) -> InputError:
     what = "has neither [[load_cases]] nor [[recordings]], which say how far the bushing moves"
     if _several(source.case):
-        what = 'has none but paths of six motions (mode = "path"), which make no curve of one motion'
+        what = 'has only paths of six motions (mode = "path"), which give no curve of a single motion'
     return InputError(Problem(source.where, what, "", '[[load_cases]] with mode = "axial" and amplitude'))
 
 
 def _ranges(source: Exported, case: Case) -> list[tuple[str, str, float, float]]:
     """Return name, mode and range of the first channel of each mode."""
     found: dict[str, tuple[str, str, float, float]] = {}
-    # A result has the paths; its recordings may be elsewhere by now.
+    # A result contains the paths; the files of its recordings may have moved.
     moved = [(one.name, one.mode, one.displacement) for one in source.curves]
     for name, mode, q in moved or _moved(case):
         found.setdefault(mode, (name, mode, float(min(q.min(), 0.0)), float(max(q.max(), 0.0))))

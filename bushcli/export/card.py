@@ -1,4 +1,4 @@
-"""Numbers and parameters as material cards have them."""
+"""Numbers and parameters as material cards require them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def stresses(order: Order, factor: float = 1.0) -> Mapping[str, float]:
     order : Order
         With a rubber.
     factor : float
-        Dimensionless, such as the instantaneous stiffness over the long-term one.
+        Dimensionless, such as the ratio of instantaneous to long-term stiffness.
     """
     from forms.law import law
 
@@ -40,37 +40,37 @@ def stresses(order: Order, factor: float = 1.0) -> Mapping[str, float]:
 
 
 def ogden_terms(values: Mapping[str, float]) -> list[tuple[float, float]]:
-    """Return the pairs (mu_i, alpha_i) that an Ogden law has, in its order."""
+    """Return the pairs (mu_i, alpha_i) of an Ogden law, in the order of i."""
     return [(values[f"mu{i}"], values[f"alpha{i}"]) for i in (1, 2, 3) if f"mu{i}" in values]
 
 
 def incompressibility(order: Order, factor: float = 1.0) -> float:
-    """Return D = 2 / kappa in the order's units, of an energy 1/D (J - 1)^2; 0 where the rubber is incompressible.
+    """Return D = 2 / kappa of the energy 1/D (J - 1)^2, in the order's units; 0 for an incompressible rubber.
 
     Parameters
     ----------
     order : Order
         With a rubber.
     factor : float
-        On the bulk modulus, dimensionless.
+        Factor on the bulk modulus, dimensionless.
     """
     return 2.0 / order.units.of_stress(factor * rubber(order).bulk_modulus)
 
 
 def instantaneous_shares(one: ExportedRubber) -> list[tuple[float, float]]:
-    """Return (share, tau in s) of each branch, the share of the stiffness in a sudden step that relaxes with tau."""
+    """Return (share, tau in s) of each branch: the share of the instantaneous stiffness that relaxes with tau."""
     return [(g / one.instantaneous, tau) for g, tau in one.series]
 
 
 def joined(numbers: Sequence[float], per_line: int = 8) -> str:
-    """Return numbers with commas between, so many on a line.
+    """Return numbers separated by commas, broken into lines.
 
     Parameters
     ----------
     numbers : sequence of float
         In the order and units of the card.
     per_line : int
-        Most numbers on a line.
+        Largest number of values on a line.
     """
     texts = [f"{number:.10g}" for number in numbers]
     return "\n".join(", ".join(texts[i : i + per_line]) for i in range(0, len(texts), per_line))
@@ -93,7 +93,7 @@ def field(number: float, width: int = 10) -> str:
         for text in (f"{number:.{digits}g}", f"{number:.{digits}e}", f"{number:.{digits}f}"):
             mantissa, e, exponent = text.partition("e")
             short = f"{mantissa}e{int(exponent)}" if e else text
-            # A decimal point tells Fortran that the number is real.
+            # Fortran takes a number with a decimal point as real.
             short = short if "." in short or "e" in short else f"{short}."
             if len(short) < width and abs(float(short) - number) < error:
                 best, error = short, abs(float(short) - number)

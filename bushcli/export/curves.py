@@ -1,4 +1,4 @@
-"""Curves and stiffness matrices of a bushing, as vehicle models take them."""
+"""Curves and stiffness matrices of a bushing for vehicle models."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 #: Order of rows and columns of a stiffness matrix.
 DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
-#: Mode -> directions of a bushing about z; of a plane of symmetry both.
+#: Mode -> directions of a bushing about z; the radial and conical modes stand for both directions.
 DIRECTIONS_OF = {
     "radial": ("FX", "FY"),
     "axial": ("FZ",),
@@ -50,14 +50,14 @@ class ForceCurve:
 
     @property
     def rotational(self) -> bool:
-        """Whether it is a moment against an angle."""
+        """Whether the curve is a moment over an angle."""
         return modes()[self.mode].rotational
 
     def single_valued(self) -> tuple[Array, Array]:
-        """Return displacement, increasing, and force: loading and unloading averaged, both sides where one is there.
+        """Return displacement, increasing, and force: loading and unloading averaged, a missing side mirrored.
 
         Vehicle models take one force for each displacement. A curve of a program that loads and unloads is averaged
-        over its branches; one that has one side only is mirrored, for a bushing that is as stiff to the other side.
+        over its branches; a curve with one side only is mirrored, as if the bushing were equally stiff on both sides.
         """
         q, force = self.displacement, self.force
         low, high = float(q.min()), float(q.max())
@@ -78,7 +78,7 @@ class ForceCurve:
 
 
 def _monotone(q: Array, force: Array) -> list[tuple[Array, Array]]:
-    """Return the parts of a curve on which the displacement rises, or falls (then turned round)."""
+    """Return the monotone parts of a curve, each in the order of rising displacement."""
     step = np.sign(np.diff(q))
     parts, begin = [], 0
     for end in range(1, len(q)):
@@ -102,7 +102,7 @@ class Bushing:
     stiffness_matrix : (6, 6) array, optional
         N, mm, rad; forces fx fy fz mx my mz on the inner sleeve against ux uy uz rx ry rz.
     remarks : tuple of str
-        Sentences for the file.
+        Remarks for the file, sentences.
     law : BushingLaw, optional
         Force law with memory.
     """
@@ -132,7 +132,7 @@ class Bushing:
         Raises
         ------
         InputError
-            There is neither.
+            The bushing has neither.
         """
         curves = self.by_mode()
         mode = next(mode for mode, directions in DIRECTIONS_OF.items() if direction in directions)
@@ -175,7 +175,7 @@ def curves_of(result: dict[str, Any]) -> tuple[ForceCurve, ...]:
 
 
 def matrix_of(result: dict[str, Any]) -> Array | None:
-    """Return the stiffness matrix in the JSON of `direct` at rest, else that of the last state; None without one."""
+    """Return the stiffness matrix at rest in the JSON of `direct`, else that of the last state; None without one."""
     for key in ("stiffness_matrix_start", "stiffness_matrix"):
         for entry in (*result.get("load_cases", []), result):
             matrix = entry.get(key)

@@ -7,19 +7,20 @@ from pathlib import Path
 
 from bushcli.errors import InputError, Problem
 
-# A file of ours says so near its beginning, an FMU in its entry of the same name; a table of curves has its columns.
+# Files that bushcli wrote contain this near their beginning, FMUs in the name of an entry; a table of curves begins
+# with its columns.
 _MARK = b"bushcli"
 _TABLE = b"channel,mode,time_s,displacement_"
 _LOOKED_AT = 4096
 
 
 def check_file(path: Path) -> None:
-    """Refuse a place where no file can be written, before anything is computed.
+    """Refuse a path where no file can be written, before anything is computed.
 
     Raises
     ------
     InputError
-        It is a folder or a link, lies in no folder, or is a file that bushcli has not written.
+        The path is a folder or a link, its folder does not exist, or it is a file that bushcli has not written.
     """
     if path.is_symlink():
         raise InputError(
@@ -35,19 +36,19 @@ def check_file(path: Path) -> None:
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Write a file; a failure half way leaves what was there.
+    """Write a file; a failure half way leaves an existing file unchanged.
 
     Parameters
     ----------
     path : Path
         In a folder that exists.
     content : bytes
-        All of it.
+        The whole content.
 
     Raises
     ------
     InputError
-        As `check_file`, or the operating system refuses.
+        As in `check_file`, or the operating system cannot write the file.
     """
     check_file(path)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")

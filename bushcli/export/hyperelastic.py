@@ -1,4 +1,4 @@
-"""`*HYPERELASTIC` in the language that Abaqus and CalculiX share.
+"""`*HYPERELASTIC` in the format that Abaqus and CalculiX share.
 
 Both define the energy alike: invariants and stretches isochoric, D1 = 2/kappa, neo-Hookean, Mooney-Rivlin and Yeoh
 with 1/D1 (J - 1)^2, Ogden sum 2 mu_i/alpha_i^2 (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3), so that mu = sum mu_i,
@@ -49,5 +49,5 @@ def hyperelastic(order: Order, moduli: str = "") -> str:
 
 
 def density(order: Order) -> str:
-    """Return `*DENSITY` with its data line and a line break; nothing where no density was given."""
+    """Return `*DENSITY` with its data line and a line break; empty where no density was given."""
     return "" if order.density is None else f"*DENSITY\n{order.units.of_density(order.density):.10g}\n"

@@ -1,4 +1,4 @@
-"""The force laws of a bushing's channels in the units of an order, as an FMU takes them."""
+"""The force laws of a bushing's channels as data of an FMU, in the units of an order."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class BushingLaw:
     channels: tuple[Reduced, ...]
 
     def summary(self) -> dict[str, Any]:
-        """Return what a result says: branches, sliders, and the errors over the range of the force."""
+        """Return what the result reports: branches, sliders, and the errors relative to the range of the force."""
         return {
             "channels": [
                 {
@@ -72,7 +72,7 @@ class BushingLaw:
 
 
 def _identifier(name: str) -> str:
-    """Return the name of a channel as a variable's name begins: letters, digits and underscores, a letter first."""
+    """Return the name of a channel as prefix of variables: letters, digits and underscores, a letter first."""
     plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in name)
     return plain if plain[:1].isalpha() else f"channel_{plain}"
 
@@ -99,7 +99,7 @@ def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
         "elastic": times("elastic", force),
         "elastic_slope": times("elastic_slope", force / length),
         "maxwell": data["maxwell"],
-        # A slider's stiffness is on the elastic force, without a unit; its limit is a force.
+        # A slider's stiffness multiplies the elastic force and has no unit; its limit is a force.
         "sliders": [[k, force * limit] for k, limit in data["sliders"]],
         "softening": _softening(data["softening"], length, force),
         "set": data["set"],
@@ -108,7 +108,7 @@ def _channel(one: Reduced, units: UnitSystem) -> dict[str, Any]:
 
 
 def _softening(data: Mapping[str, Any], length: float, force: float) -> dict[str, Any]:
-    """Return the data of a softening in the units of the FMU."""
+    """Return the data of the softening in the units of the FMU."""
     if not data:
         return {}
     lost = {key: (force * np.array(data[key])).tolist() for key in ("lost", "lost_slope")}
@@ -116,7 +116,7 @@ def _softening(data: Mapping[str, Any], length: float, force: float) -> dict[str
 
 
 def _base_units(units: UnitSystem) -> dict[str, dict[str, str]]:
-    """Return unit -> its exponents of SI's base units and its factor, as FMI wants them."""
+    """Return unit -> its exponents of SI's base units and its factor, as FMI requires them."""
     length, force = f"{units.length:.12g}", f"{units.force:.12g}"
     moment = f"{units.force * units.length:.12g}"
     return {

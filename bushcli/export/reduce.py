@@ -1,12 +1,12 @@
 """The force law with memory of each channel, identified from simulations of the bushing.
 
 Three simulations give what `fmu.force_law` needs: the curve after a long rest S; the curve with branches that
-neither relax nor slip, whose excess over S is H; a first loading with friction, whose excess over S is met by
-sliders on H that give way one after the other. The times tau_i are the rubber's. Softening after the first loading
-takes simulations to several displacements and back: what is lost on the way back depends on how far it went. Permanent
-set and warming have the formulas of their effects: all of the above is of the rubber from where it has set to. A last
-simulation follows a program of ramps, reversals and holds, which took part in nothing, and says how far the force law
-is from the bushing.
+neither relax nor slip, whose excess over S is H; a first loading with friction, whose excess over S is represented by
+sliders on H that slip one after the other. The times tau_i are the rubber's. Softening after the first loading needs
+simulations to several displacements and back: the force lost in unloading depends on the largest displacement.
+Permanent set and warming have the formulas of their effects; with permanent set, all these curves are over the
+displacement from the position to which the rubber has set. A last simulation follows a program of ramps, reversals
+and holds that the identification did not use, and gives the error of the force law.
 
 References
 ----------
@@ -36,13 +36,13 @@ from cases.mode import modes
 Array = NDArray[np.float64]
 Progress = Callable[[str, int, int, int, float], None]
 
-#: Points of the curves on each side of rest.
+#: Points of the curves on the longer side of rest.
 POINTS = 20
-#: Sliders that share the friction.
+#: Number of sliders that together represent the friction.
 SLIDERS = 10
-# A relaxation time that nothing relaxes in during a simulation of seconds.
+# Relaxation time, s, so long that nothing relaxes in a simulation of some seconds.
 _NEVER = 1e6
-# Effects with states in the force law, and effects of the rubber that are part of its curves.
+# Effects with states in the force law, and effects of the rubber that its curves contain.
 _REMEMBERING = ("viscoelasticity", "friction", "mullins", "permanent_set", "warming")
 _STATIC = ("batch_stiffness", "compressibility")
 
@@ -55,7 +55,7 @@ class Reduced:
     ----------
     name, mode : str
     data : mapping
-        What `Channel` takes; N, mm, rad, s.
+        Data of a `Channel`; N, mm, rad, s.
     program : (n, 2) array
         Time (s) and displacement (mm or rad) of the check.
     simulated, predicted : (n,) array
@@ -71,13 +71,13 @@ class Reduced:
 
     @property
     def rms_percent(self) -> float:
-        """Root mean square error over the range of the force, percent."""
+        """Root mean square error as a percentage of the range of the force."""
         difference = self.predicted - self.simulated
         return float(100.0 * np.sqrt(np.mean(difference**2)) / np.ptp(self.simulated))
 
     @property
     def peak_percent(self) -> float:
-        """Largest error over the range of the force, percent."""
+        """Largest error as a percentage of the range of the force."""
         return float(100.0 * np.max(np.abs(self.predicted - self.simulated)) / np.ptp(self.simulated))
 
 
@@ -91,16 +91,16 @@ def reduce(
     Parameters
     ----------
     case : Case
-        With a material that has parameters, and effects that have values; those of the rig are left out.
+        Its material has parameters and its effects have values; effects of the rig are left out.
     channels : sequence of (str, str, float, float)
         Name, mode, least and largest displacement, mm or rad.
     progress : callable or None
-        As for `bushcli.simulate.predict.predict`.
+        As in `bushcli.simulate.predict.predict`.
 
     Raises
     ------
     InputError
-        An effect has no place in a force law of this kind, or the bushing cannot be simulated that far.
+        A force law of this kind cannot express an effect, or the bushing cannot be simulated that far.
     """
     for one in case.effects:
         if one.effect.acts == "rubber" and one.effect.name not in (*_REMEMBERING, *_STATIC):
@@ -156,7 +156,7 @@ class _Bushing:
         """Return the force law between two displacements."""
         permanent = self.effects.get("permanent_set")
         kept = 0.0 if permanent is None else float(permanent.values["set"])
-        # The farthest that the rubber goes from where it has set to, after the farthest to the other side.
+        # Largest distances of the rubber from its set position, after the largest displacement to the other side.
         grid = _grid(low * (1.0 - kept) - kept * high, high * (1.0 - kept) - kept * low)
         static = self._there_and_back(grid)
         data: dict[str, Any] = {"displacement": grid, "maxwell": [], "sliders": []}
@@ -182,12 +182,12 @@ class _Bushing:
         return Reduced(self.name, self.mode, data, program, simulated, follow(data, program))
 
     def _warming(self) -> list[float]:
-        """Return the share of the force that is lost in the end and its time, s; nothing where there is no warming."""
+        """Return the share of the force that is finally lost, and its time constant, s; empty without warming."""
         one = self.effects.get("warming")
         return [] if one is None else [float(one.values["amount"]), float(one.values["tau"])]
 
     def _unrelaxed(self) -> ActiveEffect:
-        """Return one branch as stiff as the law's initial shear modulus that does not relax."""
+        """Return a branch that does not relax and has the law's initial shear modulus."""
         from bushcli.effects.effect import effect
 
         return ActiveEffect(effect("viscoelasticity"), {"g1": 1.0, "tau1": _NEVER})
@@ -206,13 +206,13 @@ class _Bushing:
     def _sliders(
         self, friction: ActiveEffect, grid: Array, static: Array, elastic: Array
     ) -> list[list[float]]:
-        """Return the sliders that meet the excess force of a first loading to the farther side."""
+        """Return the sliders that reproduce the excess force of a first loading to the longer side."""
         from scipy.interpolate import CubicSpline
         from scipy.optimize import nnls
 
         sign = 1.0 if grid[-1] >= -grid[0] else -1.0
         end = max(grid[-1], -grid[0])
-        # Fine where the friction sets in, coarse where all of it slips.
+        # Points are dense where slip begins, sparse where all sliders slip.
         q = sign * end * np.linspace(0.0, 1.0, 2 * POINTS + 1) ** 2
         h = np.abs(CubicSpline(grid, elastic)(q))
         excess = np.abs(self.force(q, _second(len(q)), [friction]) - CubicSpline(grid, static)(q))
@@ -228,9 +228,9 @@ def follow(data: Mapping[str, Any], program: Array) -> Array:
     Parameters
     ----------
     data : mapping
-        What `Channel` takes.
+        Data of a `Channel`.
     program : (n, 2) array
-        Time and displacement, the first at rest.
+        Time and displacement; the first row is at rest.
     """
     channel = Channel(dict(data))
     durations = np.diff(program[:, 0], prepend=program[0, 0])
@@ -240,7 +240,7 @@ def follow(data: Mapping[str, Any], program: Array) -> Array:
 
 
 def _grid(low: float, high: float) -> Array:
-    """Return points from low to high through 0, both ends within the range of a recording that may lack a side."""
+    """Return points from low to high through 0; each side is at least a quarter as long as the other."""
     end = max(high, -low)
     low, high = min(low, -0.25 * end), max(high, 0.25 * end)
     below, above = (max(2, math.ceil(POINTS * side / end)) for side in (-low, high))
@@ -248,7 +248,7 @@ def _grid(low: float, high: float) -> Array:
 
 
 def _second(count: int) -> Array:
-    """Return so many times in a second."""
+    """Return `count` times evenly distributed over one second."""
     return np.linspace(0.0, 1.0, count).astype(np.float64)
 
 
@@ -268,7 +268,7 @@ def _slopes(x: Array, y: Array) -> Array:
 def _program(low: float, high: float, times: Sequence[float], grows: bool) -> Array:
     """Return time and displacement of a check: ramp, hold, reversals of two amplitudes, slow and ten times as fast.
 
-    One that grows begins with half the amplitude, which conditions the rubber for that and no more.
+    If it grows, it begins with half the amplitude, which conditions the rubber up to that amplitude only.
     """
     unit = float(np.exp(np.mean(np.log(times)))) if times else 1.0
     small = 0.3 * high + 0.7 * low, 0.7 * high + 0.3 * low

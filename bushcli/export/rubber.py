@@ -1,4 +1,4 @@
-"""The rubber of a case as other programs can take it: law, series of Maxwell branches, Mullins softening."""
+"""The rubber of a case as other programs can express it: law, series of Maxwell branches, Mullins softening."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ class ExportedRubber:
     ----------
     law : str
     parameters : mapping of str to float
-        By name; those of the long-term curve.
+        By name; of the long-term curve.
     bulk_modulus : float
         MPa; ``inf`` = incompressible.
     series : tuple of (float, float)
-        Maxwell branches (g_i, tau_i): modulus over the law's initial shear modulus, and relaxation time in s.
+        Maxwell branches (g_i, tau_i): ratio of modulus to the law's initial shear modulus, relaxation time in s.
     softening : Softening or None
     inexpressible : tuple of str
-        Names of effects of the rubber for which no material card has a place.
+        Names of effects of the rubber that no material card can express.
     beside : tuple of str
-        Names of effects of the assembly and the rig, which are no part of the rubber.
+        Names of effects of the assembly and the rig, which do not belong to the rubber.
     """
 
     law: str
@@ -63,20 +63,20 @@ class ExportedRubber:
 
     @property
     def instantaneous(self) -> float:
-        """Initial shear modulus in a sudden step, over that after a long rest."""
+        """Ratio of the initial shear modulus in a sudden step to that after a long rest."""
         return 1.0 + sum(g for g, _ in self.series)
 
     def stiffened(self, factor: float) -> Mapping[str, float]:
-        """Return the law's parameters with an energy ``factor`` times as large."""
+        """Return the law's parameters for an energy ``factor`` times as large."""
         linear = law_called(self.law).linear
         return {name: value * factor if name in linear else value for name, value in self.parameters.items()}
 
 
 def rubber_of(material: Material, active: Sequence[ActiveEffect]) -> ExportedRubber:
-    """Return the rubber of a material with the effects that act in it.
+    """Return the rubber of a material with the effects that act on it.
 
-    Another batch makes the law, the bulk modulus and the softening's energy stiffer; compressibility adds to 1/kappa.
-    An effect whose amplitudes are off is not there.
+    Another batch scales the law, the bulk modulus and the softening's energy; compressibility adds to 1/kappa.
+    An effect whose amplitudes are off counts as absent.
 
     Parameters
     ----------

@@ -1,8 +1,9 @@
-"""What a bushing has lost of its force after a first loading, as a force law with memory takes it.
+"""Force that a bushing loses after a first loading, as data of a force law with memory.
 
-The model of Ogden and Roxburgh softens each point of the rubber below the largest energy that it has seen. Along one
-direction of motion all points reach theirs together, at the largest displacement, so that the force depends on the
-displacement and on the largest one so far: simulations to several displacements and back give all of it.
+The model of Ogden and Roxburgh softens each point of the rubber below the largest energy that it has seen. In a motion
+along one direction all points reach their largest energy together, at the largest displacement. The force therefore
+depends on the displacement and on the largest displacement so far only, and simulations to several displacements and
+back determine it.
 
 References
 ----------
@@ -23,15 +24,15 @@ from bushcli.effects.active import ActiveEffect
 Array = NDArray[np.float64]
 Simulate = Callable[[Array, Array, Sequence[ActiveEffect]], Array]
 
-#: Largest displacements that are simulated, and points of the way back on each side of rest: they leave 0.26 % (rms) of
-#: the force range on the bushing of docs/exports.md.
+#: Number of largest displacements that are simulated, and points of unloading on each side of rest: the error is 0.26 %
+#: (rms) of the force range for the bushing of docs/exports.md.
 REACHED, POINTS = 6, 10
-#: Points of the way there: its force is known.
+#: Points of the loading before it, whose force is known.
 _THERE = 4
 
 
 def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array) -> dict[str, Any]:
-    """Return what the way back from several displacements has lost, the data of `fmu.force_law.Softening`.
+    """Return the force lost in unloading from several displacements, the data of `fmu.force_law.Softening`.
 
     Parameters
     ----------
@@ -51,13 +52,13 @@ def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array
     reached = end * np.linspace(0.0, 1.0, REACHED + 1)[1:]
     for largest in reached:
         back = sign * largest * share[::-1]
-        # As far to the other side as the bushing goes there.
+        # On the other side only up to the bushing's largest displacement there.
         back = back[sign * back >= -other * (1.0 + 1e-9)]
         there = np.linspace(0.0, sign * largest, _THERE, endpoint=False)
         q = np.concatenate([there, back])
         simulated = force(q, np.linspace(0.0, 1.0, len(q), dtype=np.float64), [mullins])[_THERE:]
         lost = first(back) - simulated
-        lost[0] = 0.0  # where it turns
+        lost[0] = 0.0  # at the turning point
         curves.append(_both_sides(back / largest, lost, share))
     return {
         "reached": reached.tolist(),
@@ -68,7 +69,7 @@ def softening(force: Simulate, mullins: ActiveEffect, grid: Array, virgin: Array
 
 
 def _both_sides(at: Array, lost: Array, share: Array) -> Array:
-    """Return the force lost at all shares; where the other side was not reached, that of this side, turned round."""
+    """Return the force lost at all shares; where one side was not reached, the force of the other side, mirrored."""
     order = np.argsort(at)
     own = np.interp(share, at[order], lost[order])
     mirrored = -np.interp(-share, at[order], lost[order])

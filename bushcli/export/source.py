@@ -1,6 +1,6 @@
-"""A case, or the folder of a result -> what can be exported of it.
+"""A case, or the folder of a result -> the data that can be exported.
 
-A case gives its material and effects. The folder of `direct` gives its curves and matrices too, that of `fit` or
+A case gives its material and effects. The folder of `direct` also gives curves and matrices, that of `fit` or
 `inverse` the identified law and effects, that of `diagnose` the most probable model.
 """
 
@@ -21,7 +21,7 @@ from bushcli.export.curves import Array, ForceCurve, curves_of, matrix_of
 from bushcli.runtime.bounded import TooLarge, read_bounded
 
 RESULT = "result.json"
-# A result of many long recordings has some ten MB.
+# Bytes; a result of many long recordings has some tens of MB.
 _LARGEST = 500_000_000
 _COMMANDS = ("direct", "fit", "inverse", "diagnose", "check")
 
@@ -33,11 +33,11 @@ class Source:
     Attributes
     ----------
     case : Case
-        With the material and the effects that were identified, if there are such.
+        With the identified material and effects, if there are any.
     where : str
         Case file or folder.
     curves : tuple of ForceCurve
-        Simulated curves that are there already.
+        Curves that have been simulated already.
     stiffness_matrix : (6, 6) array, optional
         N, mm, rad.
     """
@@ -48,7 +48,7 @@ class Source:
     stiffness_matrix: Array | None = None
 
     def without(self, names: Sequence[str]) -> Source:
-        """Return the same without some of its effects.
+        """Return this source without some of its effects.
 
         Parameters
         ----------
@@ -67,7 +67,7 @@ class Source:
                 what = f'"{name}" is not an effect of this case'
                 raise InputError(Problem("--without", what, nearest(name, there), known))
         kept = tuple(one for one in self.case.effects if one.effect.name not in names)
-        # Curves that were simulated with the effect do not hold without it.
+        # Curves that were simulated with the effect are wrong without it.
         curves = self.curves if not names else ()
         return replace(self, case=replace(self.case, effects=kept), curves=curves)
 
@@ -85,7 +85,7 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
     Raises
     ------
     InputError
-        It is neither, or an effect has a parameter without a value.
+        The path is neither, or an effect has a parameter without a value.
     """
     file = path / RESULT if path.is_dir() else path
     if file.name != RESULT:
@@ -150,11 +150,11 @@ def _material(shown: dict[str, Any], found: dict[str, Any]) -> dict[str, Any]:
 
 
 def _put_identified(shown: dict[str, Any], result: dict[str, Any]) -> None:
-    """Put the parameters of an identified law and of the effects identified with it in place of the case's."""
+    """Replace the case's parameters by those of the identified law and of the effects identified with it."""
     values = {name: of["value"] for name, of in result.get("parameters", {}).items()}
     law = {name: value for name, value in values.items() if "." not in name and name != "compliance"}
     given = shown["material"].get("parameters") or {}
-    # Parameters that were held with --fix keep the value that the case gives.
+    # Parameters that were fixed with --fix keep the value of the case.
     if result["law"] == shown["material"]["law"]:
         law = {**given, **law}
     found = {"law": result["law"], "bulk_modulus": result.get("bulk_modulus"), "parameters": law}
@@ -163,7 +163,7 @@ def _put_identified(shown: dict[str, Any], result: dict[str, Any]) -> None:
     for full, value in values.items():
         owner, _, parameter = full.rpartition(".")
         for one in effects:
-            # "offset@radial" belongs to the rig of a channel; without one a name is the first of its kind.
+            # "offset@radial" belongs to the rig of a channel; without one, the first effect of that name is meant.
             rig, channels = rig_of(owner), one.get("channels")
             if owner and one["name"] == effect_name(owner) and (not rig or (channels and channels[0] == rig)):
                 one["parameters"][parameter] = value

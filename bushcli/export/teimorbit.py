@@ -1,4 +1,4 @@
-"""Property files in the TeimOrbit format, which Adams, Altair MotionSolve and Simpack share: blocks, units, curves."""
+"""Property files in the TeimOrbit format of Adams, Altair MotionSolve and Simpack: blocks, units, curves."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _TIMES = {"s": "second", "ms": "millisecond"}
 
 
 def block(name: str, lines: Sequence[str]) -> list[str]:
-    """Return a block under its rule.
+    """Return the lines of a block, with a rule above it.
 
     Parameters
     ----------
     name : str
-        In brackets in the file.
+        Name of the block, in brackets in the file.
     lines : sequence of str
         Its content.
     """
@@ -35,9 +35,9 @@ def units_block(units: UnitSystem, angle: str) -> list[str]:
     Parameters
     ----------
     units : UnitSystem
-        Of lengths, forces and times; the mass, which no value here contains, is kg.
+        Units of lengths, forces and times; the unit of mass is kg, and no value contains it.
     angle : str
-        What the program calls a degree.
+        The program's name of a degree.
     """
     values = {
         "LENGTH": _LENGTHS[units.length_name],
@@ -64,7 +64,7 @@ def curve(order: Order, direction: str, of: str) -> list[str]:
     Raises
     ------
     InputError
-        There is no curve and no stiffness matrix for the direction, or the curve is not of a spring.
+        The direction has neither a curve nor a stiffness, or its curve is not that of a spring.
     """
     assert order.bushing is not None
     q, force = order.bushing.curve_of(direction, of)
@@ -77,7 +77,7 @@ def curve(order: Order, direction: str, of: str) -> list[str]:
 
 
 def sources(bushing: Bushing) -> Mapping[str, str]:
-    """Return direction -> where its curve is from, for the comments."""
+    """Return direction -> source of its curve, for the comments."""
     from bushcli.export.curves import DIRECTIONS_OF
 
     curves = bushing.by_mode()

@@ -1,4 +1,4 @@
-"""Consistent systems of units of finite-element programs, which do not know units themselves."""
+"""Consistent systems of units for finite-element programs, which themselves know no units."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _INCH = 0.0254  # m, exact
 
 @dataclass(frozen=True)
 class UnitSystem:
-    """A consistent system of units: force, length and time; mass follows.
+    """A consistent system of units: force, length and time; the unit of mass follows from them.
 
     Attributes
     ----------

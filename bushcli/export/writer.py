@@ -1,6 +1,6 @@
 """The type of a writer of another program's file, and the list of writers.
 
-One writer per file in ``bushcli/export/writers``, offered there as ``WRITER``; nothing is registered.
+Each file in ``bushcli/export/writers`` defines one writer as ``WRITER``; no registration is needed.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Order:
 
     @property
     def name(self) -> str:
-        """The title as a name that every program takes: letters, digits and underscores, a letter first."""
+        """The title as a name that every program accepts: letters, digits and underscores, a letter first."""
         plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in self.title)[:40].strip("_")
         return plain if plain[:1].isalpha() else f"rubber_{plain}".strip("_")
 
@@ -68,27 +68,27 @@ class Writer:
     title : str
         Name of the program and its file.
     kind : {"card", "bushing", "matrix", "force_law"}
-        What it is made of: the rubber, the bushing's curves, its stiffness matrix, its force law with memory.
+        What the file contains: the rubber, the bushing's curves, its stiffness matrix, its force law with memory.
     ending : str
         Usual ending of the file's name.
     comment : (str, str)
-        What begins and what ends a line of comment.
+        Beginning and end of a comment line.
     write : callable
-        ``write(order) -> str``, or bytes of a file that is no text; the text without its first comment lines.
+        ``write(order) -> str``, without the comments at the beginning; bytes if the file is not text.
     laws : mapping of str to str
-        Of a card: law -> what the program calls it.
+        Of a card: law -> the program's name of it.
     series, softening : str
-        What the program calls a Prony series and the Ogden-Roxburgh model; empty where it has none.
+        The program's names of a Prony series and of the Ogden-Roxburgh model; empty where it has none.
     series_laws, softening_laws : frozenset of str, optional
-        Laws with which it takes them; None = all.
+        Laws with which the program combines them; None = all.
     incompressible : bool
         Whether the card of an incompressible rubber can be written.
     static : bool
-        Of a vehicle model: whether it takes one force for each displacement, the curve after a long rest.
+        Of a vehicle model: whether it takes one force for each displacement, that after a long rest.
     remarks : tuple of str
-        Sentences about what differs in that program, for the file and the documentation.
+        Differences between the program and bushcli, in sentences, for the file and the documentation.
     source : str
-        Where the formulas and the format are documented.
+        Documentation of the formulas and the format.
     """
 
     name: str
@@ -113,7 +113,7 @@ class Writer:
         Raises
         ------
         InputError
-            With one sentence for everything that cannot be expressed.
+            With one sentence for each feature that the program cannot express.
         """
         found: list[Problem] = []
 
@@ -151,7 +151,7 @@ class Writer:
             raise InputError(*found)
 
     def text(self, order: Order) -> bytes:
-        """Return the whole file: comments that say what it is and what differs, then what the program reads."""
+        """Return the whole file: comments on its contents and the differences, then the program's data."""
         written = self.write(order)
         if isinstance(written, bytes):
             return written
@@ -189,7 +189,7 @@ def _preamble(one: Writer, order: Order) -> list[str]:
             ]
         if rubber.beside:
             lines.append(
-                f"not in this card, because it is no property of the rubber: {', '.join(rubber.beside)}"
+                f"not in this card, because it is not a property of the rubber: {', '.join(rubber.beside)}"
             )
     return lines + list(one.remarks)
 
@@ -211,7 +211,7 @@ def writer_for(name: str) -> Writer:
     Raises
     ------
     InputError
-        When there is none; the message names the nearest.
+        There is no such writer; the message names the nearest.
     """
     try:
         return all_writers()[name]

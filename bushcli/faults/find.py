@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 _MOST_CLIPPED = 0.1
 # With a larger share of bad samples the search has misunderstood the signal: no sample is left out.
 _MOST_BAD = 0.5
-# A sudden motion makes a peak of force, as at a step that relaxes: up to this many times the stiffness of the
-# whole recording, which a bump stop or the corner of a friction loop exceeds some threefold.
+# A sudden motion makes a peak of force, for example at a step that relaxes. It explains a peak of up to this many times
+# the stiffness of the whole recording, which a bump stop or the corner of a friction loop exceeds some threefold.
 _BESIDE = 3.0
 
 _LEFT_OUT = "fits and diagnosis leave these samples out; for `bushcli direct` delete their rows"
@@ -43,7 +43,7 @@ def find_faults(
     recordings : sequence of Recording
         As they were read, of bushing or coupons.
     of_samples : callable or None
-        In place of `sample_faults`, where some of these are known.
+        Called instead of `sample_faults`, where some of its results are known.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def find_faults(
 
 
 def bad_samples(recording: Recording) -> Mask:
-    """Return which samples (n,) of a recording a fit must not use; none where they are most of it."""
+    """Return which samples (n,) of a recording a fit must not use; none if they are most of it."""
     bad = np.zeros(len(recording.force), dtype=bool)
     for fault in sample_faults(recording):
         bad |= fault.samples
@@ -72,7 +72,7 @@ def bad_samples(recording: Recording) -> Mask:
 
 
 def sample_faults(recording: Recording) -> Iterator[DataFault]:
-    """Yield the faults of single samples, which no case is needed for."""
+    """Yield the faults of single samples, for which no case is needed."""
     if recording.repeated:
         lines = ", ".join(map(str, recording.repeated[:3]))
         rest = len(recording.repeated) - 3
@@ -128,7 +128,7 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
 
 
 def _unsteady(displacement: Array) -> Array:
-    """Return by how much the steps of a displacement (n,) differ from two before to two after each sample."""
+    """Return the range of the four steps of a displacement around each sample, (n,): two before and two after it."""
     steps = np.pad(np.diff(displacement), 2, mode="edge")
     window = sliding_window_view(steps, 4)
     return np.asarray(np.ptp(window, axis=1))

@@ -1,7 +1,7 @@
 """Samples that repeat their neighbours although the signal moves on: a clipped load cell, a stuck channel.
 
-Equal neighbours alone are no fault: a coarse converter repeats itself where the signal is flat, a rig holds
-still, a bushing with free play carries no force. What decides is whether the signal must have changed meanwhile.
+Equal neighbours alone are not a fault: a coarse converter repeats itself where the signal is flat, a rig holds
+still, a bushing with free play carries no force. They are a fault if the signal must have changed meanwhile.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from bushcli.faults.signal import SAME, quantum, repetitions, slope
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Samples of a run that count as stuck where noise makes a repetition unlikely, and where only a jump is evidence.
+# Shortest run that counts as stuck if noise makes a repetition unlikely, and if only a jump is evidence.
 _RUN_IN_NOISE, _RUN = 5, 4
-# Repetitions are no accident where fewer than this are expected by chance in the whole recording.
+# Repetitions are no accident if fewer than this are expected by chance in the whole recording.
 _CHANCE = 1e-3
 # Samples on each side from which the typical step is taken.
 _BESIDE = 5
-# A jump out of a run is this many times the largest step beside it, steps of the converter, share of the
-# range.
+# A jump out of a run is at least this many times the largest step beside it, this many steps of the converter, and
+# this share of the range.
 _JUMP, _STEPS, _SHARE = 3.0, 4.0, 5e-3
-# A jump makes up for the run: between these multiples of the jump that the steps beside it predict.
+# A jump makes up for the run if the change that the steps beside it predict is between these multiples of the jump.
 _MADE_UP = (0.5, 2.0)
-# Samples at the limit of a clipped load cell; change that was cut off: over noise, converter steps, range.
+# Fewest samples at the limit of a clipped load cell; least change that was cut off, over noise, converter steps, range.
 _AT_LIMIT, _CUT_NOISE, _CUT_STEPS, _CUT_SHARE = 3, 5.0, 3.0, 0.01
-# A limit within this share of the largest force is no force at all: free play, or a rope that hangs slack.
+# A limit within this share of the largest force means no force at all: free play, or a rope that hangs slack.
 _NO_FORCE = 0.05
 
 
@@ -89,7 +89,7 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
     bad = np.zeros(len(force), dtype=bool)
     step = quantum(force)
     # Neighbours of noisy samples fall on the same step of the converter with this probability.
-    # Where noise is smaller than a step it is that of the converter, and chance cannot be estimated.
+    # Noise that is smaller than a step is the converter's, and chance cannot be estimated.
     chance = step / (2.0 * np.sqrt(np.pi) * noise) if noise > step else 1.0
     for start, stop in repetitions(force):
         length = stop - start
@@ -107,7 +107,7 @@ def stuck_force(force: Array, displacement: Array, stiffness: float, noise: floa
 
 
 def stuck_displacement(displacement: Array, force: Array, x: Array) -> Mask:
-    """Return which samples (n,) only repeat an earlier displacement and are made up for by a jump.
+    """Return which samples (n,) only repeat an earlier displacement, before a jump that makes up for them.
 
     A hold repeats the displacement too, but the motion after it begins where it ended.
 

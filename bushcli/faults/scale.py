@@ -1,10 +1,10 @@
-"""Whether a recording's sign and size can be rubber's at all: sign, units, exchanged columns and channels.
+"""Whether a recording can be that of rubber at all: its sign, units, exchanged columns and channels.
 
 The stiffness that was recorded and the closed forms of `bushcli.faults.stiffness` give a shear modulus.
 Rubber of 30 to 90 Shore A has one of 0.4 to 7 MPa (Gent 1958: Young's modulus 1.1 to 21 MPa, a third of it
-for a rubber that keeps its volume), soft gels and hard compounds 0.1 to 10 MPa. A modulus outside by more
-than any effect in the catalogue can make is no rubber's; a fault is stated only where a change of unit brings
-it back.
+for a rubber that keeps its volume), soft gels and hard compounds 0.1 to 10 MPa. A modulus that is further
+outside than any effect in the catalogue can explain is not that of rubber; a wrong unit is reported only if
+another unit brings the modulus back.
 
 References
 ----------
@@ -33,23 +33,23 @@ from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
-# MPa: shear moduli of rubber; and those that a compliant rig, voids, a stop or a loop may pretend on top.
+# MPa: shear moduli of rubber, and those that rubber may appear to have with a compliant rig, voids, a stop or a loop.
 _RUBBER, _PRETENDED = (0.1, 10.0), (0.03, 30.0)
 # A force falls with the displacement where their correlation is below this; a loop of half the range has 0.8.
 _FALLING = -0.5
-# Travel over rubber thickness (axial, radial), strain of a coupon or rotation in rad that may be
-# recorded, and a typical one.
+# Range of the recorded travel over the rubber's thickness (axial, radial), of the rotation in rad and of the strain of
+# a coupon; and a typical value.
 _TRAVEL = {"length": (1e-3, 5.0), "angle": (2e-3, math.pi), "strain": (2e-3, 12.0)}
 _USUAL = 0.3
 # Travel beyond which the unit is wrong whatever the stiffness is: a bushing 10 mm thick is not tested over
 # 0.01 mm.
 _IMPOSSIBLE = {"length": (1e-3, 30.0), "angle": (1e-6, 2.0 * math.pi), "strain": (1e-6, 100.0)}
-# Intervals of the moduli of two channels of one bushing are further apart than this only where one of the
-# units is wrong (degrees and radians are a factor of 57); the unit that mends it brings them as near as the
-# second number.
+# Intervals of the moduli of two channels of one bushing are further apart than this factor only if one of the
+# units is wrong (degrees and radians differ by a factor of 57); the right unit brings them within the second
+# factor.
 _APART, _TOGETHER = 8.0, 2.0
-# Exchanged channels: as recorded their moduli are this far apart, exchanged at most as far as the second
-# number.
+# Two channels count as exchanged if their moduli are at least the first factor apart as recorded, and at most
+# the second when exchanged.
 _EXCHANGED, _AGREE = 3.0, 1.3
 
 
@@ -58,7 +58,7 @@ class _Scale:
     """The range of shear moduli that the recording of a channel implies.
 
     ``stiffness`` (least, largest) in N/mm, N mm/rad or MPa over the whole recording and at rest; ``unit`` (least,
-    largest) for a shear modulus of 1 MPa; ``travel`` as `_TRAVEL` has it.
+    largest) for a shear modulus of 1 MPa; ``travel`` in the terms of `_TRAVEL`.
     """
 
     recording: Recording
@@ -79,7 +79,7 @@ class _Scale:
 
 @dataclass(frozen=True)
 class _Change:
-    """A change of unit: factors on displacement and force, and the keys or the words that make it."""
+    """A change of unit: factors on displacement and force, words for its remedy, and a penalty if it is rare."""
 
     displacement: float
     force: float
@@ -153,7 +153,7 @@ def _scale(shape: Shape, recording: Recording, bad: Mask) -> _Scale | None:
     q, force = recording.displacement[~bad], recording.force[~bad]
     if unit is None or len(q) < 3 or np.ptp(q) == 0:
         return None
-    # A recording remembers its stiffness at rest, which a study asks for beside every design.
+    # A recording caches its stiffness at rest, which a study requests for every design.
     curve = Recording(recording.mode, q, force) if bad.any() else recording
     found = [slope(q, force), curve.secant_stiffness(), curve.initial_stiffness()]
     size = [abs(value) for value in found if math.isfinite(value) and value != 0]
@@ -227,12 +227,12 @@ def _moduli(one: _Scale) -> str:
 
 
 def _columns(one: _Scale) -> DataFault | None:
-    """Return the fault of a file whose displacement was read from the column of the force, and the other way."""
+    """Return the fault of a file whose displacement was read from the column of the force and vice versa."""
     if _plausible(one) or one.kind == "strain":
         return None
     low, high = one.stiffness
     per_displacement = UNITS[one.kind]["deg" if one.kind == "angle" else "mm"]
-    # The force column, read as displacement in the default unit, and the other way round.
+    # The force column, read as displacement in the default unit, and vice versa.
     exchanged = (1.0 / high / per_displacement**2, 1.0 / low / per_displacement**2)
     modulus = exchanged[0] / one.unit[1], exchanged[1] / one.unit[0]
     thickness = float(np.abs(one.recording.displacement).max()) / one.travel
@@ -260,7 +260,7 @@ _REFERENCE = {"length": "the rubber's thickness", "angle": "a radian", "strain":
 
 
 def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
-    """Return the fault of a column in another unit, where a change of unit makes rubber of it."""
+    """Return the fault of a column in another unit, if a change of unit gives the modulus of rubber."""
     low, high = one.modulus
     outside = low > _PRETENDED[1] or high < _PRETENDED[0]
     lowest, largest = _IMPOSSIBLE[one.kind]
@@ -283,7 +283,7 @@ def _unit(one: _Scale, rest: Sequence[_Scale]) -> DataFault | None:
             continue
         if any(_apart(changed, other.modulus) > _TOGETHER for other in rest):
             continue
-        # Of several changes that would do, take the one to the most typical rubber and travel.
+        # Of several suitable changes, take the one to the most typical rubber and travel.
         unusual = abs(math.log10(middle * factor)) + abs(
             math.log10(one.travel * change.displacement / _USUAL)
         )
@@ -344,7 +344,7 @@ def _others(kind: str, read: str, common: set[str]) -> Iterator[tuple[str, float
 
 
 def _factor(kind: str, name: str) -> float:
-    """Return the factor of a unit that a column was read in to the internal one."""
+    """Return the factor from a unit that a column was read in to the internal unit."""
     unit = find_unit(name, kind)
     assert unit is not None, name
     return unit.factor

@@ -9,12 +9,12 @@ from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
-# Values that differ by a smaller share of the range are the same number after a conversion of units.
+# Values that differ by a smaller share of the range count as the same number: a conversion of units may round them.
 SAME = 1e-9
 
 
 def quantum(values: Array) -> float:
-    """Return the smallest step between two different values (n,), as of an analogue-digital converter."""
+    """Return the smallest step between two different values (n,), such as that of an analogue-digital converter."""
     gaps = np.diff(np.unique(values))
     gaps = gaps[gaps > SAME * float(np.ptp(values))]
     return float(gaps.min()) if len(gaps) else 0.0

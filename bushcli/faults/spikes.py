@@ -4,9 +4,9 @@ From the samples before a sample, and from those after it, a parabola and straig
 are extrapolated to it; the nearest forecast of each side counts. At a kink (a knee, a reversal, the start of a
 hold) one side predicts the sample; at a step each side predicts one end of it; where the signal bends
 sharply they miss it in opposite directions. A spike of one to three samples is missed by both, in the same
-direction, and by more than the samples next to it are. What a miss means is measured on the recording itself,
-so that noise with memory, a hum or a coarse converter only make the search less sharp. The largest spike is
-taken out first, and the rest judged again without it.
+direction, and by more than the samples next to it are. The scale of a miss is measured on the recording itself,
+so that noise with memory, a hum or a coarse converter only make the search less sensitive. The largest spike is
+removed first, and the rest is judged again without it.
 
 References
 ----------
@@ -32,11 +32,11 @@ _SAMPLES, _LEAST = 9, 5
 # Samples of the straight lines that serve between two kinks.
 _ON_LINES = (4, 3)
 # Both extrapolations miss a sample of normal noise by more than 4 standard deviations with a probability of
-# some 1e-6: the two share the sample's own noise. Where only one of them stays inside the branch it bears
-# that alone.
+# some 1e-6: the two share the sample's own noise. If only one of them stays inside the branch, it alone has to
+# miss by the second number.
 _BOTH, _ALONE = 4.0, 6.0
-# By how much a spike exceeds what the extrapolations miss nearby beyond noise. A relaxation that loses two
-# thirds from sample to sample still makes a ratio of 3.
+# Least ratio of a spike to the misses nearby beyond noise, number of samples that are nearby, and noise of their
+# misses. A relaxation that loses two thirds from sample to sample still makes a ratio of 3.
 _OVER_NEARBY, _NEARBY, _NOISE_NEARBY = 4.0, 6, 3.0
 # No fit notices a smaller spike: share of the range, and steps of the converter.
 _SMALLEST, _STEPS = 3e-3, 3.0
@@ -50,8 +50,8 @@ _MOST = 0.05
 class _Miss:
     """By how much extrapolations from one side miss each sample (n,), in their own standard deviations.
 
-    ``clean`` says whether the samples that were extrapolated are of the same branch as the sample; ``size`` is
-    the miss in the unit of the signal. Both are nan where there are too few samples on that side.
+    ``clean`` says whether the samples that were extrapolated are of the same branch as the sample; ``size`` is the miss
+    in the unit of the signal. ``score`` and ``size`` are nan where there are too few samples on that side.
     """
 
     score: Array
@@ -75,7 +75,7 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array |
     Returns
     -------
     (n,) array of bool
-        All False where too many samples stand out for single bad ones.
+        All False if more samples stand out than single bad ones could.
     """
     n = len(values)
     bad = np.zeros(n, dtype=bool)
@@ -95,7 +95,7 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array |
 
 
 def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array) -> NDArray[np.intp]:
-    """Return the samples of those spikes that are the largest for some samples around."""
+    """Return the samples of the spikes that are the largest in their neighbourhood."""
     n = len(values)
     left = [_miss(values, x, branch, gap) for gap in range(1, WIDEST + 1)]
     right = [_mirrored(_miss(values[::-1], -x[::-1], branch[::-1], gap)) for gap in range(1, WIDEST + 1)]
@@ -133,9 +133,10 @@ def _agreed(left: _Miss, right: _Miss, floor: Array) -> Array:
 
 
 def _nearby(left: _Miss, right: _Miss, width: int) -> Array:
-    """Return what is missed beyond noise next to blocks that start at each sample (n,), in standard deviations.
+    """Return the misses beyond noise next to blocks that start at each sample (n,), in standard deviations.
 
-    Before the block the extrapolations from before count, after it those from after: neither saw the block.
+    Before the block the extrapolations from earlier samples count, after it those from later ones: neither used the
+    samples of the block.
     """
     n = len(left.score)
     before = np.where(left.clean, np.abs(left.score), 0.0)
@@ -187,7 +188,7 @@ def _scale(score: Array, values: Array) -> float:
 
 
 def _by_parabola(values: Array, x: Array, branch: NDArray[np.int_], gap: int) -> _Miss:
-    """Extrapolate parabolas through up to 9 samples, of the branch alone where it has 5 of them."""
+    """Extrapolate parabolas through up to 9 samples, of the branch alone if it has at least 5 of them."""
     n = len(values)
     at = np.arange(n)[:, None] - gap - np.arange(_SAMPLES)[None, :]
     there = at >= 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cases.mode import modes
 from geometry.shape import Shape
 
-# Voids may take most of the rubber out of the way of the load.
+# Least stiffness with voids over that without: voids may take most of the rubber out of the load's path.
 _VOIDED = 0.2
 
 

@@ -1,7 +1,7 @@
 """Identify a law's parameters from measured curves: coupons or bushings, one or several channels together.
 
-The least-squares problem is bounded, its Jacobian exact, each channel weighed by its own noise. A trial that cannot be
-solved makes the trust region shrink; it is counted, and never becomes a number.
+The least-squares problem has bounds and an exact Jacobian, and each channel is weighted by its own noise. A trial that
+cannot be solved makes the trust region shrink; it is counted as failed, and no penalty value stands in for its misfit.
 """
 
 from bushcli.inverse.identify import fit_coupons, identify

@@ -23,14 +23,14 @@ def with_effects(
     comm: MPI.Comm,
     prepared: Prepare,
 ) -> Simulation | None:
-    """Return the channel with its effects, which follow the whole path; None where no effect acts on it.
+    """Return the simulation of a channel with its effects along the whole path; None where no effect acts on it.
 
     Parameters
     ----------
     recording, path : Recording
-        The samples in use, and all of them.
+        The samples in use, and all samples.
     shape, rubber, case, comm, prepared
-        Of the finite-element model; the case's effects act.
+        Arguments of the finite-element model; the effects are the case's.
 
     Raises
     ------
@@ -66,17 +66,17 @@ def with_others(
     comm: MPI.Comm,
     prepared: Prepare,
 ) -> Reaction:
-    """Return the models for the channels of a path of six motions, which share one march.
+    """Return the model of one channel of a path of six motions; the channels of a path share one march.
 
     Parameters
     ----------
     recording : Recording
     path : RecordedPath
-        All of its motions.
+        The path with all its motions.
     paths : dict of str to SixSimulation
-        Those that are there already, by name; this one is added.
+        Simulations of the paths so far, by name; that of a new path is added.
     shape, rubber, case, comm, prepared
-        Of the finite-element model; the case's effects act.
+        Arguments of the finite-element model; the effects are the case's.
 
     Raises
     ------

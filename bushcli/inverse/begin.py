@@ -14,12 +14,12 @@ from cases.stability import moduli
 
 Array = NDArray[np.float64]
 
-# A start that cannot be solved keeps these shares of its own shape; the rest is the law's own start, which is stable.
+# Shares of a start that cannot be solved, in mixtures with the law's own start, which is stable.
 SHARES = (0.7, 0.4, 0.2, 0.1, 0.0)
-# Laws that lock (Gent, Arruda-Boyce) lock later with their other parameters enlarged by this.
+# Factors on the parameters in which the energy is not linear: they make laws that lock (Gent, Arruda-Boyce) lock later.
 ENLARGED = (1.0, 3.0, 10.0, 30.0)
-# So many candidates are solved before a start is given up; an attempt that fails takes twenty times as long as one
-# that does not.
+# Number of candidates that are solved before a start is given up; an attempt that fails takes twenty times as long as
+# one that succeeds.
 SOLVED = 8
 
 
@@ -27,7 +27,7 @@ def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> t
     """Return the solvable point at the right scale that is nearest to the start, and its origin.
 
     The start is tried as it is. If it cannot be solved, its shape is mixed with that of the law's own start, step by
-    step. What is unstable in the coupon modes is passed over without being solved: such a march takes long to fail.
+    step. Candidates that are unstable in the coupon modes are skipped: their march would take long to fail.
 
     Parameters
     ----------
@@ -45,11 +45,11 @@ def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> t
     point : shape (parameters,)
         The start itself where nothing can be solved.
     instead : shape (parameters,) or None
-        What stands for a start that is unstable or could not be solved, before it is brought to scale.
+        Point that replaces a start which is unstable or could not be solved, before it is brought to scale.
     """
     initial = inside(start, lower, upper)
     stable = [x for x in candidates(problem, initial, lower, upper) if is_stable(problem, x)]
-    # Where all are unstable, as a fixed parameter may make them, the start still gets its chance.
+    # The start is always tried: a fixed parameter may make all candidates unstable.
     for point in list({x.tobytes(): x for x in (*stable[:SOLVED], initial)}.values()):
         if problem.forces(point) is not None:
             same = np.array_equal(point, initial)
@@ -58,7 +58,7 @@ def first_point(problem: Problem, start: Array, lower: Array, upper: Array) -> t
 
 
 def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> Iterator[Array]:
-    """Return points from the start to the law's own start, whose parameters for the shape of the curve are the safest.
+    """Yield points from the start to the law's own start, which has the safest parameters for the shape of the curve.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def candidates(problem: Problem, start: Array, lower: Array, upper: Array) -> It
     own = own_start(problem, start)
     size, own_size = shear(problem, start), shear(problem, own)
     for share in SHARES:
-        # Both shapes at the size of the law's own start: a start on its bounds may be stiff or soft by nine decades.
+        # Both are mixed at the stiffness of the law's own start: a start on its bounds may be nine decades off.
         mixed = share * start * (own_size / size if size > 0 else 1.0) + (1 - share) * own
         for enlarged in ENLARGED if share == 0.0 else ENLARGED[:1]:
             yield inside(np.where(shaping, mixed * enlarged, mixed), lower, upper)
@@ -106,7 +106,7 @@ def own_parameters(problem: Problem) -> NDArray[np.bool_]:
 
 
 def scalable(problem: Problem) -> NDArray[np.bool_]:
-    """Return in which parameters the energy is linear."""
+    """Return which of the parameters the energy is linear in."""
     return np.array([name in problem.law.linear for name in problem.names])
 
 
@@ -138,11 +138,11 @@ def is_stable(problem: Problem, x: Array) -> bool:
 
 
 def scaled(problem: Problem, trial: Array, lower: Array, upper: Array) -> Array:
-    """A solvable point with the parameters in which the energy is linear at the right scale.
+    """Return a solvable point in which the parameters that the energy is linear in have the right scale.
 
-    One evaluation takes out any error of scale. If the sleeves' motion prescribes the deformation (coupons), the force
-    is linear in each of these parameters and all get their best values at once. In a bushing the deformation depends
-    on their ratios, and a common factor is exact, to the rubber's compressibility.
+    One evaluation removes any error of scale. If the motion prescribes the deformation (coupons), the force is linear
+    in each of these parameters, and all get their best values at once. In a bushing the deformation depends on their
+    ratios, and only a common factor is exact, apart from the rubber's compressibility.
 
     Parameters
     ----------

@@ -12,18 +12,18 @@ from bushcli.inverse.result import Combination
 
 Array = NDArray[np.float64]
 
-# Singular values of the weighted Jacobian per relative change of each parameter, below this share of the largest: a
-# combination that the curves leave open.
+# A singular value of the weighted Jacobian (per relative change of each parameter) below this share of the largest
+# marks a combination that the curves leave open.
 UNDETERMINED = 1e-3
-# A standard error above this share of the value: poorly determined, worth a profile.
+# A parameter is poorly determined, and gets a profile, if its standard error exceeds this share of its value.
 POOR = 0.2
 
 
 def covariance(problem: Problem, x: Array) -> Array:
     """Return the covariance of the parameters, shape (p, p), from the misfit that remains.
 
-    The estimator weighs channels evenly, so its covariance is a sandwich: each channel brings its own variance of the
-    misfit, enlarged by the misfit's autocorrelation along the recording, since neighbouring samples that err
+    The estimator weights channels evenly, so its covariance is a sandwich: each channel contributes its own variance of
+    the misfit, enlarged by the misfit's autocorrelation along the recording, since neighbouring samples that err
     together count less.
 
     Parameters
@@ -54,10 +54,10 @@ def covariance(problem: Problem, x: Array) -> Array:
 
 
 def leverage(problem: Problem, x: Array) -> dict[str, dict[str, float]]:
-    """Channel -> parameter -> relative change of the parameter when the channel's force is 1 % larger.
+    """Return, by channel and parameter, the relative change of the parameter when the channel's force is 1 % larger.
 
     A recording's noise is not its only error: a load cell out of calibration, a coarse mesh or missing physics shift a
-    whole curve, and no statistics of the misfit shows that. To first order.
+    whole curve, and no statistics of the misfit show that. The change is computed to first order.
 
     Parameters
     ----------
@@ -83,9 +83,9 @@ def leverage(problem: Problem, x: Array) -> dict[str, dict[str, float]]:
 
 
 def autocorrelation_time(error: Array) -> float:
-    """Return how many neighbouring samples carry the information of one; 1 for white noise.
+    """Return how many neighbouring samples carry the information of one independent sample; 1 for white noise.
 
-    Sum of the autocorrelation up to the first window that is five times the sum so far (Sokal's rule).
+    It is the sum of the autocorrelation up to the first lag that is five times the sum so far (Sokal's rule).
     """
     n = len(error)
     centred = error - error.mean()

@@ -1,8 +1,8 @@
 """A channel: one measured curve, its model, and the weight of their difference.
 
-Coupons and bushings are the same here: a model under a mode. A law without history is solved once over the range
-of the curve; every recorded sample, whatever its cycle, is interpolation. With effects the channel is a
-`bushcli.simulate.simulation.Simulation`, which follows the recorded path where the rubber remembers.
+Coupons and bushings are treated alike: a model with a mode. A law without history is solved once over the range of the
+curve, and every recorded sample, whatever its cycle, is interpolated from that solution. With effects the channel is a
+`bushcli.simulate.simulation.Simulation`, which follows the recorded path where the rubber has memory.
 """
 
 from __future__ import annotations
@@ -42,17 +42,17 @@ Array = NDArray[np.float64]
 
 # Steps from rest to the end of a recording: the spline through them is exact to 0.02 % of the force.
 STEPS = 12
-# Even steps over a coupon's range; the recorded strains are added where there are no more of them than this.
+# Even points over a coupon's range. Up to this many recorded strains are solved too, with a third of the even points.
 DENSE = 60
-# A relative misfit divides by the stress, but by no less than this share of the largest: at the origin both vanish.
+# A relative misfit is divided by the stress, or by this share of the largest stress where the stress is smaller.
 RELATIVE_FLOOR = 0.05
-# Reached states of the rubber in which the law has to be stable, per channel.
+# Sampled states of the rubber in which the law has to be stable, per channel.
 REACHED = 60
-# Failed steps that any march is allowed.
+# Failed steps that every march is allowed.
 PATIENCE = 3
-# Solved curves that are kept: one fit often begins where another one ended, and a curve may take some seconds.
+# Solved curves that are cached: one fit often begins where another one ended, and a curve may take some seconds.
 KEPT = 32
-# No recording is trusted to better than this share of its force range: models and rigs are not.
+# No recording is trusted to better than this share of its force range, because models and rigs are no more accurate.
 NOISE_FLOOR = 1e-3
 
 
@@ -60,9 +60,9 @@ NOISE_FLOOR = 1e-3
 class Answer:
     """Force at the solved displacements, shape (m,), and its derivatives, shape (m, parameters).
 
-    This is all that has to be kept of an evaluation: samples are interpolated from it. Of a channel with effects the
-    solved displacements are the samples. `states` are principal stretches of the rubber at the ends of the range, shape
-    (n, 3), a sample with the volume divided out; None of coupons and of marched paths.
+    Nothing else of an evaluation has to be saved, because samples are interpolated from it. For a channel with effects
+    the solved displacements are those of the samples. `states`, shape (n, 3), is a sample of the rubber's isochoric
+    principal stretches at the ends of the range; None for coupons and for marched paths.
     """
 
     displacement: Array
@@ -78,9 +78,9 @@ class Channel:
     ----------
     recording : Recording
     scale : shape (n,)
-        What a unit of weighted misfit is at each sample, in the recording's force unit; inf where the sample is bad.
+        Force that counts as a unit of misfit at each sample, in the recording's force unit; inf at a bad sample.
     coupon : bool
-        The curve is of a material test.
+        Whether the curve is from a material test.
     comm : MPI.Comm
         Ranks that share the model.
     noise : float
@@ -115,14 +115,14 @@ class Channel:
             if self.simulation is None
             else self.simulation.model
         )
-        # Of a model on a coarser mesh: what brings its force to that of the usual one.
+        # Factor and difference that correct the force of a model on a coarser mesh to that on the usual mesh.
         self.share = 1.0
         self.offset: Array = np.zeros(len(recording.force))
-        # Failed steps after which a march is given up (`cases.march`); None leaves it to what was seen before.
+        # Failed steps after which a march is given up (`cases.march`); None derives it from earlier marches.
         self.patience: int | None = None
-        # Most failed steps of a march that reached its end; None before the first one did.
+        # Largest number of failed steps of a march that reached its end; None before the first one.
         self.hardest: int | None = None
-        # By values and names of the derivatives.
+        # Solved curves by parameter values and names of the derivatives.
         self._solved: dict[tuple[object, ...], Answer] = {}
         self.odd = is_odd(shape, mode)
         q = recording.displacement
@@ -137,7 +137,7 @@ class Channel:
             self.scale = np.full(len(q), float(size.max()))
         else:
             self.scale = np.maximum(size, RELATIVE_FLOOR * float(size.max()))
-        # Spikes and stuck samples are no answer of the bushing.
+        # Spikes and stuck samples are not the bushing's response.
         self.scale[bad_samples(recording)] = np.inf
 
     @property
@@ -146,12 +146,12 @@ class Channel:
         return self.recording.name
 
     def solve(self, parameters: Mapping[str, float], names: Sequence[str]) -> Answer:
-        """Curve for a set of parameters, and its exact derivatives with respect to those named.
+        """Return the curve for a set of parameters, and its exact derivatives with respect to those named.
 
         Parameters
         ----------
         parameters : Mapping[str, float]
-            All of the law's by name, in its units, and "compliance" (1/MPa) where it is not the case's.
+            All parameters by name, in their units, and "compliance" (1/MPa) if it differs from the case's.
         names : Sequence[str]
             Order of the derivatives.
 
@@ -169,7 +169,7 @@ class Channel:
             self._remember(answer.history)
             q = self.recording.displacement
             return Answer(q, answer.force[self._used], answer.slope[self._used])
-        # Those of effects that do not act on this channel are none of its model's.
+        # The model has no parameters of effects that do not act on this channel.
         own = {k: v for k, v in parameters.items() if k in self.model.constants}
         self.model.set_parameters(own)
         asked = (*own.items(), *names)
@@ -200,10 +200,10 @@ class Channel:
 
     @property
     def _patience(self) -> int | None:
-        """Failed steps after which a march is given up: no limit at first, then as many as others took.
+        """Failed steps after which a march is given up: unlimited at first, then derived from completed marches.
 
-        Once a march has reached its end, one that takes far more failed steps is a trial too far, and to cut back its
-        steps to the smallest takes a hundred times as long as to solve one that is not.
+        Once a march has reached its end, a march with far more failed steps belongs to a trial that is too far off; to
+        cut its steps down to the smallest takes a hundred times as long as to solve a good trial.
         """
         if self.patience is not None or self.hardest is None:
             return self.patience
@@ -238,13 +238,13 @@ class Channel:
         local = np.concatenate(found)
         stretches = np.concatenate(self.model.comm.allgather(local))
         isochoric = stretches / np.prod(stretches, axis=1, keepdims=True) ** (1.0 / 3.0)
-        # The most stretched states, and an even sample of the rest: neighbouring Gauss points say the same.
+        # The most stretched state, and an even sample of the rest: neighbouring Gauss points differ little.
         order = np.argsort(isochoric[:, -1])
         chosen = order[np.unique(np.linspace(0, len(order) - 1, REACHED).round().astype(int))]
         return np.asarray(isochoric[chosen])
 
     def curve(self, answer: Answer) -> Curve:
-        """The solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
+        """Return the solved curve over the recorded range, smooth enough to be drawn; with effects, along the path."""
         if self.simulation is not None:
             path = self.simulation.path[self._used]
             return Curve(self.recording.mode, path, answer.force, self.recording.time)
@@ -263,7 +263,7 @@ class Channel:
         return q, force, slope
 
     def at_samples(self, answer: Answer) -> tuple[Array, Array]:
-        """Force (n,) and derivatives (n, parameters) at the recorded displacements."""
+        """Return force (n,) and derivatives (n, parameters) at the recorded displacements."""
         if self.simulation is not None:
             return self.share * answer.force + self.offset, self.share * answer.slope
         from scipy.interpolate import CubicSpline  # 0.1 s: only where it is needed
@@ -274,7 +274,7 @@ class Channel:
 
 
 def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Channel]:
-    """The case's material tests. Small models: every rank of a parallel run solves them for itself.
+    """Return the channels of the case's material tests; every rank of a parallel run solves these small models itself.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Ch
     rubber : Rubber
         Law, parameters and bulk modulus to begin with.
     weighting : Weighting
-        By what the misfit of a coupon is divided.
+        What the misfit of a coupon is divided by.
     """
     shape = shapes()["coupon"]()
     return [
@@ -294,7 +294,7 @@ def coupon_channels(case: Case, rubber: Rubber, weighting: Weighting) -> list[Ch
 def bushing_channels(
     case: Case, rubber: Rubber, comm: MPI.Comm = MPI.COMM_WORLD, prepared: Prepare = prepare
 ) -> list[Channel]:
-    """The case's recordings; `prepared` makes the finite-element models.
+    """Return the channels of the case's recordings; `prepared` makes their finite-element models.
 
     Parameters
     ----------
@@ -326,7 +326,7 @@ def bushing_channels(
 
 def _coupon_targets(q: Array) -> Array:
     distinct = np.unique(q)
-    # The even ones make a smooth curve of a few points, and steps that the march can take.
+    # The even points make a smooth curve from few samples, and steps that the march can take.
     even = np.linspace(
         min(0.0, distinct[0]), max(0.0, distinct[-1]), DENSE if len(distinct) > DENSE else DENSE // 3
     )

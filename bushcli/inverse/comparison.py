@@ -18,18 +18,18 @@ Array = NDArray[np.float64]
 def compared_curves(
     task: Task, problem: Problem, held_out: list[Channel], x: Array, start: Array
 ) -> tuple[FittedCurve, ...]:
-    """Each channel's recording with its curve at `x`, and at `start` where that has been solved.
+    """Return each channel's recording with its curve at `x`, and at `start` where that has been solved.
 
     Channels held out are predicted; one that cannot be solved at `x` is left out.
 
     Parameters
     ----------
     task : Task
-        What is identified from what, and how.
+        Definition of the identification.
     problem : Problem
         The least-squares problem.
     held_out : list[Channel]
-        Channels that are predicted and not fitted.
+        Channels that are predicted instead of fitted.
     x : Array
         Identified parameters, shape (parameters,), in the units of the law.
     start : Array

@@ -1,10 +1,10 @@
 """Unbounded dogleg trust region with finite differences, as in the literature: a baseline for comparison.
 
-Kept as its flowchart has it: gradient and Hessian (of Gauss and Newton) by forward differences with one equal step
-for all parameters; if the Hessian is positive definite and the Newton step fits the trust region it is taken, else the
-dogleg through the Cauchy point; the ratio of actual to predicted reduction accepts or rejects; the radius shrinks on a
-rejection, and three rejections in a row end the search. No bounds, no scaling, no exact derivatives: what those are
-worth is what this shows.
+It follows the published flowchart. Gradient and Gauss-Newton Hessian come from forward differences with one step for
+all parameters. The Newton step is taken if the Hessian is positive definite and the step lies within the trust region,
+else the dogleg through the Cauchy point (without a positive definite Hessian, a step down the gradient). The ratio of
+actual to predicted reduction accepts or rejects the step; a rejection shrinks the radius, and three rejections in a row
+end the search. There are no bounds, no scaling and no exact derivatives: a comparison shows what those are worth.
 
 References
 ----------
@@ -23,7 +23,7 @@ from bushcli.inverse.problem import Problem
 
 Array = NDArray[np.float64]
 
-# Equal for all parameters, in their own unit (MPa), as the literature's loop has it.
+# Step of the finite differences, equal for all parameters, in their own unit (MPa), as in the literature.
 STEP = 1e-3
 RADIUS, LARGEST_RADIUS = 0.1, 1.0
 ACCEPTED, GOOD = 0.1, 0.75
@@ -34,8 +34,8 @@ GRADIENT = 1e-8
 def minimise_by_dogleg(problem: Problem, start: Array, max_iterations: int = 50) -> Minimum:
     """Minimise half the squared misfit without bounds.
 
-    A parameter set that cannot be solved ends the search where it is needed for a derivative, and counts as a
-    rejection where it is a trial.
+    A parameter set that cannot be solved ends the search if a derivative needs it, and counts as a rejection if it is
+    a trial.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def minimise_by_dogleg(problem: Problem, start: Array, max_iterations: int = 50)
 
 
 def _dogleg(gradient: Array, hessian: Array, radius: float) -> Array:
-    """Step within the radius on the path gradient - Cauchy point - Newton point."""
+    """Return the step within the radius on the path gradient - Cauchy point - Newton point."""
     try:
         np.linalg.cholesky(hessian)
         newton = -np.linalg.solve(hessian, gradient)

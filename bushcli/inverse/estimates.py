@@ -1,4 +1,4 @@
-"""Parts of a result: parameters with their uncertainty, the rubber and effects that they make, ends of all searches."""
+"""Parts of a result: parameters with their uncertainty, the identified rubber and effects, ends of all searches."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def estimates(
     Parameters
     ----------
     task : Task
-        What was identified.
+        Definition of the identification.
     problem : Problem
         The least-squares problem.
     x : Array
@@ -39,7 +39,7 @@ def estimates(
     bounds : tuple of Array
         Lower and upper bounds, each of shape (parameters,).
     profiles : Sequence[Profile]
-        Of those parameters of which a standard error would mislead.
+        Profiles of the parameters whose standard errors would mislead.
     """
     covariance = certainty.covariance(problem, x)
     spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -66,7 +66,7 @@ def material(task: Task, problem: Problem, x: Array) -> Material:
     Parameters
     ----------
     task : Task
-        What was identified.
+        Definition of the identification.
     problem : Problem
         The least-squares problem.
     x : Array
@@ -84,7 +84,7 @@ def effects(task: Task, problem: Problem, x: Array) -> tuple[ActiveEffect, ...]:
     Parameters
     ----------
     task : Task
-        What was identified.
+        Definition of the identification.
     problem : Problem
         The least-squares problem.
     x : Array
@@ -100,12 +100,12 @@ def effects(task: Task, problem: Problem, x: Array) -> tuple[ActiveEffect, ...]:
 
 
 def end_points(task: Task, minima: Sequence[Minimum]) -> tuple[EndPoint, ...]:
-    """Return where each search began and ended, that with the smallest misfit first.
+    """Return where each search began and ended, the one with the smallest misfit first.
 
     Parameters
     ----------
     task : Task
-        What was identified.
+        Definition of the identification.
     minima : Sequence[Minimum]
         Ends of the searches.
     """

@@ -38,22 +38,22 @@ def parameter_unit(fit: Fit, name: str) -> str:
 def values_in_file_units(
     inside: Mapping[str, float], turned: Mapping[str, EffectParameter]
 ) -> dict[str, float]:
-    """Return values by full name as the case file has them; `turned` are those in degrees (`turning`).
+    """Return values by full name in the units of the case file; `turned` are those in degrees (`turning`).
 
     Parameters
     ----------
     inside : Mapping[str, float]
         Values by full name, in N, mm, MPa, s, rad.
     turned : Mapping[str, EffectParameter]
-        Parameters that the case file has in degrees, by full name.
+        Parameters that the case file gives in degrees, by full name.
     """
     return {name: _value(value, turned.get(name)) for name, value in inside.items()}
 
 
 def in_file_units(fit: Fit) -> Fit:
-    """Return the same with the values of its effects as the case file has them.
+    """Return the same fit with the values of its effects in the units of the case file.
 
-    What the law, the curves and the material say stays, as do `Fit.effects`, which the model is built of.
+    The law, the curves and the material are unchanged, and so are `Fit.effects`, from which the model is built.
     """
     turned = _turned(fit)
     if not turned:

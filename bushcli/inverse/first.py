@@ -24,11 +24,11 @@ class First:
     ----------
     minimum : Minimum
     initial : shape (parameters,)
-        Where it began.
+        Where the search began.
     instead : shape (parameters,) or None
-        What stood for a start that is unstable or could not be solved, before it was brought to scale.
+        Point that replaced a start which is unstable or could not be solved, before it was brought to scale.
     states : shape (n, 3)
-        In which the law's stability was watched when it began.
+        Principal stretches in which the law's stability was watched when the search began.
     """
 
     minimum: Minimum
@@ -45,7 +45,7 @@ def first_minimum(
     method: Literal["trf", "dogbox"] = "trf",
     loss: Loss = "linear",
 ) -> First | None:
-    """Search from the start, or from the nearest point that can be solved; None where there is none.
+    """Search from the start, or from the nearest point that can be solved; return None if there is none.
 
     This is the plain law's fit of `bushcli inverse` and of `bushcli diagnose`.
 

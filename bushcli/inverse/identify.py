@@ -31,12 +31,12 @@ from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.runtime.executor import Pool
-from bushcli.runtime.interrupt import told_as_such
+from bushcli.runtime.interrupt import unwrapped_interrupts
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
 
-# Times that a search is resumed where a profile found a lower misfit.
+# Largest number of times that a search is resumed from a lower misfit that a profile found.
 BETTER_ROUNDS = 3
 
 
@@ -53,12 +53,12 @@ def fit_coupons(
     ----------
     case
         Its coupons are read; its material gives the law, the bulk modulus and, where present, the start values. Its
-        effects are the bushing's: they count on load cases and recordings.
+        effects are not used: they are the bushing's, and act on load cases and recordings.
     model
         Law to use instead of the case's.
     weighting
-        "relative": the misfit in stress over the stress itself, which serves the moderate strains of a bushing;
-        "absolute": over the coupon's largest stress.
+        "relative": the misfit in stress is divided by the stress itself, which suits the moderate strains of a bushing;
+        "absolute": it is divided by the coupon's largest stress.
     progress
         Called after each evaluation.
 
@@ -84,11 +84,11 @@ def identify(
     Parameters
     ----------
     task
-        What is identified from what, and how.
+        Definition of the identification.
     journal
         Folder in which every evaluation is saved.
     resume
-        Go on with the evaluations that the journal holds.
+        Continue from the evaluations that the journal holds.
     progress
         Called after each evaluation.
     pool
@@ -97,7 +97,7 @@ def identify(
     Returns
     -------
     Fit
-        Also when the search is interrupted (KeyboardInterrupt): the best so far, with a condition that says so.
+        If the search was interrupted (KeyboardInterrupt), the best so far, with a condition that says so.
 
     Raises
     ------
@@ -105,14 +105,14 @@ def identify(
         A file cannot be read, an option makes no sense, or the start cannot be solved at all.
     """
     begin = time.perf_counter()
-    # Reading the law first: a wrong name must not cost a mesh.
+    # The law is read first, so that a wrong name is reported before a mesh is built.
     start, lower, upper = (task.law, task.vectors())[1]
     saved = Journal(journal, task.identity(), resume) if journal is not None else None
     problem, held_out = task.problem(journal=saved, progress=progress)
     run = _Run(task, problem, held_out, start, lower, upper, journal, resume, progress, pool)
     interrupted = False
     try:
-        with told_as_such():
+        with unwrapped_interrupts():
             run.search()
     except KeyboardInterrupt:
         interrupted = True
@@ -124,7 +124,7 @@ def identify(
     if run.instead is not None:
         replaced = start_replaced(_in_file_units(task, run.instead))
         fit = replace(fit, conditions=(*fit.conditions, replaced))
-    # A fault of the data explains more of a poor fit than anything that was found after it.
+    # Data faults come first: they explain more of a poor fit than any condition found after them.
     faults = find_faults(task.case, [channel.recording for channel in (*problem.channels, *held_out)])
     return replace(fit, faults=faults, conditions=(*map(condition, faults), *fit.conditions))
 
@@ -136,7 +136,7 @@ class _Run:
     Attributes
     ----------
     minima : list of Minimum
-        What the searches ended with, that of the first start first.
+        Ends of the searches, the first start's first.
     instead : Array or None
         Where the search began if the given start could not be solved, shape (parameters,).
     """
@@ -233,7 +233,7 @@ class _Run:
 
 
 def _in_file_units(task: Task, x: Array) -> dict[str, float]:
-    """Values of the parameters as the case file has them."""
+    """Return the values of the parameters in the units of the case file."""
     return values_in_file_units(dict(zip(task.names, map(float, x), strict=True)), task.turned)
 
 
@@ -248,7 +248,7 @@ def _unsolvable(task: Task, initial: Array) -> Finding:
 
 
 def _best(minima: Sequence[Minimum]) -> int:
-    """Return the index of the least cost; the first of equal ones."""
+    """Return the index of the lowest cost; of equal costs, the first."""
     costs = [m.cost if np.isfinite(m.cost) else np.inf for m in minima]
     return int(np.argmin(costs))
 
@@ -256,7 +256,7 @@ def _best(minima: Sequence[Minimum]) -> int:
 def _further_starts(
     task: Task, problem: Problem, initial: Array, lower: Array, upper: Array, pool: Pool | None
 ) -> list[Array]:
-    """More starts, found on a coarse mesh; none where one start is asked for."""
+    """Return further starts, found on a coarse mesh; none if only one start is requested."""
     if task.starts <= 1 and not task.globally:
         return []
     shear = task.law.shear_modulus(**problem.law_parameters(initial))
@@ -308,17 +308,17 @@ def _profiled(
     if interrupted or task.source != "recordings" or task.method == "dogleg":
         return best, [], False
     try:
-        with told_as_such():
+        with unwrapped_interrupts():
             for _ in range(BETTER_ROUNDS):
                 found.clear()
                 covariance = certainty.covariance(problem, best.x)
                 better = profiles_of(problem, best, covariance, lower, upper, found)
                 if better is None:
                     break
-                # The search had ended too early: from here it goes further down.
+                # The search had ended too early: from here the misfit falls further.
                 on = search(problem, better, lower, upper, task.method, task.loss)
                 best = replace(on, start=best.start, iterations=best.iterations + on.iterations)
     except KeyboardInterrupt:
-        # What is wanted of the search is there: an interval less is no reason to lose it.
+        # The search is complete: its result is kept although intervals are missing.
         cut = True
     return best, [found[index] for index in sorted(found)], cut

@@ -24,7 +24,7 @@ from bushcli.runtime.store import Store
 
 Array = NDArray[np.float64]
 
-# The text beside the evaluations that says which run they are of, and the most that it may hold, bytes.
+# Text file beside the evaluations that identifies their run, and its largest admissible size, bytes.
 RUN = "run.json"
 _LARGEST = 10_000
 _FIELDS = ("displacement", "force", "slope", "states")
@@ -32,7 +32,7 @@ _WORK = "bushcli.inverse.journal.evaluation"
 
 
 class AnswersCodec:
-    """Answers of all channels at one vector of parameters as arrays; no answers where the march failed."""
+    """Converts the answers of all channels at one vector of parameters to arrays and back; none if the march failed."""
 
     def encoded(self, answers: list[Answer]) -> dict[str, Any]:
         """Return the arrays of the answers by channel and field."""
@@ -71,7 +71,7 @@ class Journal:
     folder : Path
         Where they are saved.
     identity : mapping
-        What decides the answers, ready for JSON; a folder of another run is refused.
+        Everything that determines the answers, ready for JSON; a folder of another run is refused.
     resume : bool
         Use what the folder holds; otherwise the evaluations of earlier runs are deleted.
 
@@ -113,7 +113,7 @@ class Journal:
             if self._index.is_symlink():
                 what = "is a symbolic link, which is not followed"
                 raise InputError(Problem(str(self._index), what, "", "another -o"))
-            # Damaged or not: so begins what was written here.
+            # A file that was written here begins like this, even if it is damaged.
             if self._index.exists() and not read_bounded(self._index, _LARGEST).startswith(b'{"identity": '):
                 what = "exists already and was not written by an earlier run"
                 raise InputError(Problem(str(self._index), what, "", "another -o"))
@@ -129,7 +129,7 @@ class Journal:
         return self._store.failure()
 
     def find(self, x: Array) -> list[Answer] | None:
-        """Return the answers saved for exactly these parameters (none: the march had failed), or None."""
+        """Return the answers saved for exactly these parameters, none if the march failed; None if nothing is saved."""
         question = self._question(x)
         known = self._known.get(question[1].tobytes())
         if known is not None:

@@ -17,9 +17,9 @@ Array = NDArray[np.float64]
 Method = Literal["trf", "dogbox", "dogleg"]
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
-# A relative step that is none.
+# Largest relative step that may end a search.
 SHORT = 1e-4
-# A misfit of this many standard deviations is where a robust loss begins to discount.
+# A robust loss begins to discount misfits of this many standard deviations.
 ROBUST_AT = 2.0
 # A search that a full step would still improve by more than this share of the cost has not ended in a minimum: a
 # tenth of a unit of chi square in a hundred samples.
@@ -72,18 +72,18 @@ class Level(Stopped):
 
 
 class Watched:
-    """The misfit function for an optimiser, which follows trials, counts failures and keeps the best point.
+    """The misfit function for an optimiser; it follows the trials, counts failures and keeps the best point.
 
     Parameters
     ----------
     problem
     follower
-        Tells iteration, step and radius; None where the rules are not followed (robust losses).
+        Gives iteration, step and radius of each trial; None for robust losses, which it cannot follow.
     patience
         Failed trials in a row that end the search.
     explained
-        Asked with the best point so far when a trial fails: whether that point gives the reason, so that the search
-        had better begin anew.
+        Called with the best point so far when a trial fails; returns whether that point explains the failure, so that
+        the search should begin again from there.
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class Watched:
         self.best = min(self.best, (float(found @ found), x.copy()), key=lambda pair: pair[0])
         self._falling.append(self.best[0])
         evaluations, share = self.problem.valley
-        # A robust loss falls where the sum of squares rises: of that there is no valley to be seen here.
+        # A robust loss may fall while the sum of squares rises, so that a valley cannot be recognised here.
         if (
             self.follower
             and len(self._falling) > evaluations
@@ -134,8 +134,8 @@ class Watched:
     def _is_surely_rejected(self, x: Array) -> bool:
         """Whether the penalty of instability alone exceeds the cost of the best point: the trial would be rejected.
 
-        It is not solved then, which would take long or fail. The trust region makes no difference between a trial that
-        is rejected and one that is not a number: the radius becomes a quarter of the step.
+        Such a trial is not solved, which would take long or fail. The trust region treats a rejected trial like one
+        that is not a number: the radius becomes a quarter of the step.
         """
         rows = self.problem.instability(x)
         return bool(self.best[0] < np.inf and rows @ rows > self.best[0])
@@ -186,7 +186,7 @@ def minimise(
             loss=loss,
             f_scale=ROBUST_AT / np.sqrt(mean_samples),
             ftol=problem.tolerance,
-            # Steps are short beside a failure, too.
+            # Steps are short beside a failure, too, where the search must not end.
             xtol=min(problem.tolerance, SHORT),
             gtol=1e-12,
             max_nfev=problem.most,

@@ -1,8 +1,9 @@
 """The least-squares problem: weighted misfit of all channels, its exact Jacobian, and the law's stability.
 
-Each channel counts by the mean square of its misfit in its own units of scale, so that neither the longer nor the
-stiffer one rules. Instability of the law on the stretches that matter adds to the misfit, smoothly, from the edge of
-stability on; a trial that cannot be solved is not a number, which the trust region takes as a step too far.
+Each channel counts by the mean square of its misfit in units of its own scale, so that neither a longer nor a stiffer
+channel dominates. Instability of the law at the relevant stretches adds to the misfit, smoothly from the edge of
+stability on. The misfit of a trial that cannot be solved is not a number, which the trust region takes as a step too
+far.
 """
 
 from __future__ import annotations
@@ -27,23 +28,23 @@ Array = NDArray[np.float64]
 
 # The smallest eigenvalue of the tangent moduli may fall to this share of the initial shear modulus.
 STABILITY_MARGIN = 0.01
-# Misfit, in units of scale, for a state whose smallest modulus is one shear modulus below the margin: far beyond what
+# Misfit, in units of scale, for a state whose smallest modulus is one shear modulus below the margin: far more than
 # any channel can gain by it.
 STABILITY_WEIGHT = 1e3
-# ... and it sets in within this, smoothly: a search that could not see an edge before it is beyond would end there.
+# Width of the penalty's smooth onset, in shear moduli: a search that met a sharp edge without warning would end there.
 STABILITY_EDGE = 0.005
-# A row of instability above this is one that holds the search back.
+# A row of the penalty above this holds the search back.
 ACTIVE = 1e-3
 STABILITY_STATES = 24
 
 # A relative change of the cost or of the parameters below this ends the search: far below what noise can resolve.
 TOLERANCE = 1e-7
-# So many evaluations that lower the cost by less than this share are the floor of a valley: curves that leave some
-# combination of many parameters open (Ogden's on one recording) have no other end. A tenth of a unit of chi square.
+# A search ends on the floor of a valley when this many evaluations lower the cost by less than this share, a tenth of a
+# unit of chi square. Nothing else ends it if the curves leave a combination of parameters open (Ogden, one recording).
 VALLEY = 8, 3e-4
-# Evaluations of one search.
+# Largest number of evaluations of one search.
 MOST = 200
-# Times that states which a search reached join the problem: one is the rule, three happened.
+# Largest number of times that states reached by a search are added to the problem: one is usual, three have occurred.
 ROUNDS = 5
 
 Progress = Callable[[Evaluation], None]
@@ -55,7 +56,7 @@ class Problem:
     Parameters
     ----------
     channels
-        Fitted together.
+        Channels that are fitted together.
     law
         Its stability is part of the problem.
     names
@@ -63,9 +64,9 @@ class Problem:
     fixed
         Parameters that keep their value.
     stretches
-        Smallest and largest principal stretch between which the law is to be stable.
+        Smallest and largest principal stretch between which the law has to be stable.
     journal
-        Where evaluations are kept, for a run that is resumed.
+        Where evaluations are saved, so that a run can be resumed.
     progress
         Called after each evaluation.
     """
@@ -87,11 +88,11 @@ class Problem:
         self.stage: Literal["search", "profile"] = "search"
         self.forward_solves = self.failed_solves = 0
         self.best: tuple[float, Array] | None = None
-        # What the optimiser is about to try, and the start that it came from: for the record.
+        # The optimiser's current trial, and the number of its start: recorded with each evaluation.
         self.trial: Trial | None = None
         self.start = 0
         self.tolerance, self.valley, self.rounds = TOLERANCE, VALLEY, ROUNDS
-        # Evaluations, and those that fail, at most.
+        # Largest numbers of evaluations and of failed evaluations.
         self.most = self.failures = MOST
         # Whether a search follows a wall of parameters that cannot be solved.
         self.walls = True
@@ -105,7 +106,8 @@ class Problem:
     def reached(self, x: Array) -> Array:
         """Principal stretches, shape (n, 3), that the rubber of the bushings reaches; none where `x` has no solution.
 
-        Of swept curves they come with the answer: near the edge of stability another march may end on another branch.
+        Those of swept curves are stored in the answer: near the edge of stability a second march may end on another
+        branch.
         """
         found: list[Array] = [np.zeros((0, 3))]
         for channel, answer in zip(self.channels, self.answers(x) or (), strict=False):
@@ -119,7 +121,7 @@ class Problem:
         return np.concatenate(found)
 
     def instability(self, x: Array, states: Array | None = None) -> Array:
-        """Return the penalty of instability without a solution, a row per state (monitored, or given, shape (n, 3)).
+        """Return the penalty of instability, one row per state; this needs no solution of the model.
 
         Parameters
         ----------
@@ -151,7 +153,7 @@ class Problem:
         return self._rows(x)[0]
 
     def jacobian(self, x: Array) -> Array:
-        """Its derivative, shape (samples + states, parameters)."""
+        """Derivative of `residual`, shape (samples + states, parameters)."""
         return self._rows(x)[1]
 
     def cost(self, x: Array) -> float:
@@ -166,11 +168,11 @@ class Problem:
         return [channel.at_samples(answer) for channel, answer in zip(self.channels, answers, strict=True)]
 
     def parameters(self, x: Array) -> dict[str, float]:
-        """All parameters of the law by name, fixed ones included."""
+        """All parameters of the law and of effects by name, fixed ones included."""
         return {**self.fixed, **dict(zip(self.names, map(float, x), strict=True))}
 
     def law_parameters(self, x: Array) -> dict[str, float]:
-        """Those of the law alone."""
+        """Parameters of the law alone, by name."""
         known = {parameter.name for parameter in self.law.parameters}
         return {name: value for name, value in self.parameters(x).items() if name in known}
 
@@ -246,7 +248,7 @@ class Problem:
             self.progress(found)
 
     def _stability(self, x: Array) -> tuple[Array, Array]:
-        """Return rows that are zero where the law is stable with a margin and grow linearly beyond; derivatives too."""
+        """Return rows that are zero where the law is stable with a margin and grow linearly beyond; and derivatives."""
         value = self._instability(x, self.states)
         slope = np.zeros((len(value), len(x)))
         if value.any():

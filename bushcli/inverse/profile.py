@@ -1,9 +1,9 @@
 """Profile likelihood: the misfit along one parameter with all others refitted, and the interval that it gives.
 
-Unlike a standard error a profile knows that the misfit is no parabola, that a law has to be stable, and that some
-parameters cannot be solved. It goes outward from the best value on either side until the misfit has risen enough, by
-steps that the profile's own slope suggests; where a point cannot be solved, or the law is unstable in the states that
-the rubber reaches there, the step is halved, and what remains is said.
+Unlike a standard error, a profile accounts for a misfit that is not parabolic, for the law's stability, and for
+parameters that cannot be solved. It goes outward from the best value on either side until the misfit has risen enough,
+by steps that the profile's own slope suggests. Where a point cannot be solved, or the law is unstable in the states
+that the rubber reaches there, the step is halved; the profile names what finally ended it.
 
 References
 ----------
@@ -27,27 +27,27 @@ from bushcli.inverse.search import is_stable_there, is_unstable
 
 Array = NDArray[np.float64]
 
-# Roots of the rise aimed at: half way, and a little beyond the end, so that the end is interpolated.
+# Roots of the rise that steps aim at: half way, and a little beyond the end, so that the end can be interpolated.
 AIMS = (1.1, 2.2)
-# Roots of the rise on both sides of the end that are further apart than this are not interpolated between.
+# If the roots of the rise on both sides of the end are further apart than this, a point is added between them.
 APART = 1.4
-# A root of the rise below this is no rounding: the search had not ended where it should.
+# A fall of the cost whose root exceeds this is more than rounding: the search had ended too early.
 BETTER = 0.2
-# Points a side that can be solved, and halvings towards one that cannot.
+# Largest numbers per side of solved points, and of halvings towards a point that cannot be solved.
 POINTS, HALVINGS = 8, 3
-# Evaluations of a side; a side that needs half of them is a hard one.
+# Largest number of evaluations per side; even a difficult side needs only half of them.
 MOST_OF_A_SIDE = 24
-# Combinations that may be open for profiles to be worth it.
+# Profiles are made only if the curves leave no more than this many combinations of parameters open.
 OPEN = 1
-# What a halving counts that has asked for no solution.
+# A halving that needed no solution counts as this share of one.
 FREE = 0.25
-# A step goes no further from the best value than this many times as far as the one before.
+# Largest factor by which a step may increase the distance from the best value.
 GROWTH = 4.0
 
 
 @dataclass(frozen=True)
 class _Point:
-    """A refitted point: value, root of the rise, all parameters, and what of the rise is instability."""
+    """A refitted point: value, root of the rise, all parameters, and the part of the rise that is instability."""
 
     value: float
     root: float
@@ -56,7 +56,7 @@ class _Point:
 
 
 def noise_unit(problem: Problem, x: Array, covariance: Array, index: int) -> float:
-    """Rise of the cost at one standard error of a parameter: with it the profile knows of autocorrelation, too.
+    """Return the rise of the cost at one standard error of a parameter, which accounts for autocorrelation.
 
     Parameters
     ----------
@@ -79,17 +79,18 @@ def noise_unit(problem: Problem, x: Array, covariance: Array, index: int) -> flo
     )
     inverse = np.linalg.pinv(rows.T @ rows / len(problem.channels), rcond=1e-14)
     unit = float(covariance[index, index] / inverse[index, index]) if inverse[index, index] > 0 else 0.0
-    # Curves that are met exactly have no noise; the smallest number keeps the rise finite.
+    # Curves that are reproduced exactly have no noise; the smallest number keeps the rise finite.
     return unit if np.isfinite(unit) and unit > 0 else max(problem.cost(x), 1e-300) / problem.samples
 
 
 def parameters_to_profile(problem: Problem, best: Minimum, covariance: Array) -> list[int]:
     """Return the parameters whose standard error would mislead.
 
-    All of the law's where one of them is poorly determined, or the search ended at the edge of stability or of what can
-    be solved: they are bent together. Of others (effects) those that are poorly determined themselves; the compliance
-    has its own words. None where the curves leave several combinations open (three terms of Ogden on one curve): the
-    others can follow any change of one, and no interval of a single parameter means anything.
+    These are all parameters of the law if one of them is poorly determined, or if the search ended at the edge of
+    stability or of the parameters that can be solved, which distorts them together. Of the other parameters (of
+    effects) they are those that are poorly determined themselves; the compliance is never profiled. None if the curves
+    leave several combinations open (three terms of Ogden on one curve): the other parameters can then follow any change
+    of one, and the interval of a single parameter is meaningless.
 
     Parameters
     ----------
@@ -119,8 +120,8 @@ def profiles_of(
 ) -> Array | None:
     """Compute the profiles that are needed, by index; return a better point than the best as soon as one is found.
 
-    States in which the law was found unstable on the way lead the later profiles around what cannot be solved. Those
-    that ended there before are done again.
+    States in which the law was found unstable on the way lead the later profiles around parameters that cannot be
+    solved. Earlier profiles that ended at such parameters are computed again.
 
     Parameters
     ----------
@@ -155,7 +156,7 @@ def profiles_of(
 def profile(
     problem: Problem, x: Array, index: int, covariance: Array, lower: Array, upper: Array
 ) -> tuple[Profile, Array | None]:
-    """Cost along one parameter with all others refitted, in units of the noise seen, to beyond its 95 % interval.
+    """Cost along one parameter with all others refitted, in units of the observed noise, to beyond its 95 % interval.
 
     Parameters
     ----------
@@ -164,9 +165,9 @@ def profile(
     x : Array, shape (parameters,)
         The best point.
     index : int
-        Of the parameter.
+        Index of the parameter.
     covariance : Array, shape (parameters, parameters)
-        At the best point: where to look first.
+        Covariance at the best point, which gives the first steps.
     lower : Array, shape (parameters,)
     upper : Array, shape (parameters,)
 
@@ -174,7 +175,7 @@ def profile(
     -------
     profile : Profile
     better : shape (parameters,) or None
-        A point of lower misfit than the best one, where one was found by the way.
+        A point of lower misfit than the best one, if one was found on the way.
     """
     unit = noise_unit(problem, x, covariance, index)
     spread = float(np.sqrt(max(covariance[index, index], 0.0)))
@@ -194,7 +195,7 @@ def profile(
 
 
 class _Along:
-    """The path along one parameter."""
+    """The way outward along one parameter from the best point."""
 
     def __init__(
         self,
@@ -228,7 +229,7 @@ class _Along:
                 if found.root**2 >= RISE_95:
                     return self._closed(points)
                 continue
-            # What is unstable by far has cost nothing, and is not counted.
+            # A point that is far from stable needed no solution, and counts less.
             solved = len(self.problem.evaluations) > evaluations
             wall, reason, halvings = value, found, halvings + (1.0 if solved else FREE)
             if halvings > HALVINGS:
@@ -252,7 +253,7 @@ class _Along:
         return float(min(value, half) if spread > 0 else max(value, half))
 
     def _closed(self, points: list[_Point]) -> tuple[list[_Point], Limit]:
-        """Return a point between the last two where the rise is too steep to interpolate, and the cause of the rise."""
+        """Add a point before the last if the rise is too steep to interpolate; return the points and their limit."""
         for _ in range(2):
             inner, outer = points[-2], points[-1]
             if outer.root - inner.root < APART:
@@ -273,7 +274,7 @@ class _Along:
         if isinstance(found, str):
             return found
         if not is_stable_there(self.problem, found):
-            # The best point itself must stay what it is.
+            # States in which the best point is unstable are not added, because they would change its cost.
             states = self.problem.reached(found)
             if is_unstable(self.problem, self.x, states):
                 return "stability"
@@ -290,7 +291,7 @@ class _Along:
 
 
 def interval(found: Profile) -> tuple[float, float] | None:
-    """95 % interval: where the profile crosses the limit, or ends at a bound, in instability, or unsolved.
+    """95 % interval: its ends are where the profile crosses the limit, or stops at a bound, instability or a failure.
 
     An end that the profile did not reach is infinite; None where neither was reached.
     """

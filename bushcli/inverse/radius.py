@@ -1,10 +1,10 @@
 """State of SciPy's trust region between two evaluations: iteration, length of the trial step, radius.
 
-`scipy.optimize.least_squares` reports none of it while it runs. But it requests all its trials, and the rules by
-which the radius follows from them are short and without randomness: they are followed here, beside the optimiser. A
-test compares with SciPy's own radii. Lengths are in the optimiser's units: each parameter over its scale (the largest
-norm that its column of the Jacobian has had, so that a length of one changes the weighted misfit by about one), near
-bounds also over the distance to them.
+`scipy.optimize.least_squares` reports none of these while it runs. However, it asks for the misfit at every trial, and
+the radius follows from the misfits by short, deterministic rules, which are repeated here beside the optimiser. A
+test compares the result with SciPy's own radii. Lengths are in the optimiser's units: each parameter times the largest
+norm that its column of the Jacobian has had, so that a length of one changes the weighted misfit by about one; in trf,
+near a bound, also divided by the root of the distance to it.
 
 References
 ----------
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Trial:
-    """A point that the optimiser asks for: iteration (0 is the start), length of the step, and the radius it kept."""
+    """A trial of the optimiser: iteration (0 is the start), length of the step, and the radius that bounded it."""
 
     iteration: int
     step: float
@@ -33,7 +33,7 @@ class Trial:
 
 
 class Follower:
-    """Follows the trust region of a linear loss from the values that it is given.
+    """Computes the trust region of a linear loss from the points and values that the optimiser exchanges.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Follower:
         self._trial: tuple[Array, float] | None = None
 
     def asks(self, x: Array) -> Trial:
-        """The optimiser asks for the misfit at `x`."""
+        """Record that the optimiser asks for the misfit at `x`; return the trial."""
         if self.radius is None:
             return Trial(0, 0.0, float("nan"))
         moved = x - self.x
@@ -65,7 +65,7 @@ class Follower:
         return Trial(self.iteration + 1, length, self.radius)
 
     def gets(self, misfit: Array) -> None:
-        """The misfit where it asked last; the radius follows from it."""
+        """Record the misfit at the last trial, and update the radius from it."""
         if self._trial is None or self.radius is None:
             self.misfit = misfit
             return
@@ -86,7 +86,7 @@ class Follower:
             self.misfit = misfit
 
     def derives(self, x: Array, jacobian: Array) -> None:
-        """The optimiser asks for the derivatives at `x`: it has gone there.
+        """Record that the optimiser asks for the derivatives at `x`, which it does after it has moved there.
 
         Parameters
         ----------
@@ -112,7 +112,7 @@ class Follower:
                 self.radius = float(np.abs(x * self._norms).max()) or 1.0
 
     def _follow_trf(self, jacobian: Array, gradient: Array) -> None:
-        """Coleman and Li's scaling by the distance to the bound that the gradient points to."""
+        """Apply Coleman and Li's scaling by the distance to the bound that lies in the direction of descent."""
         up = (gradient < 0) & np.isfinite(self.upper)
         down = (gradient > 0) & np.isfinite(self.lower)
         distance = np.where(up, self.upper - self.x, np.where(down, self.x - self.lower, 1.0))

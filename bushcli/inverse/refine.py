@@ -1,8 +1,8 @@
 """Further starts: found on a coarse mesh, refined on the fine one, shared among processes.
 
-Every start is searched by itself, from the same states watched and with its own record of evaluations, so that
-neither the number of processes nor their order makes a difference. The first start's misfit, known before, is what
-hopeless ones are measured by.
+Every start is searched separately, with the same initial set of watched states and its own record of evaluations, so
+that neither the number of processes nor their order makes a difference. The misfit of the first start, which is known
+before, decides which of the others are hopeless.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
 from bushcli.runtime.canonical import canonical
 from bushcli.runtime.executor import Died, Pool
-from bushcli.runtime.interrupt import told_as_such
+from bushcli.runtime.interrupt import unwrapped_interrupts
 
 Array = NDArray[np.float64]
 
-# A start is given up when after so many evaluations its misfit (root of the cost) is still this many times the first
-# start's and the last few evaluations have not halved it.
+# A start is given up if after this many evaluations its misfit (root of the cost) is still this many times that of the
+# first start, and the last few evaluations have not halved it.
 OUTPERFORMED_AFTER, OUTPERFORMED_RATIO, LAST_FEW = 8, 3.0, 4
 
 INTERRUPTED = "interrupted"
@@ -42,7 +42,7 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True)
 class Assignment:
-    """A start to be refined: its number (from 1), its point, and the costs to compare it with."""
+    """A start to be refined: its number (from 1), its point, and the cost to compare it with."""
 
     number: int
     point: Array
@@ -80,15 +80,15 @@ def refine(
     Parameters
     ----------
     task : Task
-        What is identified from what, and how.
+        Definition of the identification.
     channels : list[Channel]
         Channels of the problem.
     given : Assignment
-        The start, and what it is compared with.
+        The start, and the cost to compare it with.
     progress : Progress | None
-        Called after each evaluation; None calls nothing.
+        Called after each evaluation, unless None.
     stopped : Callable[[], bool]
-        Returns True when the search is to be given up.
+        Returns True when the search has to stop.
     """
     costs: list[float] = []
 
@@ -108,7 +108,7 @@ def refine(
     nowhere = Minimum(initial, initial, float("nan"), 0, False, "the start cannot be solved")
     assert task.method != "dogleg"
     try:
-        with told_as_such():
+        with unwrapped_interrupts():
             ended = (
                 search(problem, initial, lower, upper, task.method, task.loss)
                 if np.isfinite(problem.cost(initial))
@@ -138,12 +138,12 @@ def _journal(task: Task, given: Assignment) -> Journal | None:
 
 
 def is_outperformed(costs: Sequence[float], reference: float) -> bool:
-    """Whether a search with these costs so far (NaN without solution) should be given up.
+    """Whether a search with these costs so far should be given up.
 
     Parameters
     ----------
     costs : Sequence[float]
-        Half the squared misfit of each evaluation so far, a number without unit; NaN where there was no solution.
+        `Problem.cost` of each evaluation so far, a number without unit; NaN where there was no solution.
     reference : float
         Cost of the first start's minimum, a number without unit.
     """
@@ -162,12 +162,12 @@ def _least(costs: Sequence[float]) -> float:
 
 @contextmanager
 def coarse_costs(task: Task, pool: Pool | None = None) -> Iterator[Callable[[Sequence[Array]], list[float]]]:
-    """Cost of many parameter sets on the coarse mesh, by as many processes as the task has workers, or by a pool.
+    """Give a function for the costs of many parameter sets on the coarse mesh, by the task's workers or by a pool.
 
     Parameters
     ----------
     task : Task
-        What is identified from what, and how.
+        Definition of the identification.
     pool : Pool, optional
         Processes that may be on other machines; without it, the task's own workers.
     """
@@ -190,18 +190,18 @@ def refined(
     progress: Progress | None,
     pool: Pool | None = None,
 ) -> None:
-    """Refine starts, one after the other or shared among the task's workers, or among those of a pool.
+    """Refine starts, one after another or shared among the workers of the task or of a pool.
 
     Parameters
     ----------
     task : Task
-        What is identified from what, and how.
+        Definition of the identification.
     channels : list[Channel]
-        Used where there is one worker; others make their own.
+        Used by a single worker; several workers make their own.
     given : Sequence[Assignment]
-        Starts, with what they are compared with.
+        Starts, each with the cost to compare it with.
     done : Callable[[Refined], None]
-        Called with what came of each start, in their order.
+        Called with the result of each start, in the order of the starts.
     progress : Progress | None
         Called after each evaluation; with several workers, when its start is finished.
     pool
@@ -210,7 +210,7 @@ def refined(
     Raises
     ------
     KeyboardInterrupt
-        After `done` has had what the running starts had found.
+        After `done` has been called with the results of the running starts.
     """
     if pool is not None:
         alone = [replace(one, journal=None, resume=False) for one in given]
@@ -303,7 +303,7 @@ _worker: dict[str, Any] = {}
 def _begin_worker(task: Task, coarse: bool, stop: Any) -> None:
     from mpi4py import MPI
 
-    # Ctrl-C goes to the whole group of processes: the first one signals the others when to stop.
+    # Ctrl-C reaches the whole group of processes: the parent tells the workers when to stop.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     channels, _ = task.channels(coarse=coarse, comm=MPI.COMM_SELF)
     _worker.update(task=task, channels=channels, problem=task.pose(channels), stop=stop)

@@ -14,15 +14,16 @@ from bushcli.inverse.result import Limit
 
 Array = NDArray[np.float64]
 
-# Rise of the cost, in units of the noise seen, at the ends of a 95 % interval: chi square of one degree of freedom.
+# Rise of the cost, in units of the observed noise, at the ends of a 95 % interval: chi square, one degree of freedom.
 RISE_95 = 3.841
-# A point of which instability alone makes so many times the rise that ends the interval is not solved.
+# A point is not solved if the penalty of instability alone exceeds this many times the rise that ends the interval.
 FAR = 4.0
-# A refit is close enough when a further step would lower the rise by less than this: hundredths of the interval.
+# A refit is close enough when a further step would lower the rise by less than this: under 1 % of the interval.
 CLOSE = 0.02
-# Steps of the linearised misfit, one or two are the rule; then evaluations of a trust region.
+# Largest number of steps on the linearised misfit (one or two usually suffice), then of evaluations by a trust region.
 STEPS, EVALUATIONS = 3, 8
-# The step itself costs no solution, but a law of many parameters has valleys: finer than `CLOSE`, no longer than this.
+# Tolerance and largest number of iterations of one such step. A step needs no solution of the model; its tolerance is
+# finer than `CLOSE`, because a law of many parameters has valleys.
 FINE, MOST = 1e-6, 40
 
 
@@ -33,9 +34,9 @@ class Refit:
     ----------
     problem
     index
-        Of the parameter that is held.
+        Index of the parameter that is held.
     unit
-        Rise of the cost that counts as one.
+        Unit in which the rise of the cost is measured.
     lower, upper : shape (parameters,)
     """
 
@@ -44,21 +45,21 @@ class Refit:
         self.rest = np.arange(len(lower)) != index
 
     def rise_by_instability(self, x: Array) -> float:
-        """Rise by instability alone."""
+        """Return the rise that the penalty of instability causes by itself."""
         rows = self.problem.instability(x)
         return float(rows @ rows) / len(self.problem.channels) / self.unit
 
     def minimum(self, known: Array, start: Array) -> Array | Limit:
         """Return the best other parameters for the value of the parameter in `start`, by steps from a solved point.
 
-        Curves are linear enough over such a step, and stability costs nothing: so a step minimises the linearised
-        misfit with the law's stability as it is. One or two of them are enough; what a further one would gain is
-        known without another evaluation. Where they do not serve, the trust region takes over.
+        Curves are nearly linear over such a step, and the law's stability is cheap to evaluate. A step therefore
+        minimises the linearised misfit plus the exact penalty of instability. One or two steps are usually enough; the
+        gain of a further one is predicted without another evaluation. Where steps fail, a trust region takes over.
 
         Parameters
         ----------
         known : Array
-            Solved point to begin with, shape (parameters,).
+            Solved point from which the first step is taken, shape (parameters,).
         start : Array
             Where the refit begins, shape (parameters,), with the value of the profiled parameter.
         """
@@ -76,7 +77,7 @@ class Refit:
         return self._searched(x)
 
     def _step(self, known: Array, start: Array) -> Array:
-        """Return the others that minimise the misfit, linearised about `known`, plus the penalty of instability."""
+        """Refit the other parameters to the misfit, linearised about `known`, plus the penalty of instability."""
         rest, samples = self.rest, self.problem.samples
         if not rest.any():
             return start
@@ -109,7 +110,7 @@ class Refit:
         return whole(result.x)
 
     def _expected(self, known: Array, x: Array) -> float:
-        """Cost at `x` by the misfit linear about `known`."""
+        """Return the cost at `x`, with the misfit linearised about `known`."""
         samples = self.problem.samples
         value, slope = self.problem.residual(known)[:samples], self.problem.jacobian(known)[:samples]
         rows = np.concatenate([value + slope @ (x - known), self.problem.instability(x)])

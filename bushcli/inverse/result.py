@@ -28,11 +28,11 @@ class Estimate:
     Attributes
     ----------
     value, std : float
-        Best value and standard error (MPa or 1), from the misfit actually left, its autocorrelation included.
+        Best value and standard error (MPa or 1), from the misfit that remains, with its autocorrelation.
     lower, upper : float
         Bounds of the search.
     at_bound : bool
-        Whether the value lies on one.
+        Whether the value lies on a bound.
     interval : tuple of float, optional
         95 % interval by profile likelihood, where a standard error would mislead: one of the parameters is poorly
         determined, or the search ended at the edge of stability or of what can be solved.
@@ -56,7 +56,7 @@ class FittedCurve:
     Attributes
     ----------
     fitted, started : Curve
-        With the identified parameters, and with those that the search started from.
+        Curve with the identified parameters, and with those that the search started from.
     rms_percent, started_percent, noise_percent : float
         Root mean square misfit with each, and the recording's own noise, percent of the recorded force range.
     held_out : bool
@@ -92,7 +92,7 @@ class Evaluation:
     Attributes
     ----------
     number : int
-        From 1.
+        Counted from 1.
     parameters
     cost : float
         Mean square misfit in noise units; NaN where a march did not converge.
@@ -101,12 +101,12 @@ class Evaluation:
     stage : {"search", "profile"}
         "profile" after the best is found.
     start : int
-        Which start point's search it belongs to, from 0.
+        Number of the start whose search it belongs to, from 0.
     iteration : int
-        Of the trust region: trials of the same iteration start from the same point. 0 outside of it.
+        Iteration of the trust region: trials of the same iteration start from the same point. 0 without trust region.
     step, radius : float
-        Length of the trial step and radius of the trust region that it had to keep to, in units of the parameters'
-        scales (`bushcli.inverse.radius`). NaN outside of it, and for robust losses.
+        Length of the trial step and radius of the trust region that bounded it, in units of the parameters' scales
+        (`bushcli.inverse.radius`). NaN without trust region, and for robust losses.
     """
 
     number: int
@@ -122,7 +122,7 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class EndPoint:
-    """Where one start ended: start and end parameters, cost at the end, and what the optimiser said."""
+    """Where one start ended: start and end parameters, cost at the end, and the optimiser's message."""
 
     start: Mapping[str, float]
     parameters: Mapping[str, float]
@@ -138,10 +138,10 @@ class Profile:
     ----------
     name : str
     values, rise : shape (n,)
-        Values of the parameter, and the cost less the best one's in units of the noise seen.
+        Values of the parameter, and the rise of the cost above the best one, in units of the observed noise.
     limits : tuple of str
         What ends the profile below and above: "misfit", the rise itself; "stability", a law that would be unstable in
-        the rubber; "unsolvable", marches that fail; "bound"; "open", nothing within reach.
+        the rubber; "unsolvable", marches that fail; "bound"; "open", nothing within the range searched.
     """
 
     name: str
@@ -166,34 +166,35 @@ class Fit:
     stability
         Coupon mode -> stretches between which the law is stable (0 and inf: over the whole range scanned).
     weighting
-        Of coupons: "absolute": every stress counts alike, relative to the coupon's largest; "relative": by its own
-        size. Recordings are weighted by their own noise.
+        What divides the misfit of coupons: "absolute", the coupon's largest stress; "relative", each stress itself.
+        Recordings are weighted by their own noise.
     forward_solves, sweeps, failed_solves, iterations : int
-        Of the search: simulations of one channel; evaluations of all; those that did not converge; optimiser's
-        iterations.
+        Counts of the search: simulations of one channel; evaluations of all channels; evaluations that did not
+        converge; the optimiser's iterations.
     profile_sweeps : int
         Evaluations after the search, for the profiles.
     converged : bool
     singular_values
-        Of the weighted Jacobian per relative change of each parameter, largest first, relative to the largest.
+        Singular values of the weighted Jacobian per relative change of each parameter, relative to the largest, which
+        comes first.
     undetermined
         Combinations that the curves leave open.
     seconds : float
     conditions
         What is doubtful about the result.
     method, message : str
-        Optimiser, and what it said at the end.
+        Optimiser, and its message at the end.
     cost : float
         Mean over the channels of the mean square misfit in units of the channel's noise.
     evaluations
         The search, evaluation by evaluation.
     end_points
-        Where each start ended, best first; one when there was one start.
+        Where each start ended, best first.
     profiles
-        Of poorly determined parameters.
+        Profiles of the parameters whose standard errors would mislead.
     leverage
-        Channel -> parameter -> relative change of the parameter if that channel's force were 1 % larger: what an error
-        of calibration, of the mesh or of the model does.
+        Channel -> parameter -> relative change of the parameter if that channel's force were 1 % larger: the influence
+        of an error of calibration, of the mesh or of the model.
     faults
         Faults of the recordings or coupons, which are in the conditions too.
     """

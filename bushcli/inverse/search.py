@@ -1,12 +1,12 @@
-"""A search that continues where parameters cannot be solved or the law is unstable, until it is at a minimum.
+"""A search that continues past unsolvable parameters and unstable laws until it reaches a minimum.
 
-Where a softening law is asked for more strain than it can bear, the rubber at the corners of the bond gives way first:
+Where a softening law is strained more than it can bear, the rubber at the corners of the bond gives way first:
 at one Gauss point the tangent moduli lose their positive definiteness and the strain there doubles; soon after, the
-march finds no equilibrium. That wall has no misfit to lead along it. The law's stability in the states that the
-rubber reaches has: so these states are checked wherever a search ends or meets failures, not only at its start,
-those in which the law is unstable join the problem, and the search goes on.
+march finds no equilibrium. At that wall there is no misfit to guide a search, but the law's stability in the states
+that the rubber reaches can guide it. These states are therefore checked wherever a search ends or meets failures, not
+only at its start; if the law is unstable in any of them, they are added to the problem, and the search continues.
 
-A wall that stability does not explain is followed by what is known of it: the points on either side
+Along a wall that stability does not explain, the search is guided by the known points on either side of it
 (`bushcli.inverse.wall`).
 """
 
@@ -24,7 +24,7 @@ from bushcli.inverse.wall import along_the_wall
 
 Array = NDArray[np.float64]
 
-# Failed trials in a row, each of a quarter of the step before, after which the search has met a wall.
+# A search has met a wall after this many failed trials in a row, each with a quarter of the step before it.
 WALL = 6
 
 
@@ -41,7 +41,7 @@ def search(
     Parameters
     ----------
     problem
-        States are added to it.
+        The least-squares problem, to which states are added.
     start, lower, upper : shape (parameters,)
         The start must be solvable.
     method, loss
@@ -68,7 +68,7 @@ def search(
 
 
 def watch(problem: Problem, x: Array) -> bool:
-    """Whether the law is unstable in states that the rubber reaches at `x`; if so they join those of the problem.
+    """Whether the law is unstable in any state that the rubber reaches at `x`; if so, add the states to the problem.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Costs = Callable[[Sequence[Array]], list[float]]
 
-# Factor about the scaled start within which starts are spread.
+# Starts are spread within this factor of the scaled start.
 SPREAD = 10.0
 # Candidates screened for each start that is refined.
 SCREENED = 8
@@ -49,7 +49,7 @@ def box(start: Array, lower: Array, upper: Array, shear: float) -> tuple[Array, 
 
 
 def hypercube(count: int, low: Array, high: Array, seed: int) -> Array:
-    """Latin hypercube in the box, shape (count, parameters); logarithmic where the box is positive.
+    """Return a Latin hypercube in the box, shape (count, parameters); logarithmic where the box is positive.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def hypercube(count: int, low: Array, high: Array, seed: int) -> Array:
 
 
 def from_unit(unit: Array, low: Array, high: Array) -> Array:
-    """Points of the unit cube in the box; logarithmic along parameters whose box is positive.
+    """Map points of the unit cube to the box, logarithmically along parameters whose box is positive.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def from_unit(unit: Array, low: Array, high: Array) -> Array:
 
 
 def screened(costs: Costs, count: int, low: Array, high: Array, seed: int) -> list[Array]:
-    """The best `count` of a larger hypercube, by their cost on the coarse mesh.
+    """Return the `count` points of a larger hypercube that have the lowest cost on the coarse mesh.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def screened(costs: Costs, count: int, low: Array, high: Array, seed: int) -> li
 def evolved(costs: Costs, low: Array, high: Array, seed: int) -> Array:
     """Return the best point of differential evolution on the coarse mesh; points that cannot be solved always lose.
 
-    A generation is evaluated as a whole: so many processes may share it, and none of them changes it.
+    Each generation is evaluated as a whole, so that any number of processes can share it without changing the result.
 
     Parameters
     ----------

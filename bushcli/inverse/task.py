@@ -1,4 +1,4 @@
-"""Definition of an identification, and the least-squares problem made of it; every worker makes its own."""
+"""Definition of an identification, from which every worker builds its own least-squares problem."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 # Bounds of the bulk modulus's inverse, 1/MPa, when it is identified: from incompressible to kappa = 10 MPa.
 COMPLIANCE = (0.0, 0.1)
-# Principal stretches that a coupon of a bushing's rubber is taken to reach at least, for the law's stability.
+# Principal stretches, typical of a bushing, between which the law has to be stable; coupons may widen the range.
 STRETCHES = (0.6, 1.7)
 
 
@@ -41,11 +41,11 @@ class Task:
     ----------
     case : Case
     model : str
-        Law.
+        Name of the law.
     source : {"recordings", "coupons"}
         Curves that the law is fitted to.
     start : mapping
-        Start values; those of the case or of the law where absent.
+        Start values; where one is absent, that of the case or of the law is used.
     fixed : tuple of str
         Parameters that keep their start value.
     bulk_modulus : bool
@@ -108,7 +108,7 @@ class Task:
 
     @property
     def effect_values(self) -> dict[str, float]:
-        """Start values of the effects' parameters by full name; without choices, which are no numbers."""
+        """Start values of the effects' parameters by full name, except choices, which are not numbers."""
         return {
             one.full_name(p): one.values[p.name]
             for one in self.effects
@@ -122,7 +122,7 @@ class Task:
         return turning(self.effects, [(source.label, source.mode) for source in self.case.recordings])
 
     def is_fixed(self, name: str) -> bool:
-        """Whether a parameter keeps its start value: by its or its effect's name, or because it changes the mesh."""
+        """Whether a parameter keeps its start value: it or its effect is named in `fixed`, or it changes the mesh."""
         meshed = {one.full_name(p) for one in self.effects for p in one.parameters if p.of_mesh}
         active = name.partition(".")[0]
         return bool({name, active, effect_name(active)} & set(self.fixed)) or name in meshed
@@ -212,9 +212,9 @@ class Task:
         coarse : bool
             Use a coarse mesh.
         journal : Journal | None
-            Saved evaluations; None saves none.
+            Where evaluations are saved, if at all.
         progress : Progress | None
-            Called after each evaluation; None calls nothing.
+            Called after each evaluation, unless None.
         comm : MPI.Comm
             Ranks that share each model.
         """
@@ -231,9 +231,9 @@ class Task:
         fitted : list[Channel]
             Channels that are fitted.
         journal : Journal | None
-            Saved evaluations; None saves none.
+            Where evaluations are saved, if at all.
         progress : Progress | None
-            Called after each evaluation; None calls nothing.
+            Called after each evaluation, unless None.
         """
         material = self.material
         known = {**material.parameters, **self.effect_values}

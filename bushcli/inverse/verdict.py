@@ -14,20 +14,21 @@ from bushcli.inverse.task import Task
 from bushcli.runtime.condition import Condition
 from cases.mode import modes
 
-# Principal stretches that a bushing's rubber rarely leaves: instability within them is worth a word.
+# Principal stretches that a bushing's rubber rarely leaves: instability within them is reported.
 USUAL_STRETCHES = (0.5, 2.0)
-# A fitted recording this far from its curve, percent of the force range, and this many times its noise, is no fit.
+# A fit is poor if its rms misfit exceeds both this percentage of the force range and this many times the noise.
 POOR_FIT, POOR_NOISE = 3.0, 3.0
-# A fitted recording this many times its noise from its curve is not met to its noise; the noise is an estimate too, to
-# 10 % where there are 60 samples.
+# A recording whose rms misfit is more than this many times its noise is not reproduced to within its noise. The noise
+# is an estimate too, to 10 % with 60 samples.
 ABOVE_NOISE = 1.5
-# Two ends are equally good when their costs differ by less than this share, distinct when a parameter does by that.
+# Two ends are equally good if their costs differ by less than this share, and distinct if a parameter differs by more
+# than that one.
 EQUAL_COST, DISTINCT = 0.05, 0.10
-# Share of failed trials from which on they are worth a word; the result counts them in any case.
+# Share of failed trials above which they are reported as a condition; the result counts them in any case.
 FAILED = 0.3
-# A relative change of a parameter by 1 % of force that is worth a word.
+# A parameter that changes by more than this share with 1 % of a channel's force is reported.
 DELICATE = 0.10
-# A held-out channel is predicted when it is within the accepted 10 %.
+# A held-out channel counts as predicted up to this rms misfit, the accepted 10 %.
 PREDICTED = 10.0
 
 
@@ -39,7 +40,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
     fit : Fit
         The identified law.
     task : Task
-        What is identified from what, and how.
+        Definition of the identification.
     best : Minimum
         End of the search.
     interrupted : bool
@@ -94,7 +95,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
 
 
 def profiles_cut_short() -> Condition:
-    """The search had ended, but not the profiles."""
+    """Return the condition that the search was complete, but the profiles were interrupted."""
     return Condition(
         "interrupted",
         "stopped after the search, while profiles were made: intervals are missing",
@@ -103,16 +104,16 @@ def profiles_cut_short() -> Condition:
 
 
 def history_not_saved(reason: str) -> Condition:
-    """The evaluations could not be written for `--resume`."""
+    """Return the condition that the evaluations could not be saved for `--resume`."""
     return Condition(
         "history_not_kept",
         f"the history for --resume could not be written: {reason}; the result is complete",
-        "free some space, or another -o, to be able to resume the run",
+        "free some space or choose another -o, so that the run can be resumed",
     )
 
 
 def start_replaced(instead: Mapping[str, float]) -> Condition:
-    """The start values could not be solved, and others were taken."""
+    """Return the condition that the start values were unstable or could not be solved, and were replaced."""
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())
     return Condition(
         "start_replaced",
@@ -201,7 +202,7 @@ def _bounds(fit: Fit) -> list[Condition]:
             "the fit drives it to a value without physical meaning: choose another law, or check the dimensions",
         )
         for name, estimate in fit.parameters.items()
-        # No compliance at all is an answer: the curves see the rubber as incompressible.
+        # A compliance of zero is a valid result: by its curves the rubber is incompressible.
         if estimate.at_bound and not (name == "compliance" and estimate.value < estimate.upper / 2)
     ]
 
@@ -250,7 +251,7 @@ def _undetermined(fit: Fit, task: Task) -> list[Condition]:
         remedy = "add a coupon test of another mode or of larger stretch, or use a law with fewer parameters"
     else:
         used = {curve.recording.mode for curve in fit.curves if not curve.held_out}
-        # Those of the same test rig first: displacements, then angles.
+        # Translations first, then rotations.
         known = sorted(modes().values(), key=lambda mode: (mode.rotational, mode.name))
         other = [mode.name for mode in known if mode.specimen == "bushing" and mode.name not in used]
         remedy = f"a recording to a larger displacement{', or a ' + other[0] + ' one' if other else ''}, " + (
@@ -260,7 +261,7 @@ def _undetermined(fit: Fit, task: Task) -> list[Condition]:
 
 
 def _delicate(fit: Fit, task: Task) -> list[Condition]:
-    """Report parameters that an error of 1 % in the force of one channel would change by more than their error."""
+    """Report parameters that an error of 1 % in the force of one channel would change by more than `DELICATE`."""
     if task.source == "coupons":
         return []
     worst: dict[str, tuple[float, str]] = {}
@@ -279,8 +280,8 @@ def _delicate(fit: Fit, task: Task) -> list[Condition]:
     return [
         Condition(
             "delicate",
-            f"if the force of a channel were 1 % larger, it would change {listed}: more than the standard errors, "
-            "which account for noise alone",
+            f"if the force of a channel were 1 % larger, it would change {listed}; the standard errors "
+            "account for noise alone",
             "trust the curves more than these parameters; calibrate the load cell, refine the mesh (bushcli direct "
             "--mesh-check), or record larger displacements",
         )

@@ -1,8 +1,8 @@
 """Search along the boundary of the parameters that can be solved, for the lowest misfit beside it.
 
-A wall has no derivative: all that is known of it are points on either side. Near the point where a search ended it is
-taken for a plane: the one that parts what was solved from what was not with the widest margin. A step lowers the
-linearised misfit within that plane; where it fails, the plane is turned by what has been learnt.
+A wall has no derivative: only points on either side of it are known. Near the point where a search ended it is
+approximated by the plane that separates solved points from failed points with the widest margin. A step lowers the
+linearised misfit within that plane; a step that fails adds a failed point, which turns the plane.
 
 References
 ----------
@@ -24,13 +24,13 @@ from bushcli.inverse.problem import Problem
 
 Array = NDArray[np.float64]
 
-# Rounds of steps along the wall and a search with all directions free; trials along the wall in one round.
+# Rounds, each of steps along the wall and a search in all directions; trials along the wall in one round.
 ROUNDS, TRIALS = 4, 16
-# How far off a probe of the wall's direction is, as a share of the misfit in the parameters' scales.
+# Distance of a probe of the wall's direction, in the parameters' scales, as a share of the misfit.
 PROBE = 0.05
-# Points nearest to the present one from which the plane is made: further away the wall may bend.
+# Nearest points of each kind that define the plane: further away the wall may bend.
 NEAREST = 6
-# The free search after a round is to come nearer to the wall, not to explore it again.
+# Failed trials in a row that end the free search of a round: it approaches the wall, and need not explore it again.
 PATIENCE = 3
 
 
@@ -73,7 +73,7 @@ def along_the_wall(
 
 
 def _steps(problem: Problem, x: Array, lower: Array, upper: Array) -> Array:
-    """Return the best point within the plane of the boundary, which every failure turns."""
+    """Return the best point found by steps within the plane of the boundary; every failure turns the plane."""
     reach = np.inf
     for _ in range(TRIALS):
         value, slope = problem.residual(x), problem.jacobian(x)
@@ -89,7 +89,7 @@ def _steps(problem: Problem, x: Array, lower: Array, upper: Array) -> Array:
         length = float(np.linalg.norm(step))
         predicted = value @ value - np.sum((value + slope / norms @ step) ** 2)
         if predicted < STATIONARY * (value @ value) or length == 0.0:
-            # Nothing to be gained in this plane; but is it the wall's? Ask where nothing is known yet.
+            # Nothing can be gained in this plane, but it may not be the wall's: probe where no point is known yet.
             side = _unknown(np.hstack([basis, -basis]).T, np.vstack([failed, solved]))
             if side is None:
                 break
@@ -105,14 +105,14 @@ def _steps(problem: Problem, x: Array, lower: Array, upper: Array) -> Array:
 
 
 def _unknown(sides: Array, points: Array) -> Array | None:
-    """The first of some directions in which there is no point yet, within 25 degrees."""
+    """Return the first of some directions that has no point within 25 degrees."""
     return next((side for side in sides if not (points @ side > 0.9).any()), None)
 
 
 def known(problem: Problem, x: Array, norms: Array) -> tuple[Array, Array]:
     """Directions from `x` to the nearest points that failed, and to those solved, shape (n, parameters), unit length.
 
-    Of points in nearly the same direction the nearest stands for all.
+    Of points in nearly the same direction only the nearest is used.
 
     Parameters
     ----------
@@ -141,10 +141,10 @@ def known(problem: Problem, x: Array, norms: Array) -> tuple[Array, Array]:
 
 
 def plane(failed: Array, solved: Array) -> Array | None:
-    """Normal of the plane through the origin with what failed behind it, by a margin, and what was solved before it.
+    """Normal of the plane through the origin with the failed points behind it, by a margin, and the solved in front.
 
-    Shorter lists of the solved are tried where all of them cannot be parted from the failed: the nearest come first.
-    None where nothing failed.
+    If the solved points cannot all be separated from the failed ones, the farthest are left out one by one. None where
+    nothing failed.
 
     Parameters
     ----------

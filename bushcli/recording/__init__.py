@@ -1,6 +1,6 @@
 """CSV -> Recording: time, displacement and force in internal units; branches, cycles and noise.
 
-Column names, units, delimiter, decimal sign and encoding are found out from the file (see `text`,
+Column names, units, delimiter, decimal sign and encoding are recognised from the file (see `text`,
 `header`), or given by a `bushcli.recording.source.Source`.
 """
 

@@ -1,14 +1,14 @@
-"""The time of a recording: repaired where only its stamps are wrong, refused where the order of the samples is.
+"""The time of a recording: repaired if only its stamps are wrong, refused if the order of the samples is wrong.
 
-What is repaired, each time said with its count:
+These faults are repaired, and the number of repairs is reported:
 
-- A row that repeats the one before it, time and all, is left out.
+- A row that repeats the one before it, time included, is left out.
 - Stamps written with too few digits: two and more samples share each stamp, and equal intervals explain all of them to
   within a digit. They get these intervals.
-- Single stamps out of line, at most one in a hundred, between samples at equal intervals: they get the interval's time.
+- Single wrong stamps, at most one in a hundred, between samples at equal intervals: they are interpolated.
 
-Everything else (a clock that starts again, that runs backwards, that stands for long) is refused: the samples may be
-of several recordings.
+Everything else (a clock that restarts, runs backwards or stands still for long) is refused: the samples may belong to
+several recordings.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from bushcli.recording.table import Table
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Share of stamps that may be out of line, and of an interval by which equal intervals may differ from each other.
+#: Share of stamps that may be wrong, and share of an interval by which equal intervals may differ from each other.
 _MOST_WRONG, _EQUAL = 0.01, 0.05
-#: Repeated stamps from which on they are a pattern.
+#: Least number of repeated stamps that make a pattern.
 _FEWEST = 10
-#: Share of the way that noise may add to it, where the time is computed from a speed.
+#: Largest share that noise may add to the travelled path where the time is computed from a speed.
 _MOST_NOISE = 0.05
 
 
@@ -47,7 +47,7 @@ class Clock:
     kept : (n,) array of bool
         m of n samples; the others repeat the row before them.
     repairs : tuple of str
-        What was changed.
+        Descriptions of the changes.
     """
 
     time: Array
@@ -64,12 +64,12 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
     stamps : Column
         Times as they were read, s.
     displacement, force : (n,) arrays
-        In internal units; they distinguish a row that was written twice from a second sample at the same time.
+        In internal units; they distinguish a row written twice from a second sample at the same time.
 
     Raises
     ------
     RecordingError
-        When the time does not increase, and not only its stamps are wrong.
+        When the time does not increase for another reason than wrong stamps.
     """
     rows = np.column_stack([stamps.values, displacement, force])
     kept = np.ones(len(rows), dtype=bool)
@@ -81,7 +81,7 @@ def clock(table: Table, stamps: Column, displacement: Array, force: Array) -> Cl
     label = table.label(stamps.index)
     even = _coarse(stamps.values)
     if even is not None:
-        # Rows that repeat each other may be samples of a rig that holds: with the stamps repaired all are kept.
+        # Equal rows may be samples of a rig that holds: with the stamps repaired all are kept.
         step = float(even[1] - even[0])
         repeated = int(np.count_nonzero(np.diff(stamps.values) == 0))
         what = (
@@ -103,12 +103,12 @@ def _coarse(stamps: Array) -> Array | None:
         return None
     digit = float(steps[steps > 0].min())
     n = np.arange(len(stamps), dtype=float)
-    # Where a new stamp begins the true time is just beyond it: these samples carry the information.
+    # At the first sample of a new stamp the true time is just beyond the stamp: these samples determine the intervals.
     first = np.concatenate([[False], steps > 0])
     if first.sum() < 3 or (steps == 0).sum() < _FEWEST:
         return None
     slope, begin = np.polynomial.polynomial.polyfit(n[first], stamps[first], 1)[::-1]
-    # With fewer than two samples to a stamp, a row that was put in looks the same.
+    # With fewer than two samples per stamp, an inserted row looks the same.
     if not slope > 0 or slope > 0.5 * digit:
         return None
     even = begin + slope * n
@@ -117,13 +117,13 @@ def _coarse(stamps: Array) -> Array | None:
 
 
 def _single(time: Array) -> tuple[Array | None, int]:
-    """Return times in which single stamps out of line are interpolated, and their number; None where that is unsafe."""
+    """Return times with single wrong stamps interpolated, and the number of these; None where that is unsafe."""
     interval = float(np.median(np.diff(time)))
     if not interval > 0:
         return None, 0
     n = np.arange(len(time), dtype=float)
     offset = float(np.median(time - interval * n))
-    # A slow drift of the clock is no fault: only neighbours are compared.
+    # A slow drift of the clock is not a fault: only neighbours are compared.
     bad = np.zeros(len(time), dtype=bool)
     for i in np.flatnonzero(np.diff(time) <= 0):
         for j in (i, i + 1):
@@ -152,13 +152,13 @@ def _refused(table: Table, index: int, time: Array, repeated: Mask) -> Recording
     expected = (
         "each recording in a file of its own, its rows in the order of time"
         if back
-        else "write the time with more digits; of rows with the same time keep the one that was measured then"
+        else "write the time with more digits; of rows with the same time keep the one measured at that time"
     )
     return RecordingError(Problem(table.place(row), what, "", expected))
 
 
 def increasing(table: Table, stamps: Column) -> Array:
-    """Return the times of a program, (n,), s; nothing is repaired in what a user wrote.
+    """Return the times of a program, (n,), s; a program is written by the user, so nothing is repaired.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def increasing(table: Table, stamps: Column) -> Array:
 
 
 def missing_time(source: Source, table: Table, displacement: Array) -> tuple[Array | None, str]:
-    """Return the time of a file without one, from the sampling rate or the speed of the test, and what was done.
+    """Return the time of a file without one, from the sampling rate or the speed of the test, and a remark about it.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def missing_time(source: Source, table: Table, displacement: Array) -> tuple[Arr
     Raises
     ------
     RecordingError
-        When the speed does not determine the time: the displacement holds, or its noise counts as way.
+        When the speed does not determine the time: the displacement holds, or its noise lengthens the travelled path.
     """
     if source.sample_rate is not None:
         what = f"no column has the time; it is computed from {source.sample_rate:g} samples per second"

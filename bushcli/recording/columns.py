@@ -1,4 +1,4 @@
-"""Which column is time, displacement and force, and what factor leads to internal units."""
+"""Find the columns of time, displacement and force, and their factors to internal units."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _EXPECTED = {
     "length": "displacement_mm", "angle": "rotation_deg", "force": "force_N", "moment": "moment_Nmm",
     "strain": "stretch", "stress": "nominal_stress_MPa", "time": "time_s",
 }  # fmt: skip
-#: An unknown word up to this length beside the name of a quantity may be a unit: "force_klb".
+#: Longest unknown word beside the name of a quantity that may be a unit: "force_klb".
 _LONGEST_UNIT = 4
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column as it was read.
+    """A column as read from the file.
 
     Attributes
     ----------
@@ -49,9 +49,9 @@ class Column:
     values : (n,) array
         In internal units; stretch - 1 of the deformation of a coupon.
     unit : str
-        In which it was read.
+        Unit in the file.
     remarks : tuple of str
-        What a user should know of how it was found.
+        What a user should know about how the column was found.
     """
 
     index: int
@@ -61,14 +61,14 @@ class Column:
 
 
 def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Column | None:
-    """Return the column of a quantity; a time that is not in the file is None.
+    """Return the column of a quantity; None for a time that the file lacks.
 
     Parameters
     ----------
     table : Table
         The file's rows and headings.
     source : Source
-        The file, and what the user says of its columns.
+        The file, and what the user says about its columns.
     mode : Mode
         Mode of the recording.
     quantity : Quantity
@@ -77,8 +77,8 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     Raises
     ------
     RecordingError
-        When the column is missing, ambiguous, of another kind than the mode needs, in a unit that is not known, or
-        not all numbers.
+        When the column is missing, ambiguous, of another kind than the mode needs, in an unknown unit, or contains
+        fields that are not numbers.
     """
     wanted = Wanted.of(source, mode, quantity)
     chosen = source.columns.get(quantity)
@@ -101,10 +101,10 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
 
 
 def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
-    """Return the column of a quantity and what is to be said of it; None for a time that is not there."""
+    """Return the column of a quantity and remarks about it; None for a time that the file lacks."""
     best = candidates(table, wanted)
     quantity, measured = wanted.quantity, wanted.measured
-    # The names are right, but in units of something else: a force in kg, a time in m.
+    # The names are right, but their units belong to another quantity: a force in kg, a time in m.
     heads = [heading(name) for name in table.names]
     alike = [i for i, head in enumerate(heads) if i not in best and quality_of(head, wanted) >= 3]
     if wanted.given and not best and len(alike) == 1:
@@ -137,7 +137,7 @@ def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
 
 
 def _other_modes(table: Table, wanted: Wanted) -> str:
-    """Return for which modes the file has columns, or in which form those of a coupon."""
+    """Return a hint on the mode to which the file's columns belong, or on the form of a coupon's columns."""
     mode = wanted.mode
     if mode.specimen == "coupon":
         return _other_forms(table, wanted)
@@ -154,7 +154,7 @@ def _other_modes(table: Table, wanted: Wanted) -> str:
 
 
 def _other_forms(table: Table, wanted: Wanted) -> str:
-    """Return what to say in the case file, where a coupon's file holds force and travel, or true stress."""
+    """Return a hint on what to write in the case file, where a coupon's file has force and travel, or true stress."""
     heads = [heading(name) for name in table.names if name]
     true = TRUE_STRESS if wanted.measured == "stress" else TRUE_STRAIN
     if any(word_quality(without(head, true), wanted.measured) and set(head.words) & true for head in heads):
@@ -199,7 +199,7 @@ def _unit(table: Table, wanted: Wanted, index: int) -> Unit:
     Raises
     ------
     RecordingError
-        A unit is written that is not known, is one of another quantity, or contradicts another one.
+        The unit is not known, belongs to another quantity, or contradicts another unit of the column.
     """
     measured, quantity = wanted.measured, wanted.quantity
     head = heading(table.names[index])
@@ -224,7 +224,7 @@ def _unit(table: Table, wanted: Wanted, index: int) -> Unit:
 
 
 def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
-    """Return the unit that a text names, or refuse it."""
+    """Return the unit that a text names, or refuse the text."""
     measured, quantity = wanted.measured, wanted.quantity
     unit = find_unit(text, measured)
     if unit is None:
@@ -239,8 +239,8 @@ def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
 
 
 def _doubtful(table: Table, quantity: Quantity, index: int, measured: str, word: str) -> Unit | None:
-    """Return the unit that an unknown word of a name is; refuse a short word that may be one."""
-    minutes = word.lower() == "min"  # over a time: the unit, or the smallest value
+    """Return the unit that an unknown word of a name means; refuse a short word that may be a unit."""
+    minutes = word.lower() == "min"  # in the name of a time: the unit, or the smallest value
     unit = None if minutes else find_unit(word, measured)
     if unit is not None and unit.measured == measured:
         return unit

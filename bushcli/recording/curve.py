@@ -1,6 +1,6 @@
-"""Curve: generalised force against generalised displacement (and time), recorded or simulated.
+"""Curve: generalised force over generalised displacement (and time), recorded or simulated.
 
-Two stiffnesses are defined here once, for coarse noise-free and for dense noisy cyclic curves alike:
+Two stiffnesses are defined here, in the same way for coarse noise-free and for dense noisy cyclic curves:
 
 - *initial stiffness*: slope at zero displacement of the first loading branch. A polynomial
   Q = Q0 + k q + c q^3 (bushing modes: an odd response with an offset) or Q0 + k q + c q^2 (coupons) is
@@ -8,7 +8,7 @@ Two stiffnesses are defined here once, for coarse noise-free and for dense noisy
   at least 5 of them. Where noise leaves k of a bushing a standard error above 1 %, the window grows to 25,
   40 and at most 60 %; a coupon is stretched too far for its curvature to be distinguished from noise.
 - *secant stiffness*: peak to peak, (Q(q_max) - Q(q_min)) / (q_max - q_min). Each end is the mean over
-  the points within 1 % of the range from it, so that one noisy sample does not decide; where a loop is open,
+  the points within 1 % of the range from it, so that it does not depend on a single noisy sample; where a loop is open,
   loading and unloading points near the end are averaged.
 """
 
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 _WINDOWS = (0.15, 0.25, 0.4, 0.6)
 _SURE = 0.01
 _END = 0.01
-#: Share of the range below which two displacements are the same.
+#: Share of the range below which two displacements count as equal.
 SMALLEST_STEP = 1e-9
 _FEWEST = 5
 _HUBER = 1.345  # 95 % efficient for normal noise: Huber (1981), Robust Statistics, doi:10.1002/0471725250
@@ -37,7 +37,7 @@ _HUBER = 1.345  # 95 % efficient for normal noise: Huber (1981), Robust Statisti
 
 @dataclass(frozen=True)
 class Curve:
-    """Force against displacement in the order of the program.
+    """Force over displacement in the order of the program.
 
     Attributes
     ----------
@@ -87,14 +87,14 @@ class Curve:
             Same unit as the curve's.
         method : {"cubic", "pchip"}
             A cubic spline is an order more accurate on a computed curve; "pchip" never overshoots, for
-            recorded ones.
+            recorded curves.
         tolerance : float
-            How far beyond the ends, as a fraction of the range, the end tangent is followed.
+            Distance beyond the ends, as a fraction of the range, within which the end tangent is followed.
 
         Returns
         -------
         array
-            Of the shape of ``displacement``.
+            Same shape as ``displacement``.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class Curve:
         return Curve(self.mode, *merged)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the fields alone: what was calculated of them would make equal curves different bytes."""
+        """Return the fields only: with values calculated from them, equal curves would be pickled differently."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def part(self, start: int, stop: int) -> Curve:
@@ -152,7 +152,7 @@ class Curve:
         return replace(self, displacement=self.displacement[cut], force=self.force[cut], time=time)
 
     def initial_stiffness(self) -> float:
-        """Return the slope at zero displacement, N/mm, N mm/rad, or MPa of a coupon; the module defines it.
+        """Return the slope at zero displacement, N/mm, N mm/rad, or MPa for a coupon; the module defines it.
 
         Returns
         -------
@@ -181,7 +181,7 @@ class Curve:
         return slope
 
     def secant_stiffness(self) -> float:
-        """Return the peak-to-peak stiffness, N/mm, N mm/rad, or MPa of a coupon; the module defines it.
+        """Return the peak-to-peak stiffness, N/mm, N mm/rad, or MPa for a coupon; the module defines it.
 
         Returns
         -------
@@ -200,7 +200,7 @@ class Curve:
 def _slope(x: Array, values: Array, power: int) -> tuple[float, float]:
     """Return k of ``values = a + k x + c x**power`` by Huber's M-estimate, and its standard error.
 
-    With only two distinct x the line through them is taken, with one there is no slope (nan).
+    Two distinct x give the slope of the line through them, a single one gives nan.
     """
     terms = min(3, len(np.unique(x)))
     if terms < 2:
@@ -210,7 +210,7 @@ def _slope(x: Array, values: Array, power: int) -> tuple[float, float]:
     scale = 0.0
     for _ in range(20):
         residuals = values - matrix @ solution
-        # Corrected for the fitted terms: three of five residuals can be made small by any curve.
+        # Corrected for the number of fitted terms: any curve can make three of five residuals small.
         scale = 1.4826 * float(np.median(np.abs(residuals))) * np.sqrt(len(x) / max(len(x) - terms, 1))
         if scale <= 1e-12 * float(np.abs(values).max()):
             break

@@ -1,19 +1,19 @@
-"""What each cycle of a curve dissipates, and how stiff it is; with the uncertainty that the noise leaves.
+"""Dissipated energy and stiffness of each cycle of a curve, with the uncertainty due to the noise.
 
 - *Path* of a cycle: its samples (`bushcli.recording.segment` cuts) and the one before them, from which it starts.
 - *Closed*: the displacement comes back to where the cycle began, within 8 standard deviations of its noise or
   1 % of the cycle's range. Where samples are coarse the path begins and ends at points interpolated between two
   samples: at zero where the motion goes through it, else at the displacement of its first sample.
 - *Hysteresis energy*: the net work over the path, the integral of force by displacement, by the trapezoidal
-  rule; positive is dissipated. Of a closed cycle it is the area of the loop. Of an *open* one it stands as it
-  is, with what the rubber still stores.
+  rule; positive is dissipated. For a closed cycle it is the area of the loop. For an *open* cycle it includes the
+  energy that the rubber still stores.
 - *Loss*: hysteresis energy over the work done while loading. An elastic cycle has 0.
-- *Secant stiffness*: as of a whole curve (`Curve.secant_stiffness`), over the cycle. Of a hold the first
-  sample counts only: the force that has relaxed belongs to another displacement history.
+- *Secant stiffness*: defined as for a whole curve (`Curve.secant_stiffness`), over the cycle. Only the first
+  sample of a hold counts: the relaxed force belongs to another displacement history.
 
 Standard errors are those of independent noise in force and displacement: the trapezoidal rule is linear in the
-force with weights (q[i+1] - q[i-1])/2, and in the displacement with the like of the force. Systematic errors,
-such as a force that is logged late, are not in them.
+force with weights (q[i+1] - q[i-1])/2, and in the displacement with corresponding differences of the force.
+Systematic errors, such as a force that is logged late, are not included.
 """
 
 from __future__ import annotations
@@ -65,19 +65,19 @@ class Cycle:
     number : int
         From 1.
     lowest, highest : float
-        Displacements reached, mm or rad; stretch - 1 of a coupon.
+        Extreme displacements, mm or rad; stretch - 1 of a coupon.
     rate : float or None
-        Mean speed while it moves, mm/s or rad/s or 1/s; None without time.
+        Mean speed of the motion without holds, mm/s or rad/s or 1/s; None without time.
     closed : bool
         Whether it ends at the displacement at which it began.
     energy : Uncertain
         Hysteresis energy, N mm; MPa (energy per volume) of a coupon.
     loss : Uncertain
-        Hysteresis energy over the work done while loading, 1. nan where no work was done.
+        Hysteresis energy over the work done while loading, dimensionless; nan where no work was done.
     secant : Uncertain
         Secant stiffness, N/mm, N mm/rad or MPa.
     peak_force : Uncertain
-        Largest force by size, with its sign, N, N mm or MPa.
+        Force of largest absolute value, with its sign, N, N mm or MPa.
     """
 
     number: int
@@ -92,7 +92,7 @@ class Cycle:
 
 
 def noise_of(curve: Curve) -> Noise:
-    """Return the noise of a recorded curve, estimated from itself."""
+    """Return the noise of a recorded curve, estimated from the curve itself."""
     return Noise(force_noise(curve), displacement_noise(curve))
 
 
@@ -103,7 +103,7 @@ def cycles(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Cycle, ...]:
     ----------
     curve : Curve
     noise : Noise
-        None of a simulated curve; of a recorded one see `noise_of`.
+        Zero for a simulated curve; for a recorded one see `noise_of`.
     """
     found = cycles_along(curve, curve.force, noise)
     return tuple(cycle for cycle in found if cycle is not None)
@@ -112,23 +112,23 @@ def cycles(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Cycle, ...]:
 def cycles_along(
     path: Curve, force: Array, noise: Noise = NO_NOISE, found: Sequence[Branch] | None = None
 ) -> tuple[Cycle | None, ...]:
-    """Return every cycle of a path with another force, such as a simulation at the recorded samples.
+    """Return every cycle of a path with another force, such as that simulated at the recorded samples.
 
     Parameters
     ----------
     path : Curve
-        n samples; its force does not matter.
+        n samples; its force is not used.
     force : (n,) array
         nan where it is not known.
     noise : Noise
-        Of path and force.
+        Noise of path and force.
     found : sequence of Branch, optional
-        Of the path, where it has been cut already.
+        Branches of the path, if it has been cut already.
 
     Returns
     -------
     tuple
-        As long as the path has cycles; None where the force is not known throughout a cycle.
+        One entry per cycle of the path; None where the force is not known throughout the cycle.
     """
     found = segment(path.displacement, path.time) if found is None else found
     parts = [list(part) for _, part in groupby(enumerate(found), lambda item: item[1].cycle)]
@@ -144,7 +144,7 @@ def cycles_along(
 def _cycle(
     part: Sequence[Branch], begin: int, path: Curve, force: Array, noise: Noise, slack: float
 ) -> Cycle:
-    """One cycle, which sets out from the sample `begin`: the one before it, unless others between are left out."""
+    """Return a cycle that starts from the sample `begin`: the one before it, unless cycles between are left out."""
     end = part[-1].stop
     q = path.displacement[begin:end]
     closed, q_loop, force_loop = _loop(
@@ -171,7 +171,7 @@ def _cycle(
 def _loop(q: Array, force: Array, begin: int, end: int, slack: float) -> tuple[bool, Array, Array]:
     """Return whether a path closes, and its points; ends are interpolated where samples are coarse."""
     q_path, force_path = q[begin:end], force[begin:end]
-    # A motion through zero is cut at the sample next to zero: the loops of both sides shall end at zero itself.
+    # A motion through zero is cut at the sample next to zero, but the loops of both sides have to end at zero itself.
     through = 0 < begin < end - 1 and (q[begin] - q[begin - 1]) * (q[begin + 1] - q[begin]) > 0
     if through and abs(q[begin]) > slack:
         for i in (begin, begin + 1):
@@ -182,8 +182,8 @@ def _loop(q: Array, force: Array, begin: int, end: int, slack: float) -> tuple[b
     start = float(q_path[0])
     if abs(q_path[-1] - start) <= slack:
         return True, q_path, force_path
-    # The end is between the last and the next cycle's first sample, between the last two, or, where the motion went on
-    # beyond the start before it turned, a little earlier.
+    # The end is between the last sample and the next cycle's first, between the last two, or a little earlier where the
+    # motion passed the start before it turned.
     near = _OVERSHOOT * float(np.ptp(q_path))
     for i in range(end, begin + 1, -1):
         there = _force_at(start, q, force, i)
@@ -196,7 +196,7 @@ def _loop(q: Array, force: Array, begin: int, end: int, slack: float) -> tuple[b
 
 
 def _force_at(target: float, q: Array, force: Array, i: int) -> float | None:
-    """Return the force where the displacement passes a target between samples i - 1 and i; None where it does not."""
+    """Return the force where the displacement passes a target between samples i - 1 and i; None if it does not."""
     if (
         not (0 < i < len(q))
         or (q[i - 1] - target) * (q[i] - target) >= 0
@@ -208,7 +208,7 @@ def _force_at(target: float, q: Array, force: Array, i: int) -> float | None:
 
 
 def _net_work(q: Array, force: Array, closed: bool, noise: Noise) -> Uncertain:
-    """Integrate the force by the displacement; around the polygon where the path is closed."""
+    """Integrate the force over the displacement, around the polygon if the path is closed."""
     if closed:
         q, force = np.append(q, q[0]), np.append(force, force[0])
     value = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(q)))
@@ -218,7 +218,7 @@ def _net_work(q: Array, force: Array, closed: bool, noise: Noise) -> Uncertain:
 
 
 def _weights(x: Array, closed: bool) -> Array:
-    """Return half the step from the point before to the point after, for each point of a path."""
+    """Return half the difference between the next and the previous point, for each point of a path."""
     if closed:
         ring = x[:-1]
         return np.asarray(0.5 * (np.roll(ring, -1) - np.roll(ring, 1)))
@@ -241,7 +241,7 @@ def _rate(part: Sequence[Branch], begin: int, path: Curve) -> float | None:
 
 
 def _without_holds(part: Sequence[Branch], begin: int) -> NDArray[np.int_]:
-    """Return the samples of a cycle but those of a hold after its first."""
+    """Return the samples of a cycle, of each hold only the first."""
     pieces = [np.arange(b.start, b.start + 1 if b.kind == "hold" else b.stop) for b in part]
     return np.unique(np.concatenate([[begin], *pieces]))
 

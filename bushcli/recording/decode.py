@@ -1,8 +1,9 @@
 """Bytes -> text: by byte-order mark, else by the bytes themselves.
 
-UTF-16 without a mark shows by zeros in every second byte: a table is mostly of digits. What is no UTF-8 is Latin-1 (of
-Windows) or GBK: Chinese signs are pairs of bytes beyond 127, and the common ones begin with 0xB0 to 0xD7, where Latin-1
-has capital letters with accents; single letters with accents between others, as in ``Prüfzeit``, are no pairs.
+UTF-16 without a mark has zeros in every second byte, because a table consists mostly of digits. Bytes that are not
+valid UTF-8 are Latin-1 (as in Windows) or GBK: Chinese characters are pairs of bytes beyond 127, and the common ones
+begin with 0xB0 to 0xD7, where Latin-1 has capital letters with accents; single letters with accents between others, as
+in ``Prüfzeit``, are not pairs.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from bushcli.runtime.bounded import TooLarge, read_bounded
 LARGEST_FILE = 64_000_000
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF32_LE, "utf-32"),  # before UTF-16, whose mark it begins with
+    (codecs.BOM_UTF32_LE, "utf-32"),  # before UTF-16, because it begins with the mark of UTF-16
     (codecs.BOM_UTF32_BE, "utf-32"),
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-#: Bytes by which UTF-16 shows, share of zeros there; runs of bytes beyond 127, and share of common signs.
+#: Bytes that are examined for UTF-16, and share of zeros in every second one of them; below, the number of runs of
+#: bytes beyond 127 that are examined for Chinese, and the share of common characters.
 _LOOKED_AT, _ZEROS = 65_536, 0.6
 _MOST_RUNS, _COMMON = 10_000, 0.8
 _BEYOND = re.compile(rb"[\x80-\xff]+")
@@ -36,7 +38,7 @@ def decoded(path: Path) -> str:
     Raises
     ------
     RecordingError
-        When there is no such file, it cannot be read, is no text, or is empty.
+        When there is no such file, or it cannot be read, is not text, or is empty.
     """
     try:
         content = read_bounded(path, LARGEST_FILE)
@@ -80,12 +82,12 @@ def _unmarked(content: bytes) -> list[str]:
 
 
 def _is_chinese(content: bytes) -> bool:
-    """Whether the bytes beyond 127 are pairs of which most begin as the common Chinese signs do."""
+    """Whether the bytes beyond 127 are pairs, most of which begin like common Chinese characters."""
     runs = [found[0] for found in islice(_BEYOND.finditer(content), _MOST_RUNS)]
     pairs = [run[i] for run in runs for i in range(0, len(run), 2)]
     if not pairs or any(len(run) % 2 for run in runs):
         return False
     common = sum(0xB0 <= lead <= 0xD7 for lead in pairs)
-    # 0xA1 to 0xA3 lead signs and letters of full width, such as the brackets around a unit.
+    # Full-width signs and letters, such as the brackets around a unit, begin with 0xA1 to 0xA3.
     signs = sum(0xA1 <= lead <= 0xA3 for lead in pairs)
     return common > 0 and common + signs >= _COMMON * len(pairs)

@@ -1,4 +1,4 @@
-"""Fields of a text table -> numbers: decimal signs, thousands separators, and values that stand for none."""
+"""Fields of a text table -> numbers: decimal signs, thousands separators, and codes for missing values."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _NUMBER = {
     ".": re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?", re.ASCII),
     ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eEdD][+-]?\d+)?", re.ASCII),
 }
-# What spreadsheets write in English and German for a value that is missing.
+# What spreadsheets write in English and German for a missing value.
 _MISSING = r"#(?:n/a|nv)|#(?:div/0|value|ref|num|null|wert|bezug|zahl)!|#name\?"
-#: What programs write for a value that is none; it belongs to the table, so that it is refused by line and column.
+#: What programs write instead of a number; it belongs to the table, so that it is refused with its line and column.
 _NO_NUMBER = re.compile(rf"[+-]?(nan|inf|infinity|-?1[.,]#\w+|n/a|null)|{_MISSING}", re.IGNORECASE)
 _MISSING_FIRST = re.compile(rf"\s*(?:{_MISSING})\s*(?:[;,\t ]|$)", re.IGNORECASE)
 #: "1,234" is 1.234 or 1234; "0,123", "12,34" and "1234,567" can only be decimal.
@@ -24,25 +24,25 @@ _THOUSANDS = {
     ".": re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}", re.ASCII),
     ",": re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII),
 }
-#: Signs that separate thousands beside a decimal point and a decimal comma: 1,234.5  1.234,5  1'234.5  1 234,5.
+#: Thousands separators in use with a decimal point and with a decimal comma: 1,234.5  1.234,5  1'234.5  1 234,5.
 _GROUPS = {".": ",'\u2019 \u00a0\u202f", ",": ".'\u2019 \u00a0\u202f"}
 _GROUPED = {
     sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?P<by>[{signs}])\d{{3}}((?P=by)\d{{3}})*([{sign}]\d*)?", re.ASCII)
     for sign, signs in _GROUPS.items()
 }
-#: What loggers write for a missing value: 999 and more nines, the ends of 16 and 32 bits, 1e10 and beyond.
+#: What loggers write for a missing value: 999 and more nines, the limits of 16 and 32 bits, 1e10 and beyond.
 _CODE = re.compile(
     r"[+-]?(9{3,}([.,](0*|9+))?|3276[78]([.,]0*)?|6553[56]([.,]0*)?|214748364[78]([.,]0*)?"
     r"|[19]([.,][09]*)?[eE]\+?[1-9]\d)",
     re.ASCII,
 )
-#: A code stands this many ranges of the other values away from them; or half of it from both neighbours, where so
-#: many others are there that no peak of a measured curve does.
+#: Distance of a code from the other values, as a multiple of their range; or its distance from both neighbours, if
+#: there are at least this many other values: no peak of a measured curve is so sharp then.
 _FAR, _JUMP, _DENSE = 2.0, 0.5, 20
 
 
 def is_number(field: str, decimal: str) -> bool:
-    """Whether a field is a number, including the ways in which programs write that it is none.
+    """Whether a field is a number, or what programs write instead of one, such as "nan".
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def is_number(field: str, decimal: str) -> bool:
 
 
 def to_float(field: str, decimal: str) -> float:
-    """Return the value of a field, nan where it is none.
+    """Return the value of a field, nan where it is not a number.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def to_float(field: str, decimal: str) -> float:
 
 
 def is_grouped(field: str, decimal: str) -> bool:
-    """Whether a field can only be a number with separators of thousands: ``1.234,5``, but not ``1.234``.
+    """Whether a field can only be a number with thousands separators: ``1.234,5``, but not ``1.234``.
 
     Parameters
     ----------
@@ -89,10 +89,10 @@ def is_grouped(field: str, decimal: str) -> bool:
 
 
 def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
-    """Return the fields of a column that have separators of thousands, by place, without them.
+    """Return the fields of a column that have thousands separators, by index, without the separators.
 
-    One number that can only be written with separators, such as ``1.234,5``, says that the sign separates thousands in
-    the others too.
+    One number that can only be written with separators, such as ``1.234,5``, proves that the sign separates thousands
+    in the others too.
 
     Parameters
     ----------
@@ -108,23 +108,23 @@ def ungrouped(fields: Sequence[str], decimal: str) -> dict[int, str]:
 
 
 def says_missing(field: str) -> bool:
-    """Whether a field says, as spreadsheets do, that its value is missing."""
+    """Whether a field is what spreadsheets write for a missing value."""
     return bool(_NO_NUMBER.fullmatch(field)) and field.startswith("#")
 
 
 def begins_with_missing(line: str) -> bool:
-    """Whether a line begins with a missing value: ``#N/A;0.1;12`` is a row, no comment."""
+    """Whether a line begins with a missing value: ``#N/A;0.1;12`` is a row, not a comment."""
     return _MISSING_FIRST.match(line) is not None
 
 
 def ambiguous_thousands(rows: Sequence[Sequence[str]], decimal: str) -> tuple[int, int] | None:
-    """Return row and column of the first number whose sign may separate thousands; None where any number denies it.
+    """Return row and column of the first number whose sign may separate thousands; None if any number rules this out.
 
     Parameters
     ----------
     rows : sequence of fields
     decimal : {".", ","}
-        The sign that was found out.
+        The sign that was recognised as decimal sign.
     """
     first = None
     for i, row in enumerate(rows):
@@ -138,7 +138,7 @@ def ambiguous_thousands(rows: Sequence[Sequence[str]], decimal: str) -> tuple[in
 
 
 def sentinel(fields: Sequence[str], values: Array, accepted: Collection[float]) -> int | None:
-    """Return the place of the first value that looks like a code for a missing one, such as -9999, or None.
+    """Return the index of the first value that looks like a code for a missing one, such as -9999, or None.
 
     Parameters
     ----------

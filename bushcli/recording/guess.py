@@ -1,10 +1,10 @@
-"""What the name of a file says of the mode that was tested: ``run_03_axial.csv``, ``Zug_23C.xlsx``."""
+"""Guess the tested mode from the name of a file: ``run_03_axial.csv``, ``Zug_23C.xlsx``."""
 
 from __future__ import annotations
 
 import re
 
-#: Words, in lower case; a word of a name counts where it is one of these or, from four letters on, begins so.
+#: Words in lower case; a name contains one if one of its words equals it or, from four letters on, begins with it.
 _WORDS = {
     "axial": ("axial", "ax", "längs", "laengs", "longitudinal"),
     "radial": ("radial", "rad", "quer", "lateral"),
@@ -29,7 +29,7 @@ def mode_of_name(name: str, specimen: str) -> str | None:
     name : str
         Without the suffix.
     specimen : str
-        "bushing" or "coupon", whose modes come into question.
+        "bushing" or "coupon": the specimen whose modes are considered.
     """
     words = [word for word in re.split(r"[\W_\d]+", name.lower().replace("pure_shear", "pureshear")) if word]
     found = {

@@ -1,4 +1,4 @@
-"""What the names and units over a column mean: ``Standardkraft [kN]`` is a force in kN."""
+"""Meaning of the names and units in a header: ``Standardkraft [kN]`` is a force in kN."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ _WORDS = {
         "应力",
     ),
 }  # fmt: skip
-#: Compounds end with the word that counts: Standardkraft, Traversenweg, 试验力. The longest ending decides.
+#: The last part of a compound determines its meaning: Standardkraft, Traversenweg, 试验力. The longest ending decides.
 _ENDINGS: Mapping[str, tuple[str, ...]] = {
     "time": ("zeit", "时间"), "length": ("weg", "位移", "行程"), "angle": ("winkel", "角度", "转角"),
     "force": ("kraft", "力", "载荷", "负荷"), "moment": ("moment", "扭矩", "力矩"),
     "strain": ("dehnung", "应变"), "stress": ("spannung", "应力"),
 }  # fmt: skip
-#: Words that mean a quantity where nothing better is there.
+#: Words that mean a quantity where no column has a better name.
 _WEAK: Mapping[str, tuple[str, ...]] = {
     "length": ("position", "traverse", "hub", "einfederung"),
 }  # fmt: skip
-#: Words that change the meaning: a true stress is no nominal one, a set value, a rate, an error, an extreme, a
-#: counter is no measured value.
+#: Words that change the meaning: a true stress is not a nominal stress; a set value, a rate, an error, an extreme or a
+#: counter is not a measured value.
 _FOREIGN = _set(
     "true wahre cauchy log logarithmic hencky set setpoint command cmd soll sollwert demand target reference ref "
     "desired rate speed velocity acceleration error err deviation fehler abweichung step steps schritt count counts "
@@ -54,37 +54,37 @@ _FOREIGN = _set(
     "stiffness integral derivative offset remaining date noise geschwindigkeit delta tolerance"
 )
 _FOREIGN_BEGINNINGS = ("soll", "max", "min", "grenz", "rest", "höchst", "bruch")
-#: Words that say that a value was measured.
+#: Words for measured values.
 _MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwert response")
-#: Words beside the one for a quantity that are neither units nor change the meaning.
+#: Words beside that for a quantity that are not units and do not change the meaning.
 _BESIDE = _MEASURED_WORDS | _set(
     "axial radial torsional conical x y z r a b c u v w i ii l q ch chan channel kanal raw filt corr cell dose sensor "
     "lvdt mts hbm pcb ni daq dic cam cyl rig test part dut mess main top bot left right up down vert hor lin rot rad "
     "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao adc sig no nr mid low high "
     "probe prüf inner outer sleeve filtered corrected calibrated smoothed"
 )
-#: Those of full width are in use between Chinese signs.
+#: Full-width brackets are in use between Chinese characters.
 _BRACKETS = re.compile(
     r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}|<([^<>]*)>|（([^（）]*)）|［([^［］]*)］|【([^【】]*)】"
 )
 #: A factor beside a unit: "x10 N", "1000 N".
 _POWER = re.compile(r"[x×*]?10+|1[eE]\d")
-#: Longer texts are no names of columns, and are ignored.
+#: Longer texts are not names of columns and are ignored.
 _LONGEST_NAME = 200
 
 
 @dataclass(frozen=True)
 class Heading:
-    """The name of a column, taken apart.
+    """The parts of the name of a column.
 
     Attributes
     ----------
     words : tuple of str
         The name without unit, in lower case.
     written : tuple of str
-        The units, as they are written; more than one is a contradiction, unless they are the same.
+        The units as written; several different ones contradict each other.
     doubtful : tuple of str
-        Words, as written, that are not known and could be units.
+        Unknown words, as written, that could be units.
     """
 
     words: tuple[str, ...]
@@ -98,7 +98,7 @@ class Heading:
 
 
 def heading(text: str) -> Heading:
-    """Take ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` apart."""
+    """Split ``Force [kN]``, ``force_kN``, ``Kraft in N``, ``F / N``, ``Axial Force (Max)`` into words and units."""
     text = text.strip()
     if len(text) > _LONGEST_NAME:
         return Heading((), (), ())
@@ -122,10 +122,10 @@ def heading(text: str) -> Heading:
 
 
 def _is_remark(inside: str, rest: str, timed: bool) -> bool:
-    """Whether what stands in brackets is words, such as ``(Max)``, and no unit."""
+    """Whether the text in brackets consists of words, such as ``(Max)``, and is not a unit."""
     words = _plain(inside).split()
     if words == ["min"]:
-        # (Min) beside (Max) is the smallest value; over a time it may be minutes, which `heading` leaves in doubt.
+        # (Min) beside (Max) is the smallest value; of a time it may be minutes, which `heading` lists as doubtful.
         return not timed or inside.strip() != "min"
     if tabulated_unit(inside) is not None:
         return False
@@ -148,7 +148,7 @@ def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
         if found is None or (count == 2 and found.measured != "moment"):
             continue
         if unit.lower() == "min" and not (timed and unit == "min"):
-            continue  # the smallest value, or in doubt
+            continue  # the smallest value, or doubtful
         if _POWER.fullmatch(tokens[-count - 1]):
             return " ".join(tokens[: -count - 1]), " ".join(tokens[-count - 1 :])  # "Force x10 N" is not in N
         return " ".join(token for token in tokens[:-count] if token not in ("in", "/")), unit
@@ -162,12 +162,12 @@ def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
 
 
 def _names_something(text: str) -> bool:
-    """Whether a text holds a word of a name, and so is no unit: the "unload force" of "load/unload force"."""
+    """Whether a text contains a word of a name, so that it is not a unit: the "unload force" of "load/unload force"."""
     return any(_known_word(word) and len(word) > 1 for word in re.findall(r"[^\W\d_]+", text))
 
 
 def _inner_unit(word: str) -> bool:
-    """Whether a word between others is surely a unit: the kN of ``force_kN_filtered``."""
+    """Whether a word between others is certainly a unit: the kN of ``force_kN_filtered``."""
     return (len(word) > 1 or word == "N") and not _known_word(word) and tabulated_unit(word) is not None
 
 
@@ -185,11 +185,11 @@ def _known_word(word: str) -> bool:
 
 
 def is_units_row(fields: Sequence[str]) -> bool:
-    """Whether a line over a table holds units only, such as ``s;mm;N`` or ``[-] [MPa]``."""
+    """Whether a line above a table holds units only, such as ``s;mm;N`` or ``[-] [MPa]``."""
     known = [tabulated_unit(field) is not None for field in fields]
     blank = [plain_unit(field) in NO_UNIT for field in fields]
     bracketed = [field.startswith(("[", "(")) or field.endswith(("]", ")")) for field in fields]
-    # "t;F;s"? A row of units is all units; in brackets, unknown ones may be among them.
+    # To exclude "t;F;s", all fields must be known units; in brackets, unknown units are permitted.
     plain = all(k or b for k, b in zip(known, blank, strict=True)) and any(known)
     return plain or (
         all(re.match(r"[\[(%]", f) or f in NO_UNIT for f in fields) and all(bracketed) and any(known)
@@ -197,16 +197,16 @@ def is_units_row(fields: Sequence[str]) -> bool:
 
 
 def named_columns(fields: Sequence[str]) -> int:
-    """Return how many fields of a line have a word for a quantity, and so are names of columns."""
+    """Return the number of fields in a line that contain a word for a quantity, so that they are names of columns."""
     heads = [heading(field) for field in fields]
     return sum(any(word_quality(head, kind) for kind in _WORDS) for head in heads)
 
 
 def match_quality(text: str, kind: str) -> int:
-    """Return how surely a column name means ``kind``, a key of the words above.
+    """Return how surely a column name means ``kind``, a key of the table of words.
 
-    0 no; 1 a German compound; 2 the word among others; 3 a word for it; 4 this project's own name. A unit of another
-    quantity that is in the table of `units` makes it 0.
+    0 not at all; 1 a German compound; 2 a word for it among others; 3 a word for it; 4 this project's own name. A unit
+    of another quantity in the table of `units` gives 0.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def match_quality(text: str, kind: str) -> int:
 
 
 def word_quality(head: Heading, kind: str) -> int:
-    """Return `match_quality` of the words alone, whatever the unit.
+    """Return `match_quality` of the words alone, without the unit.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def word_quality(head: Heading, kind: str) -> int:
 
 
 def without(head: Heading, words: Collection[str]) -> Heading:
-    """Return a heading without some of its words, where a case asks for the true stress.
+    """Return a heading without some of its words, such as "true" where a case asks for the true stress.
 
     Parameters
     ----------
@@ -251,14 +251,14 @@ def without(head: Heading, words: Collection[str]) -> Heading:
 
 
 def is_unnamed(head: Heading) -> bool:
-    """Whether the words of a name say neither what was measured nor that it was not: ``Channel 3``, ``AI 0``."""
+    """Whether the words of a name neither name a quantity nor exclude one: ``Channel 3``, ``AI 0``."""
     if any(word in _FOREIGN for word in head.words) or head.name.startswith(_FOREIGN_BEGINNINGS):
         return False
     return not any(_quality(head.name, kind) for kind in _WORDS)
 
 
 def says_measured(head: Heading) -> bool:
-    """Whether a name says that the column was measured, beside others that were demanded."""
+    """Whether a name says that the column was measured, unlike columns of set values."""
     return any(word in _MEASURED_WORDS for word in head.words)
 
 
@@ -269,7 +269,7 @@ def _quality(name: str, kind: str) -> int:
     if name in known:
         return 3
     if any(len(word) > 1 and word in words for word in known):
-        # "extension ratio" holds a word for a length but is a stretch.
+        # "extension ratio" contains a word for a length but is a stretch.
         return 0 if any(name in _WORDS[other] for other in _WORDS if other != kind) else 2
     if any(word in words for word in _WEAK.get(kind, ())):
         return 1

@@ -1,11 +1,11 @@
-"""How the force relaxes while the displacement is held; with the uncertainty that the noise leaves.
+"""Relaxation of the force while the displacement is held, with the uncertainty due to the noise.
 
-The hold starts at its first sample. The force there is that sample's: it relaxes fastest there, and a mean
-would hide it. A force later on, at the standard times and at the end, is the value of a straight line in the
-logarithm of time through the samples within a factor of 1.25 of that time, which averages the noise and follows
+The hold starts at its first sample. The force at the start is that of this sample: the force relaxes fastest there,
+and a mean would hide that. A later force, at the standard times and at the end, is the value of a straight line in
+the logarithm of time through the samples within a factor of 1.25 of that time, which averages the noise and follows
 an exponential decay to 0.2 % of its amplitude; with fewer than 3 such samples it is interpolated between
-neighbours. *Relaxation* is the force lost since the start, over the force at the start. It is not given where
-that is less than 5 standard errors: nothing was held.
+neighbours. *Relaxation* is the ratio of the force lost since the start to the force at the start. It is not given
+if the force at the start is less than 5 standard errors: no force was held.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from bushcli.recording.segment import Branch, segment
 
 Array = NDArray[np.float64]
 
-#: Seconds after the start of a hold: the decades, as relaxation is quoted (ISO 3384 plots it over log time).
+#: Seconds after the start of a hold: decades, as relaxation is usually reported (ISO 3384 plots it over log time).
 STANDARD_TIMES = (1.0, 10.0, 100.0, 1000.0, 10000.0, 100000.0)
 _WINDOW = 1.25
 _HELD = 5.0
@@ -37,7 +37,7 @@ class Hold:
     number : int
         From 1, in the order of the recording.
     cycle : int
-        That it belongs to.
+        Number of the cycle that it belongs to.
     start, stop : int
         Samples ``start:stop``.
     displacement : float
@@ -47,10 +47,10 @@ class Hold:
     force_start, force_end : Uncertain
         N, N mm or MPa.
     relaxation : Uncertain
-        Force lost over the hold, over the force at its start; negative where the force grows in size. nan where
-        there is no force to lose.
+        Ratio of the force lost in the hold to the force at its start; negative where the force grows in absolute
+        value, nan where no force is held.
     after
-        Seconds -> the same after that time, for the `STANDARD_TIMES` that the hold reaches; empty without time.
+        Seconds -> relaxation after that time, for the `STANDARD_TIMES` that the hold reaches; empty without time.
     """
 
     number: int
@@ -72,7 +72,7 @@ def holds(curve: Curve, noise: Noise = NO_NOISE) -> tuple[Hold, ...]:
     ----------
     curve : Curve
     noise : Noise
-        None of a simulated curve; of a recorded one see `bushcli.recording.cycles.noise_of`.
+        Zero for a simulated curve; for a recorded one see `bushcli.recording.cycles.noise_of`.
     """
     return tuple(hold for hold in holds_along(curve, curve.force, noise) if hold is not None)
 
@@ -84,26 +84,26 @@ def holds_along(
     found: Sequence[Branch] | None = None,
     least_force: float = 0.0,
 ) -> tuple[Hold | None, ...]:
-    """Return every hold of a path with another force, such as a simulation at the recorded samples.
+    """Return every hold of a path with another force, such as that simulated at the recorded samples.
 
     Parameters
     ----------
     path : Curve
-        n samples; its force does not matter.
+        n samples; its force is not used.
     force : (n,) array
         nan where it is not known.
     noise : Noise
-        Of the force.
+        Noise of the force.
     found : sequence of Branch, optional
-        Of the path, where it has been cut already.
+        Branches of the path, if it has been cut already.
     least_force : float
-        No relaxation is given where a smaller force is held, in the unit of the force: beside a recording, what its
-        noise hides.
+        Smallest held force for which a relaxation is given, in the unit of the force; for a simulation that is compared
+        with a recording, the force that the recording's noise hides.
 
     Returns
     -------
     tuple
-        As long as the path has holds; None where the force is not known throughout a hold.
+        One entry per hold of the path; None where the force is not known throughout the hold.
     """
     found = segment(path.displacement, path.time) if found is None else found
     held = [branch for branch in found if branch.kind == "hold"]
@@ -120,7 +120,7 @@ def _hold(
 ) -> Hold:
     held = force[cut]
     least = max(least_force, _HELD * sigma)
-    # Without time the order of the samples says what is late, but not how late.
+    # Without time, the sample numbers give the order but not the duration.
     since = np.arange(len(held), dtype=float) if path.time is None else path.time[cut] - path.time[cut.start]
     end = float(since[-1])
     first = np.zeros(len(held))
@@ -160,6 +160,6 @@ def _relaxation(first: Array, then: Array, held: Array, sigma: float, least: flo
     start, end = float(first @ held), float(then @ held)
     if abs(start) <= least:
         return Uncertain(float("nan"), float("nan"))
-    # Relative to the start, both as weights of the same samples: their errors are not independent.
+    # Both forces are weighted sums of the same samples, so that their errors are not independent.
     by_sample = first * end / start**2 - then / start
     return Uncertain(1.0 - end / start, sigma * float(np.linalg.norm(by_sample)))

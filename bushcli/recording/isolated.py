@@ -1,7 +1,7 @@
 """Run another library's parser in a separate process, with limits on time and memory, and return what it read.
 
-A file from a rig may be damaged, and a parser of a binary format then loops, takes all memory, or crashes. In a process
-of its own that is an error like any other. The child runs `main` of this module; it writes one line of JSON
+A file from a rig may be damaged; a parser of a binary format may then loop, take all memory, or crash. In a separate
+process that becomes an ordinary error. The child process runs `main` of this module; it writes one line of JSON
 and the columns as raw bytes to its standard output.
 """
 
@@ -28,31 +28,32 @@ from bushcli.recording.text import table_of_fields
 from bushcli.recording.units import tabulated_unit
 from bushcli.runtime.extras import remedy
 
-#: Seconds of a processor and bytes of address space that a child may take; on a busy machine it waits longer for them.
+#: Processor time, s, and bytes of address space that a child may take; below, the factor of the clock time on a busy
+#: machine.
 LONGEST, MOST_MEMORY = 60, 6_000_000_000
 _WAITING = 5
-#: Numbers that are taken over without asking which; more only of columns that can be meant.
+#: Numbers up to which all columns of a file are read; of larger files only the columns that may be needed.
 _MOST_NUMBERS = 5_000_000
-#: Samples of a table, and all numbers that are taken over.
+#: Largest number of samples of a table, and of all numbers that are read.
 MOST_SAMPLES, _MOST_IN_ALL = 5_000_000, 40_000_000
 _MOST_PARTS, _MOST_NAMES = 2_000, 20_000
 _FAILED = "bushcli failed: "
 _ROOT = Path(__file__).resolve().parents[2]
-# The file that was read last, if it is not large: channels of one file are read one after the other, each in a process
-# that loads the library for a second.
+# Contents of the file that was read last, if it is not large: channels of one file are read one after the other, and
+# each process would take a second to load the library.
 _last: dict[tuple[str | int, ...], Found] = {}
 
 
 @dataclass(frozen=True)
 class Found:
-    """What is in a file.
+    """Contents of a file.
 
     Attributes
     ----------
     tables : tuple of (Table, bool)
-        Each with whether it joins others.
+        Tables, and whether each joins others.
     failed : mapping of str to RecordingError
-        Sheets that hold no sound table, by name.
+        Errors of the sheets without a valid table, by name.
     one_clock : bool
         Whether the time stamps of all groups count from the same instant.
     """
@@ -69,7 +70,7 @@ def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found
     ----------
     path : Path
     format_name : str
-        Of the reader, see `bushcli.recording.reader.readers`.
+        Name of the reader, see `bushcli.recording.reader.readers`.
     wanted : collection of str or int
         Names or numbers, from 1, of the columns that the case file chooses.
 
@@ -89,7 +90,7 @@ def tables(path: Path, format_name: str, wanted: Collection[str | int]) -> Found
 
 
 def _state(path: Path) -> tuple[str, int, int, int]:
-    """Return what changes when a file does."""
+    """Return properties of a file that change when its contents change."""
     try:
         of = path.stat()
     except OSError:
@@ -122,9 +123,9 @@ def _found(path: Path, reader: Reader, parts: Iterable[tuple[Part, Sequence[NDAr
 
 
 def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str | int]) -> bytes:
-    """Return what the child writes."""
-    # -P: a file in the folder of the user may have the name of a module. The packages are appended for a checkout that
-    # is not installed.
+    """Return the child's output."""
+    # -P, because a file in the user's folder may have the name of a module. The path to the packages is appended for a
+    # checkout that is not installed.
     start = f"import sys; sys.path.append({str(_ROOT)!r}); from {__name__} import main; main(*sys.argv[1:])"
     command = [sys.executable, "-P", "-W", "ignore", "-c", start, format_name, str(path)]
     command.append(json.dumps(list(wanted)))
@@ -136,7 +137,7 @@ def _asked(path: Path, reader: Reader, format_name: str, wanted: Collection[str 
         raise _damaged(path, reader, f"reading it takes more than {_WAITING * LONGEST} s") from None
     if done.returncode == 0:
         return done.stdout
-    # What a parser prints while it comes down is not the reason.
+    # Other lines that a failing parser prints are not the reason.
     lines = done.stderr.decode("utf-8", "replace").splitlines()
     said = [line.removeprefix(_FAILED) for line in lines if line.startswith(_FAILED)]
     raise _damaged(path, reader, said[0] if said else "its parser crashes or needs too much time")
@@ -171,7 +172,7 @@ def _table(path: Path, part: Part, columns: Sequence[NDArray[Any] | None]) -> Ta
 
 
 def _columns(part: Part, wanted: Collection[str | int], all_of_them: bool) -> list[NDArray[Any] | None]:
-    """Return the columns of a part that hold numbers, those that nobody can mean left out unless all are asked for."""
+    """Return the columns of a part that hold numbers; None for others and, unless all are wanted, for unneeded ones."""
     found: list[NDArray[Any] | None] = []
     for i, name in enumerate(part.names):
         values = None
@@ -191,21 +192,21 @@ def _meant(name: str, unit: str) -> bool:
 
 
 def main(format_name: str, path: str, wanted: str) -> None:
-    """Read a file and write what is in it to the standard output, or why that fails to the standard error: the child.
+    """Run as the child: read a file and write its contents to the standard output, or an error to the standard error.
 
     Parameters
     ----------
     format_name : str
-        Of the reader.
+        Name of the reader.
     path : str
     wanted : str
-        List of columns that the case chooses, as JSON.
+        List of the columns that the case chooses, as JSON.
     """
     try:
         _write(format_name, Path(path), json.loads(wanted))
     except MemoryError:
         _fail(f"reading it takes more than {MOST_MEMORY / 1e9:g} GB")
-    except Exception as error:  # noqa: BLE001 - whatever somebody else's parser does with a damaged file
+    except Exception as error:  # noqa: BLE001 - a parser may raise anything for a damaged file
         _fail(" ".join(str(error).split()) or type(error).__name__)
 
 
@@ -215,7 +216,7 @@ def _fail(reason: str) -> None:
 
 
 def _write(format_name: str, path: Path, wanted: Collection[str | int]) -> None:
-    # asammdf greets, and pyarrow warns, where the columns are expected.
+    # asammdf prints a greeting and pyarrow warnings to the standard output, where the columns are expected.
     output, sys.stdout = sys.stdout.buffer, sys.stderr
     resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST + 5))
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
@@ -229,7 +230,7 @@ def _write(format_name: str, path: Path, wanted: Collection[str | int]) -> None:
             arrays += [column for column in columns if column is not None]
             if sum(map(len, arrays)) > _MOST_IN_ALL:
                 raise ValueError(
-                    f"has more than {_MOST_IN_ALL / 1e6:g} million numbers; export those needed alone"
+                    f"has more than {_MOST_IN_ALL / 1e6:g} million numbers; export only those needed"
                 )
             shown.append(
                 {
@@ -249,7 +250,7 @@ def _write(format_name: str, path: Path, wanted: Collection[str | int]) -> None:
 
 
 def _bounded(parts: Sequence[Part]) -> None:
-    """Refuse more than can be a recording."""
+    """Refuse more groups, columns or samples than a recording can have."""
     if len(parts) > _MOST_PARTS or sum(len(part.names) for part in parts) > _MOST_NAMES:
         raise ValueError(f"has more than {_MOST_PARTS} groups or {_MOST_NAMES} columns")
     longest = max((part.samples for part in parts), default=0)

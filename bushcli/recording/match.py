@@ -1,4 +1,4 @@
-"""Which columns of a table can be a quantity: by the words of their names, and by their units."""
+"""Find the columns of a table that can be a quantity, by the words of their names and by their units."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from bushcli.recording.table import Table
 from bushcli.recording.units import find_unit, plain_unit, tabulated_unit
 from cases.mode import Mode
 
-#: Words that a name may hold where the case file asks for a true stress, a true strain.
+#: Words that a name may contain where the case file asks for a true stress or a true strain.
 TRUE_STRESS = frozenset({"true", "wahre", "cauchy"})
 TRUE_STRAIN = frozenset({"true", "wahre", "log", "logarithmic", "hencky", "logarithmische"})
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A column that is searched for: a quantity of a mode, its key of `UNITS`, and words that are ignored."""
+    """A column to be found: a quantity of a mode, its key of `UNITS`, and words of the name that are ignored."""
 
     mode: Mode
     quantity: Quantity
@@ -32,7 +32,7 @@ class Wanted:
 
     @staticmethod
     def of(source: Source, mode: Mode, quantity: Quantity) -> Wanted:
-        """Return what a source and its mode ask for.
+        """Return the column that a source and its mode need.
 
         Parameters
         ----------
@@ -50,7 +50,7 @@ class Wanted:
 
 
 def has_columns(table: Table, source: Source, mode: Mode, quantities: Sequence[Quantity]) -> bool:
-    """Whether a table has a column, or several that could be meant, for each quantity.
+    """Whether a table has, for each quantity, at least one column that may be meant.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def quality_of(head: Heading, wanted: Wanted) -> int:
 
 
 def _rank(table: Table, index: int, head: Heading, wanted: Wanted) -> int:
-    """Return how surely a column is the quantity; one that says that it was measured beats others."""
+    """Return how surely a column is the quantity; a name that says that the column was measured ranks higher."""
     quality = quality_of(head, wanted)
     if not quality:
         return 0
@@ -148,28 +148,28 @@ def _rank(table: Table, index: int, head: Heading, wanted: Wanted) -> int:
         unit = find_unit(text, wanted.measured)
         if unit is not None and unit.measured != wanted.measured:
             return 0
-    # Of an engineering and a true strain side by side, the one that was asked for.
+    # If engineering and true strain are side by side, the one that the case file asks for ranks highest.
     asked = any(word in wanted.allowed for word in head.words)
     return quality + (5 if says_measured(head) else 0) + (10 if asked else 0)
 
 
 def written_units(table: Table, index: int, head: Heading) -> tuple[str, ...]:
-    """Return the units that name and row of units give for a column, as written.
+    """Return the units of a column as written in its name and in the row of units.
 
     Parameters
     ----------
     table : Table
     index : int
-        Of the column, from 0.
+        Index of the column, from 0.
     head : Heading
-        Of its name.
+        Parts of its name.
     """
     row = table.units[index]
     return (*head.written, *([row] if plain_unit(row) else []))
 
 
 def _units(table: Table, index: int, wanted: Wanted) -> tuple[tuple[str, float], ...]:
-    """Return what the units of a column measure, with their factors; of one that is not known, its text."""
+    """Return what the units of a column measure, with their factors; for an unknown unit its text and 0."""
     written = written_units(table, index, heading(table.names[index]))
     units = [(text, find_unit(text, wanted.measured)) for text in written]
     return tuple((text, 0.0) if unit is None else (unit.measured, unit.factor) for text, unit in units)

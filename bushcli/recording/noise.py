@@ -1,10 +1,10 @@
 """Noise of a sampled signal, estimated from the signal itself.
 
-A divided difference of order p annihilates polynomials of degree below p: what it leaves of a smooth signal
-is noise. Scaled to unit variance it is a sample of the noise whatever the spacing, and a robust mean over
-all windows disregards the few that straddle a kink (a turning point, the start of a hold). Windows that hold
-a single bad sample are left out: such a spike sits in p + 1 windows, so that 1 % of spikes touches 5 % of
-the windows of fourth differences, some of them too little to stand out alone.
+A divided difference of order p annihilates polynomials of degree below p, so that only noise remains of a smooth
+signal. Scaled to unit variance it is a sample of the noise for any spacing, and a robust mean over all windows
+disregards the few that straddle a kink (a turning point, the start of a hold). Windows that contain a single bad
+sample are left out: such a spike is in p + 1 windows, so that 1 % of spikes affects 5 % of the windows of fourth
+differences, some of them too little to be recognised alone.
 
 References
 ----------
@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Standard deviations from which on a sample counts as a spike: of 1e6 samples of normal noise less than one
-# does.
+# Standard deviations beyond which a sample counts as a spike; of 1e6 samples of normal noise fewer than one lies
+# beyond.
 _SPIKE = 5.0
-# Windows below which a median is too uncertain to call anything a spike.
+# Least number of windows for which the median is certain enough to recognise a spike.
 _ENOUGH = 20
 
 
@@ -36,19 +36,19 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     ----------
     values : (n,) array
     abscissa : (n,) array
-        Strictly monotonic; what the noise-free signal is a smooth function of (time, sample number,
+        Strictly monotonic; the variable of which the noise-free signal is a smooth function (time, sample number,
         displacement).
     order : int
-        Of the differences; lowered when there are too few samples.
+        Order of the differences; lowered when there are too few samples.
     groups : (n,) array of int, optional
-        Only windows within one group count, so that kinks between groups do no harm. Ignored where the groups
+        Only windows within one group are used, so that kinks between groups have no influence. Ignored where the groups
         are too short to give half as many windows as there are samples.
 
     Returns
     -------
     float
-        In the unit of ``values``; 0 for fewer than 3 samples. Where the sampling is coarse the curvature of
-        the signal is counted as noise: an upper bound.
+        In the unit of ``values``; 0 for fewer than 3 samples. With coarse sampling it is an upper bound, because the
+        curvature of the signal counts as noise.
     """
     n = len(values)
     order = min(order, n - 1)
@@ -62,12 +62,12 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     if within.sum() < _ENOUGH:
         return _spread(np.abs(residuals[within]))
     kept = within & ~_spiked(residuals, np.where(within[:, None], weights, 0.0))
-    # Where a large part stands out it is no handful of bad samples, and leaving it out would say "no noise".
+    # A large share of outliers is not a few bad samples; without them the noise would be underestimated.
     return _spread(np.abs(residuals[kept if kept.sum() >= 0.7 * within.sum() else within]))
 
 
 def _spread(sizes: Array) -> float:
-    """Return the standard deviation behind the sizes (m,) of residuals, outliers left out.
+    """Return the standard deviation of residuals from their absolute values (m,), outliers left out.
 
     The median absolute deviation finds the outliers; the root mean square of the rest uses the data better
     (the median alone scatters by 12 % for 250 samples, this by 8 %).
@@ -88,26 +88,26 @@ def _spiked(residuals: Array, weights: Array) -> NDArray[np.bool_]:
     residuals : (m,) array
         Divided differences.
     weights : (m, p + 1) array
-        Of the samples in each window; 0 in windows that do not count.
+        Weights of the samples in each window; 0 in windows that are not used.
     """
     m, width = weights.shape
     height, power = np.zeros(m + width - 1), np.zeros(m + width - 1)
     for j in range(width):
-        # Least squares for the height of a spike at each sample, from the windows that hold the sample, over
-        # its own size where residuals are 1: few windows, as at the ends, say little of the height.
+        # Least squares for the height of a spike at each sample, from the windows that contain the sample, divided by
+        # its standard error for residuals of 1: a few windows, as at the ends, determine the height poorly.
         height[j : j + m] += weights[:, j] * residuals
         power[j : j + m] += weights[:, j] ** 2
     known = power > 0.0
     size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=known))
     high = size > _SPIKE * 1.4826 * float(np.median(size[known]))
-    # The windows of a spike let its neighbours stand out as well: the highest among them is the spike.
+    # The neighbours of a spike share its windows and also appear high: the highest among them is the spike.
     padded = np.pad(size, width - 1)
     high &= size == sliding_window_view(padded, 2 * width - 1).max(axis=1)
     return np.asarray(sliding_window_view(high, width).any(axis=1))
 
 
 def _weights(abscissa: Array, order: int) -> Array:
-    """Return the weights (n - order, order + 1) of divided differences that keep the variance of white noise."""
+    """Return the weights (n - order, order + 1) of divided differences, scaled to keep the variance of white noise."""
     x = sliding_window_view(abscissa, order + 1)
     x = (x - x[:, :1]) / (x[:, -1:] - x[:, :1])
     gaps = x[:, :, None] - x[:, None, :]

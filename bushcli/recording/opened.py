@@ -1,4 +1,4 @@
-"""Open the table of a file that a case refers to: format by content, group or sheet as given or by its columns."""
+"""Open the table in a file of a case: format by content, group or sheet as given or by its columns."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from bushcli.recording.text import read_table
 from bushcli.runtime.bounded import TooLarge, read_beginning
 from cases.mode import Mode
 
-#: Bytes of a binary file. Only the channels that are needed are taken from it.
+#: Bytes; only the needed channels of a binary file are read.
 LARGEST_BINARY = 512_000_000
-#: Formats that are met and not read: first bytes, what it is, what to do.
+#: Formats that users have and bushcli does not read: first bytes, name, remedy.
 _FOREIGN = (
     (b"\xd0\xcf\x11\xe0", "an old Excel file (.xls)", "save it as .xlsx or as CSV"),
     (b"MATLAB 5.0", "a MATLAB file before version 7.3", "save it with -v7.3, or write a CSV file"),
@@ -37,9 +37,9 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity]) -> Ta
     ----------
     source : Source
     mode : Mode
-        It decides what the columns mean.
+        It determines the meaning of the columns.
     quantities : sequence of Quantity
-        Those that the table must have.
+        The quantities that the table must have.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def open_table(source: Source, mode: Mode, quantities: Sequence[Quantity]) -> Ta
 
 
 def opened(source: Source, wanted: Sequence[str | int]) -> Table | Found:
-    """Return the table of a text file, or the one that the case file names, or else all that a file has.
+    """Return the table of a text file, or the table that the case file names, or else all tables of the file.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def format_of(path: Path) -> str:
     Raises
     ------
     RecordingError
-        When the file cannot be opened, is too large, or is of a format that is not read.
+        When the file cannot be opened, is too large, or has a format that is not supported.
     """
     try:
         head = read_beginning(path, HEAD, LARGEST_BINARY)
@@ -125,7 +125,7 @@ def _named(source: Source, inside: Found) -> Table:
 
 
 def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: Found) -> Table:
-    """Return the only table, or the only one with the columns that are needed."""
+    """Return the only table, or the only one with the needed columns."""
     found = inside.tables
     if not found:
         raise next(
@@ -150,7 +150,7 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
         if common is not None:
             return common
     if not fitting:
-        # A sheet with a bad row may be the one that is meant; one without numbers is not.
+        # A sheet with a bad row may be the sheet that is meant; a sheet without numbers is not.
         for error in inside.failed.values():
             if "has no table" not in str(error):
                 raise error

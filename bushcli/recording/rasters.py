@@ -1,8 +1,8 @@
 """Channels of one file with different time stamps -> one table at the stamps of the force.
 
-A logger may write the force every millisecond and the travel every ten: two groups, each with its own time. Where the
-stamps of all groups count from the same instant, as in MDF, the travel is interpolated at the stamps of the force. The
-force is never interpolated, because its noise is judged from sample to sample.
+A logger may write the force every millisecond and the travel every ten milliseconds: two groups, each with its own
+time. Where the stamps of all groups count from the same instant, as in MDF, the travel is interpolated at the stamps of
+the force. The force is never interpolated, because its noise is estimated from the differences of its samples.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from cases.mode import Mode
 
 Array = NDArray[np.float64]
 
-#: As a reader names the stamps of a group.
+#: Name that readers give to the stamps of a group.
 TIME = "time"
-#: A pause of the travel's stamps longer than so many of its usual intervals, in which it moves by more than this share
-#: of its range, is a gap: nobody knows what was between. A logger of changes alone pauses while nothing moves.
+#: A pause of the travel's stamps is a gap, whose travel is unknown, if it is longer than this many median intervals and
+#: the travel changes by more than this share of its range. A logger that writes changes only pauses at rest.
 _PAUSE, _MOVED = 10.0, 0.01
 
 
@@ -46,7 +46,7 @@ def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> ArrayT
         Groups of a file, whose stamps count from the same instant.
     source : Source
     mode : Mode
-        It decides what the columns mean.
+        It determines the meaning of the columns.
 
     Raises
     ------
@@ -80,12 +80,12 @@ def on_one_raster(tables: Iterable[Table], source: Source, mode: Mode) -> ArrayT
 
 
 def _only(tables: list[ArrayTable], source: Source, mode: Mode, quantity: Quantity) -> Channel | None:
-    """Return the one group that has a quantity; None if no group has."""
+    """Return the only group that has a quantity; None if no group has it."""
     if isinstance(source.columns.get(quantity), int):
         return None  # a column's number is ambiguous if the columns are in several groups
     wanted = Wanted.of(source, mode, quantity)
     having = [table for table in tables if has_columns(table, source, mode, [quantity])]
-    # A group whose channel says what it is, before those whose unit alone would do.
+    # A group whose channel names the quantity precedes those that have the unit only.
     having = [table for table in having if candidates(table, wanted)] or having
     if not having:
         return None
@@ -106,7 +106,7 @@ def stamps_of(table: ArrayTable) -> Array:
     Raises
     ------
     RecordingError
-        They run backwards.
+        The stamps run backwards.
     """
     time = table.numbers(table.names.index(TIME))
     if (np.diff(time) < 0.0).any():
@@ -119,7 +119,7 @@ def stamps_of(table: ArrayTable) -> Array:
 
 
 def known_at(moved: Channel, time: Array, source: Source) -> tuple[NDArray[np.bool_], int]:
-    """Return at which stamps (n,) the travel is known, and the number of its gaps.
+    """Return whether the travel is known at each stamp (n,), and the number of its gaps.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def known_at(moved: Channel, time: Array, source: Source) -> tuple[NDArray[np.bo
     time : (n,) array
         Stamps, s.
     source : Source
-        It says which values are no codes.
+        Its `accept` lists values that are not codes.
     """
     intervals = np.diff(moved.time)
     known = (time >= moved.time[0]) & (time <= moved.time[-1])
@@ -156,10 +156,10 @@ def _said(forced: Channel, moved: Channel, lost: int, gaps: int) -> str:
 
 
 def raster_name(channel: Channel) -> str:
-    """Return a group by name, with the interval of its stamps."""
+    """Return the name of a group with the interval of its stamps."""
     return f'group "{channel.table.part}" every {float(np.median(np.diff(channel.time))):.3g} s'
 
 
 def span_of(channel: Channel) -> str:
-    """Return a group by name, with its first and last stamp."""
+    """Return the name of a group with its first and last stamp."""
     return f'group "{channel.table.part}" ({channel.time[0]:.6g} to {channel.time[-1]:.6g} s)'

@@ -1,4 +1,4 @@
-"""File of a rig -> Recording: read, convert to internal units (N, mm, MPa, s, rad), refuse what makes no sense."""
+"""File of a rig -> Recording: read, convert to internal units (N, mm, MPa, s, rad), refuse impossible data."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 _FEWEST_BUSHING = 5
 _FEWEST_COUPON = 3
 _FEWEST_PROGRAM = 2
-#: mm, rad, N, N mm, MPa: below this nothing was measured, and quotients leave the range of floating-point numbers.
+#: mm, rad, N, N mm, MPa: smaller values are not measurements, and quotients of them may overflow.
 _SMALLEST = 1e-12
 
 
@@ -43,7 +43,7 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
     source : Source
     whole : bool
         Read all cycles even when the source names those to use (see `cycle_mask`): a response that depends
-        on the path needs those before.
+        on the path needs the earlier cycles.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def read_recording(source: Source, whole: bool = False) -> Recording:
 
 
 def _used(recording: Recording, source: Source) -> Recording:
-    """Return the cycles that are compared: those that the case names, without those that condition the specimen."""
+    """Return the cycles that are compared: the ones that the case names, without the conditioning cycles."""
     if not source.conditioning:
         return recording if source.cycles is None else select_cycles(recording, source.cycles)
     last = max(branch.cycle for branch in branches(recording))
@@ -168,7 +168,7 @@ def branches(recording: Curve) -> tuple[Branch, ...]:
 
 
 def departure(found: Sequence[Branch], i: int) -> int:
-    """Return the sample from which a branch sets out: the last before it, unless cycles between are left out.
+    """Return the sample from which a branch starts: the last before it, unless cycles between are left out.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def departure(found: Sequence[Branch], i: int) -> int:
 def force_noise(recording: Curve) -> float:
     """Return the standard deviation of the noise of the force, in its unit.
 
-    The force is taken as smooth in time within each branch; without time, in displacement where that is
+    The force is assumed to be smooth in time within each branch; without time, in displacement where that is
     monotonic, else in the sample number. Coarse sampling makes it an upper bound, see `bushcli.recording.noise`.
     """
     q = recording.displacement
@@ -235,14 +235,14 @@ def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
 
 
 def matching(whole: Curve, used: Curve) -> NDArray[np.intp]:
-    """Return the places (n,) in a whole recording of the samples that are used of it, both in recorded order.
+    """Return the indices (n,) in a whole recording of the samples that are used; both are in recorded order.
 
     Parameters
     ----------
     whole : Curve
-        The recording as it is in the file.
+        The recording as in the file.
     used : Curve
-        The samples of it that are used.
+        Those samples of the recording that are used.
     """
     if len(whole.displacement) == len(used.displacement):
         return np.arange(len(used.displacement))

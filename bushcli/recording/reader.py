@@ -1,7 +1,7 @@
 """The type of a reader: one file in `bushcli/recording/readers` per format, found without registration.
 
-A reader of a binary format says which groups of columns a file holds, with names and units as they are written there;
-it converts nothing. A reader that uses another library's parser runs in a separate process
+A reader of a binary format returns the groups of columns in a file, with names and units as written there; it converts
+nothing. A reader that uses another library's parser runs in a separate process
 (`bushcli.recording.isolated`).
 """
 
@@ -37,9 +37,9 @@ class Part:
     load : callable, optional
         Index of a column from 0 -> its values (n,), as the file stores them. The file is open only while the part is.
     cells : sequence of (int, sequence of str), optional
-        Instead of columns: number from 1 and fields of each row of a sheet, header and all.
+        Instead of columns: number from 1 and fields of each row of a sheet, the header included.
     joined : bool
-        Whether it joins other parts that have the same time stamps; it counts where none of these is enough.
+        Whether it joins other parts with the same time stamps; it is used if none of these has all needed columns.
     """
 
     name: str
@@ -53,19 +53,19 @@ class Part:
 
 @dataclass(frozen=True)
 class Reader:
-    """How the files of a format are recognised and read.
+    """A reader: recognises and reads the files of a format.
 
     Attributes
     ----------
     name : str
-        As a message names the format, with its article: ``an MDF file``.
+        Name of the format in messages, with its article: ``an MDF file``.
     recognises : callable
         First bytes of the file, its suffix in lower case -> whether it is of this format.
     opened : callable
-        Path -> context manager that gives the parts of the file. It raises `OSError` or `ValueError` for a file that
-        is damaged.
+        Path -> context manager that gives the parts of the file. It raises `OSError` or `ValueError` for a damaged
+        file.
     library : str
-        Module that it needs; empty where it stands on its own.
+        Module that it needs; empty where it needs none.
     one_clock : bool
         Whether the time stamps of all its groups count from the same instant.
     """
@@ -88,7 +88,7 @@ def readers() -> dict[str, Reader]:
 
 
 def seconds(values: NDArray[Any]) -> NDArray[Any]:
-    """Return stamps of date and time as seconds since the first of them, other values (n,) as they are."""
+    """Return stamps of date and time as seconds since the first of them, other values (n,) unchanged."""
     if values.dtype.kind == "M":
         values = values - values[:1]
     if values.dtype.kind == "m":
@@ -104,7 +104,7 @@ def unit_of(values: Any) -> str:
 
 
 def numbered(names: Sequence[str]) -> list[str]:
-    """Return names, those that occur twice with a number behind them: ``raster``, ``raster 2``."""
+    """Return names, repeated ones with a number appended: ``raster``, ``raster 2``."""
     found: list[str] = []
     for name in names:
         count, candidate = 1, name

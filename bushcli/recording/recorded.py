@@ -1,4 +1,4 @@
-"""What a recording holds: a measured curve in internal units, and where it came from."""
+"""Recording: a measured curve in internal units, and its origin."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class RecordedPath:
     motion : shape (n, 6)
         mm and rad.
     free : tuple of int
-        Motions that no force held.
+        Indices of motions that were free of force.
     number : int
-        Of the motion and reaction that the recording is of.
+        Index of the motion and reaction in this recording.
     name : str
-        Of the whole recording, whose channels have one path.
+        Name of the whole recording, whose channels share this path.
     """
 
     time: Array | None
@@ -50,21 +50,21 @@ class Recording(Curve):
     Attributes
     ----------
     name : str
-        Of the channel.
+        Name of the channel.
     source : Path, optional
         The file.
     cycles : tuple of int
-        Numbers, in the file, of the cycles that were taken of it; empty where all were.
+        Numbers, in the file, of the selected cycles; empty if all are used.
     units : (str, str)
-        Of displacement and force in the file, see `bushcli.recording.units`; empty where they are not known.
+        Units of displacement and force in the file, see `bushcli.recording.units`; empty where they are not known.
     repeated : tuple of int
-        Lines of the file that repeat the row before them, time and all; they were left out.
+        Lines of the file that repeat the row before them, time included; they were left out.
     repairs : tuple of Repair
-        What else was repaired, or is to be known.
+        Other repairs and remarks.
     conditioning : int
         Number of first cycles of the file that only condition the specimen.
     six : RecordedPath, optional
-        The path of six motions of which displacement and force are one motion and its reaction.
+        The path of six motions; displacement and force are one of its motions and the reaction to it.
     """
 
     name: str = ""

@@ -1,8 +1,8 @@
 """Channels that were logged more slowly than the others: rows that only repeat the last value are left out.
 
 That is safe only where the pattern is regular: the channel changes every k-th row, by steps far beyond the resolution
-of its converter, while the other channel goes on. A converter that is coarse, a hold, or single lost telegrams look
-different; `bushcli.faults` judges these.
+of its converter, while the other channel keeps changing. A coarse converter, a hold, or single lost telegrams look
+different; `bushcli.faults` detects these.
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Runs of equal samples from which on a pattern is one; shares of them that last k rows, and a multiple of k.
+#: Least number of runs of equal samples in a pattern; least share of runs that last k rows, and a multiple of k rows.
 _FEWEST, _MOST_K, _MULTIPLE = 10, 0.7, 0.97
-#: Steps of the converter that the channel takes at once, and share of the runs in which the other channel goes on.
+#: Least change of the channel in steps of the converter, and share of the runs in which the other channel changes.
 _STEPS, _GOES_ON = 3.0, 0.8
 
 
 def updates(values: Array, other: Array) -> Mask | None:
-    """Return the rows (n,) at which a channel was written anew, where it is written every k-th row; None elsewhere.
+    """Return whether each row (n,) has a new value of a channel that is updated every k-th row; None for others.
 
     Parameters
     ----------
     values : (n,) array
-        Of the channel, in any unit.
+        Values of the channel, in any unit.
     other : (n,) array
-        Of the channel beside it, in any unit.
+        Values of the other channel, in any unit.
     """
     changes = np.flatnonzero(np.diff(values) != 0.0) + 1
     if len(changes) < _FEWEST:

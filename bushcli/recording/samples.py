@@ -20,14 +20,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Repair:
-    """What was changed in a recording when it was read.
+    """A change to a recording when it was read, or a remark.
 
     Attributes
     ----------
     kind : {"time", "stuck", "columns"}
         "columns" says how a column was found; the others are faults of the data.
     text : str
-        With the numbers of samples concerned.
+        A sentence with the number of samples concerned.
     """
 
     kind: Literal["time", "stuck", "columns"]
@@ -36,7 +36,7 @@ class Repair:
 
 @dataclass(frozen=True)
 class Samples:
-    """Samples in internal units, and what was changed of them.
+    """Samples in internal units, and the changes to them.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Samples:
     time : (n,) array or None
         s.
     repeated : tuple of int
-        Rows, from 0, that were left out because they repeat the row before them, time and all.
+        Rows, from 0, that were left out because they repeat the row before them, time included.
     repairs : tuple of Repair
     """
 
@@ -58,7 +58,7 @@ class Samples:
 def timed(
     table: Table, source: Source, stamps: Column | None, displacement: Array, force: Array, fewest: int
 ) -> Samples:
-    """Return the samples with their times, repaired or made up as the case says.
+    """Return the samples with their times, repaired or computed as the case specifies.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def updated(table: Table, samples: Samples, moved: Column, forced: Column, fewes
     table : Table
     samples : Samples
     moved, forced : Column
-        As they were read.
+        As read from the file.
     fewest : int
         Number of samples that must remain.
     """

@@ -3,14 +3,14 @@
 The rules, all relative to the noise of the displacement, which is estimated from the signal:
 
 - A *turning point* is an extreme from which the displacement then retreats by more than 8 standard
-  deviations, and by more than 0.2 % of the whole range. A noise excursion of that size between two samples
+  deviations, and by more than 0.2 % of the whole range. Noise of that size between two samples
   has a probability below 1e-7.
 - A *hold* is a stretch of at least 5 samples that stays within a band of 8 standard deviations without a
   trend, reached and left abruptly: the displacement moves by one more such band in 0.3 of its duration.
 - *Loading* leads away from zero displacement, *unloading* towards it; a stretch that crosses zero is cut
   there.
-- An *overshoot* is no excursion: where the motion turns back within 5 % of the neighbouring excursions beyond
-  zero, it is not cut there.
+- An *overshoot* is not an excursion: where the motion passes zero by less than 5 % of the neighbouring excursions
+  before it turns back, it is not cut there.
 - A *cycle* is one excursion: it begins with a loading branch that follows an unloading one. 0, 4, 0, -4, 0
   are two. A recording that begins at a turning point is counted from there, in whole loops: 4, -4, 4 is one.
 """
@@ -32,12 +32,12 @@ Kind = Literal["loading", "unloading", "hold"]
 
 _TURN = 8.0
 _HALF_BAND = 4.0
-# Small against any program worth recording, large against the steps of a coarse analogue-digital converter.
+# Small compared with any useful program, large compared with the steps of a coarse analogue-digital converter.
 _SMALLEST_TURN = 2e-3
 _SMALLEST_NOISE = 1.25e-4
 _SHORTEST_HOLD = 5
-# Rigs overshoot zero by some per cent of the stroke; a recording cut at its turning points begins within noise and
-# control error of the extreme.
+# Rigs overshoot zero by some per cent of the stroke; a recording cut at its turning points begins at the extreme, up to
+# noise and control error.
 _OVERSHOOT = 0.05
 _AT_THE_TURN = 0.9
 
@@ -97,7 +97,7 @@ def segment(displacement: Array, time: Array | None = None) -> tuple[Branch, ...
         return (Branch("hold", 0, len(displacement), 1, 0),)
     sigma = displacement_noise(displacement, time)
     threshold = max(_TURN * sigma, _SMALLEST_TURN * span)
-    # Noise of more than a twentieth of the range leaves nothing to cut.
+    # The threshold has to stay below the range if the noise exceeds a twentieth of it.
     threshold = min(threshold, 0.4 * span)
     turns = _turning_points([float(q) for q in displacement], threshold)
     holds = _holds(displacement, _abscissa(displacement, time), max(sigma, _SMALLEST_NOISE * span))
@@ -171,7 +171,7 @@ def _still(q: Array, x: Array, sigma: float) -> bool:
     first, middle, last = q[:third].mean(), q[third : n - third].mean(), q[n - third :].mean()
     trend = np.polynomial.polynomial.polyfit((x - x[0]) / (x[-1] - x[0]), q, 1)[1]
     arch = middle - 0.5 * (first + last)
-    # Four standard errors of each under white noise, but no less than what a rig may drift while it holds.
+    # Four standard errors of trend and arch under white noise, but no less than a rig may drift in a hold.
     straight = abs(trend) <= sigma * max(1.0, 4.0 * np.sqrt(12.0 / n))
     flat = abs(arch) <= sigma * max(0.5, 4.0 * np.sqrt(1.5 / third))
     return bool(straight and flat and q.std() <= 1.6 * sigma)
@@ -188,7 +188,7 @@ def _pieces(n: int, turns: list[int], holds: list[tuple[int, int]]) -> list[tupl
 
 
 def _merge(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> list[tuple[int, int, bool]]:
-    """Join moving pieces that go nowhere (a hold's ragged ends) to their neighbour."""
+    """Join moving pieces without a net displacement (a hold's ragged ends) to their neighbour."""
     merged: list[tuple[int, int, bool]] = []
     for start, stop, held in pieces:
         idle = not held and abs(q[stop - 1] - q[max(start - 1, 0)]) < threshold
@@ -214,7 +214,7 @@ def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> I
         for first, last in _cut_at_zero(q, before, start, stop, small):
             end = q[last - 1]
             kind: Kind = "loading" if abs(end) > abs(q[max(first - 1, 0)]) else "unloading"
-            # A cycle ends where the next one begins: back at rest, or at the turning point that the file began with.
+            # A cycle ends where the next one begins: at rest, or at the turning point at which the file begins.
             if kind == ("unloading" if side else "loading") and turned:
                 cycle, turned = cycle + 1, False
             turned = turned or (
@@ -224,7 +224,7 @@ def _named(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> I
 
 
 def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float) -> int:
-    """Return the sign of the displacement of a turning point at which a recording begins; 0 where it does not."""
+    """Return the sign of the displacement at the turning point where a recording begins; 0 if it begins elsewhere."""
     moving = [(start, stop) for start, stop, held in pieces if not held]
     if not moving:
         return 0
@@ -237,9 +237,9 @@ def _first_side(pieces: list[tuple[int, int, bool]], q: Array, threshold: float)
 
 
 def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> float:
-    """Return the size up to which a piece's end beyond zero is an overshoot: small beside both neighbours'.
+    """Return the largest excursion of a piece beyond zero that is an overshoot: small compared with both neighbours.
 
-    0.1 is one in 4, -0.1, 4; in 0.1, -0.1, 4 it is a cycle of its own.
+    In 4, -0.1, 4 the excursion of 0.1 is an overshoot; in 0.1, -0.1, 4 it is a cycle of its own.
     """
     ends = [float(q[max(pieces[0][0] - 1, 0)])]
     at = 0
@@ -256,7 +256,7 @@ def _overshoot(pieces: list[tuple[int, int, bool]], place: int, q: Array) -> flo
 
 
 def _cut_at_zero(q: Array, before: int, start: int, stop: int, small: float) -> list[tuple[int, int]]:
-    """Return the stretch as one or, where it crosses zero, two: the sample nearest to zero ends the first."""
+    """Return the stretch, cut in two if it crosses zero: the sample nearest to zero ends the first part."""
     begin, end = q[before], q[stop - 1]
     if begin * end < 0 and min(abs(begin), abs(end)) > small:
         middle = start + int(np.argmin(np.abs(q[start:stop]))) + 1

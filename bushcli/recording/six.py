@@ -1,4 +1,4 @@
-"""Six motions and reactions in one file: which columns they are, and the path that they record."""
+"""Six motions and reactions in one file: their columns, and the recorded path."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from cases.six import MOTIONS, REACTIONS
 Array = NDArray[np.float64]
 Columns = Mapping[str, str | int]
 
-# The mode whose displacement and force a motion and its reaction are, with their units.
+# Mode as whose displacement and force each motion and its reaction are read; it also determines their units.
 PAIR_MODES = ("radial", "radial", "axial", "conical", "conical", "torsional")
 
 
 def columns_of(
     source: Source, motions: Columns | None, forces: Columns | None
 ) -> tuple[dict[str, str | int], dict[str, str | int]]:
-    """Return the columns of the motions and of the reactions: those given, else those that the header names.
+    """Return the columns of the motions and of the reactions, as given or else as named in the header.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def read_motions(source: Source) -> tuple[Array | None, Array]:
     Raises
     ------
     RecordingError
-        A column is not there or cannot be read, or the time does not increase.
+        A column is missing or cannot be read, or the time does not increase.
     """
     assert source.six is not None
     table = six_table(source, source.six.chosen)

@@ -1,8 +1,8 @@
 """The table of a recording of six motions: one sheet or group that has all columns, or several put together.
 
-Columns are those that the case file names, and those whose names are those of motions and reactions ("ux_mm", "Fx
-[N]"). Where a logger writes motions and reactions with different time stamps that count from the same instant, the
-motions are interpolated at the stamps of the reactions, as `bushcli.recording.rasters` does for one.
+The columns are named by the case file, or have names of motions and reactions ("ux_mm", "Fx [N]"). Where a logger
+writes motions and reactions with different time stamps that count from the same instant, the motions are interpolated
+at the stamps of the reactions, as `bushcli.recording.rasters` does for a single motion.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from bushcli.recording.source import Source
 from bushcli.recording.table import ArrayTable, Table
 from cases.six import MOTIONS, REACTIONS
 
-# Names in a header that say so: "ux_mm", "Fx [N]", "rotz_deg", "rz".
+# Names of motions and reactions in a header: "ux_mm", "Fx [N]", "rotz_deg", "rz".
 _ALIASES = {
     **{name: (name,) for name in (*MOTIONS, *REACTIONS)},
     **{f"r{axis}": (f"r{axis}", f"rot{axis}", f"rotation{axis}") for axis in "xyz"},
 }
-# A path from one pose to another.
+# Least number of samples: a path from one pose to another.
 _FEWEST = 2
 
 
 def named_in(table: Table) -> dict[str, int]:
-    """Return the columns, from 0, whose names are those of motions and reactions, by "ux" to "mz"."""
+    """Return the columns, from 0, that have names of motions or reactions, by "ux" to "mz"."""
     found: dict[str, int] = {}
     for index, name in enumerate(table.names):
         first = re.split(r"[\s_\[\(/]", name.strip().casefold(), maxsplit=1)[0]
@@ -54,7 +54,7 @@ def six_table(source: Source, chosen: Mapping[str, str]) -> Table:
     Raises
     ------
     RecordingError
-        The file cannot be read, or it is not clear where its motions and reactions are.
+        The file cannot be read, or it is not clear which of its columns are the motions and reactions.
     """
     found = opened(source, list(chosen.values()))
     if isinstance(found, Table):
@@ -80,7 +80,7 @@ def six_table(source: Source, chosen: Mapping[str, str]) -> Table:
     ]
     if len(parts) > 1 and found.one_clock:
         return _on_one_raster(source, parts)
-    # A sheet with a bad row may be the one that is meant.
+    # A sheet with a bad row may be the sheet that is meant.
     for error in found.failed.values():
         raise error
     what = "no sheet or group has all motions and reactions, among "
@@ -91,7 +91,7 @@ def six_table(source: Source, chosen: Mapping[str, str]) -> Table:
 
 @dataclass(frozen=True)
 class _Part:
-    """A group with motions or reactions: its table, their columns, and that of its time stamps, from 0."""
+    """A group with motions or reactions: its table, their columns, and the column of the time stamps, from 0."""
 
     table: ArrayTable
     columns: Mapping[str, int]
@@ -107,7 +107,7 @@ def _columns(table: Table, chosen: Mapping[str, str]) -> dict[str, int]:
 
 
 def _on_one_raster(source: Source, parts: Sequence[_Part]) -> ArrayTable:
-    """Return the reactions with the motions, interpolated at the stamps of the reactions."""
+    """Return the reactions, and the motions interpolated at the stamps of the reactions."""
     forced = [part for part in parts if any(key in REACTIONS for key in part.columns)]
     if len(forced) != 1:
         what = f"reactions are in {len(forced)} groups with different time stamps: "
@@ -137,7 +137,7 @@ def _on_one_raster(source: Source, parts: Sequence[_Part]) -> ArrayTable:
 
 
 def _joined(source: Source, whole: Channel, moved: Sequence[Channel], known: NDArray[np.bool_]) -> ArrayTable:
-    """Return the columns of a group, with others interpolated at those of its stamps that are known."""
+    """Return the columns of a group, and others interpolated at those of its stamps where all are known."""
     at = whole.time[known]
     values = [whole.table.numbers(index, source.accept)[known] for index in whole.columns]
     values += [np.interp(at, one.time, one.table.numbers(one.columns[0], source.accept)) for one in moved]

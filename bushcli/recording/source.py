@@ -1,6 +1,6 @@
-"""Where a measured curve is, and how its file is to be read.
+"""Source of a measured curve: its file, and how the file has to be read.
 
-Written by the case file, read by `bushcli.recording`; it stands below both, so that neither needs the other.
+`bushcli.case` makes sources from the case file, and `bushcli.recording` reads them; neither has to import the other.
 """
 
 from __future__ import annotations
@@ -11,24 +11,24 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-#: What a column may hold, as in the ``columns`` and ``units`` keys of a case file.
+#: Quantities of a column, as in the ``columns`` and ``units`` keys of a case file.
 Quantity = Literal["time", "displacement", "force"]
 
 
 @dataclass(frozen=True)
 class SixColumns:
-    """A recorded path of six motions, of which a source is one reaction.
+    """A recorded path of six motions; a source is one of its reactions.
 
     Attributes
     ----------
     motions : mapping of str to str or int
-        Column of each motion that is recorded, "ux" to "rz"; the others stand still.
+        Column of each recorded motion, "ux" to "rz"; the others are zero.
     chosen : mapping of str to str
         Columns that the case file names, "ux" to "mz".
     free : tuple of int
-        Motions that no force held.
+        Indices of motions that were free of force.
     name : str
-        Of the whole recording.
+        Name of the whole recording.
     """
 
     motions: Mapping[str, str | int]
@@ -39,7 +39,7 @@ class SixColumns:
 
 @dataclass(frozen=True)
 class Specimen:
-    """How a coupon was measured, where its file does not hold nominal stress and stretch.
+    """Conversion of a coupon's file that does not hold nominal stress and stretch.
 
     Attributes
     ----------
@@ -66,40 +66,40 @@ class Source:
     Attributes
     ----------
     mode : str
-        Name of the deformation mode; it decides what the columns mean.
+        Name of the deformation mode; it determines the meaning of the columns.
     file : Path
     name : str
-        Of the channel; the mode's name when empty.
+        Name of the channel; the mode's name when empty.
     columns : mapping of Quantity to str or int
-        Column by name or by 1-based number; what is not given is found by its name.
+        Column by name or by 1-based number; a column that is not given is found by its name.
     units : mapping of Quantity to str
         Unit by quantity; it overrides what the file says. See `UNITS` and `bushcli.recording.units`.
     delimiter : str, optional
-        "," ";" "\t" or " " (any white space); found out when None.
+        "," ";" "\t" or " " (any white space); recognised from the file when None.
     decimal : {".", ","}, optional
-        Found out when None.
+        Recognised from the file when None.
     reverse : tuple of Quantity
-        Columns whose sign is turned round after they were read.
+        Columns whose sign is reversed after reading.
     cycles : tuple of int, optional
         1-based numbers of the cycles to use; all when None.
     largest_stretch : float, optional
-        Points of a coupon beyond it are left out.
+        Points of a coupon at larger stretches are left out.
     accept : tuple of float
         Values that look like codes for missing ones, such as -9999, but were measured.
     group : str or int, optional
-        Sheet or group of the file, by name or by number from 1; found out when None.
+        Sheet or group of the file, by name or by number from 1; found by its columns when None.
     sample_rate : float, optional
         Samples per second, Hz, of a file without a time.
     rate : float, optional
         Speed of the test without a time: mm/s, rad/s, or 1/s of a coupon.
     conditioning : int
-        Number of first cycles that condition the specimen; they are simulated and not compared.
+        Number of first cycles that condition the specimen; they are simulated but not compared.
     specimen : Specimen
-        Of a coupon.
+        Dimensions and measures of a coupon.
     standard : str, optional
         Name of the standard that the test claims to follow, see `bushcli.standards`.
     six : SixColumns, optional
-        The path of six motions that it is a part of.
+        The path of six motions to which it belongs.
     """
 
     mode: str
@@ -125,7 +125,7 @@ class Source:
         object.__setattr__(self, "file", Path(self.file))
 
     def contents(self) -> bytes:
-        """Return what the file holds now (`bushcli.runtime.canonical`)."""
+        """Return the present contents of the file (`bushcli.runtime.canonical`)."""
         return self.file.read_bytes()
 
     def measured(self, quantity: Quantity, specimen: str, rotational: bool) -> str:
@@ -150,7 +150,7 @@ class Source:
         return self.name or self.mode
 
 
-#: Factor from a unit to the internal one (N, mm, MPa, s, rad), by what is measured. Of the three ways to
+#: Factor from a unit to the internal one (N, mm, MPa, s, rad), by the measured quantity. Of the three ways to
 #: write the deformation of a coupon, "stretch" is the ratio of lengths, "strain" and "percent" are the
 #: nominal strain.
 UNITS: Mapping[str, Mapping[str, float]] = {
@@ -165,7 +165,7 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 
 
 def dimension(quantity: Quantity, specimen: str, rotational: bool) -> str:
-    """Return the key of `UNITS` that applies to a column of a bushing ("bushing") or coupon recording.
+    """Return the key of `UNITS` that applies to a column of a recording.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Coupons: force and travel, or true stress and strain, -> stretch - 1 and nominal stress.
 
-Rubber keeps its volume in these tests: the deformed area is the undeformed one over the stretch, in the direction of
-the load, of uniaxial, equibiaxial and planar tests alike. Of a volumetric test that is not so.
+In uniaxial, equibiaxial and planar tests the rubber keeps its volume: the deformed area normal to a load is the
+undeformed area divided by the stretch along this load. That does not hold in a volumetric test.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from cases.mode import Mode
 
 Array = NDArray[np.float64]
 
-#: Logarithmic strains beyond it are no strains: exp(3) = 20.
+#: No rubber reaches a larger logarithmic strain: exp(3) = 20.
 _LARGEST_STRAIN = 3.0
 
 

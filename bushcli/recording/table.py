@@ -1,4 +1,4 @@
-"""A table of measured columns, whatever file it came from: names, units as written, numbers on demand."""
+"""A table of measured columns from a file of any format: names, units as written, numbers on demand."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from bushcli.recording.fields import is_number, says_missing, sentinel, to_float
 
 Array = NDArray[np.float64]
 
-#: A slip or a code for an error; far below the largest float, so that products of measured values stay finite.
+#: Larger values are slips or codes for errors; the limit is so low that products of measured values stay finite.
 LARGEST = 1e100
-#: Characters of a name or a field that a message shows.
+#: Largest number of characters of a name or a field that a message shows.
 SHOWN = 40
 
 
@@ -33,9 +33,9 @@ class Table(ABC):
     part : str
         Name of the sheet or group of the file; empty where a file holds one table.
     header_line : int
-        Line of the units, or of the names where they have no row of their own; 0 where lines have no meaning.
+        Line of the units, or of the names if there is no row of units; 0 in a file without lines.
     remarks : tuple of str
-        What a user should know of how it was made.
+        What a user should know about how the table was made.
     """
 
     path: Path
@@ -55,7 +55,7 @@ class Table(ABC):
 
     @abstractmethod
     def text(self, row: int, column: int) -> str:
-        """Return a field as it is written in the file.
+        """Return a field as written in the file.
 
         Parameters
         ----------
@@ -77,7 +77,7 @@ class Table(ABC):
         Raises
         ------
         RecordingError
-            At the first field that is no finite number or looks like a code for a missing value.
+            At the first field that is not a finite number or looks like a code for a missing value.
         """
 
     @property
@@ -90,7 +90,7 @@ class Table(ABC):
         return f"{self.path}:{self.line(row)}"
 
     def label(self, column: int) -> str:
-        """Return how a message names a column (from 0): ``column 2 (force_N)``."""
+        """Return the name of a column (from 0) in messages: ``column 2 (force_N)``."""
         name = self.names[column]
         return f"column {column + 1} ({name[:SHOWN]})" if name else f"column {column + 1}"
 
@@ -137,7 +137,7 @@ class ArrayTable(Table):
         return f"{self.where}, sample {row + 1}"
 
     def text(self, row: int, column: int) -> str:
-        """Return a number in the shortest form that gives it back.
+        """Return a number in the shortest form that is read back as the same number.
 
         Parameters
         ----------
@@ -172,7 +172,7 @@ class ArrayTable(Table):
                 what += f", and so in {int(bad.sum()) - 1} more samples"
             expected = "delete these samples, or export the file without them"
             raise RecordingError(Problem(self.place(row), what, "", expected))
-        # A code has three nines or is a limit of 16 or 32 bits: only such values are written out.
+        # A code has three nines or is a limit of 16 or 32 bits: only such values are converted to text.
         texts = [""] * len(values)
         for row in np.flatnonzero(np.abs(values) >= 999.0):
             texts[row] = f"{raw[row]!s}"
@@ -208,7 +208,7 @@ class TextTable(Table):
         return self.lines[row]
 
     def text(self, row: int, column: int) -> str:
-        """Return a field as it is written.
+        """Return a field as written in the file.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
-"""Text of a test rig -> table of fields: encoding, header, delimiter and decimal sign are found out.
+"""Text file of a test rig -> table of fields: encoding, header, delimiter and decimal sign are recognised.
 
 Nothing is skipped silently: below the first row of numbers every line is a row, a comment (#, %, //) or
-empty, or the file is refused with the line.
+empty, or else the file is refused with the number of the line.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from bushcli.recording.table import SHOWN, TextTable
 _COMMENTS = ("#", "%", "//")
 #: Bounds on the work: a line of a thousand columns has some ten thousand characters.
 LONGEST_LINE, MOST_COLUMNS = 20_000, 1_000
-#: Lines, spread over the file, by which delimiter and decimal sign are found out.
+#: Number of lines, spread over the file, by which delimiter and decimal sign are recognised.
 _SAMPLE = 4_000
 
 
@@ -48,9 +48,9 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
     ----------
     path : Path
     delimiter : str, optional
-        "," ";" a tab or " " (any white space); found out when None.
+        "," ";" a tab or " " (any white space); recognised from the file when None.
     decimal : {".", ","}, optional
-        Found out when None.
+        Recognised from the file when None.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def read_table(path: Path, delimiter: str | None = None, decimal: str | None = N
 
 
 def table_of_fields(path: Path, part: str, cells: Sequence[tuple[int, Sequence[str]]]) -> TextTable:
-    """Return the table of a sheet whose fields are known already.
+    """Return the table of a sheet that is split into fields already.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def _rows(path: Path, body: Sequence[Line], split: Sequence[list[str]], decimal:
 
 
 def _without_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
-    """Take separators of thousands out of the columns that can only have them, and return what is to be said of it."""
+    """Remove thousands separators from the columns that certainly have them, and return remarks about it."""
     said = []
     for column in range(max(map(len, split), default=0)):
         fields = [row[column] if column < len(row) else "" for row in split]
@@ -150,14 +150,14 @@ def _without_thousands(split: Sequence[list[str]], decimal: str) -> list[str]:
         if found:
             row, plain = next(iter(found.items()))
             said.append(
-                f"column {column + 1}: separators of thousands are left out of {len(found)} numbers: "
+                f"column {column + 1}: thousands separators are removed from {len(found)} numbers: "
                 f"{fields[row]} is read as {plain}"
             )
     return said
 
 
 def _refuse_thousands(path: Path, rows: list[list[str]], lines: list[int], decimal: str) -> None:
-    """Refuse numbers of which each could as well have a separator of thousands."""
+    """Refuse numbers if the decimal sign of each of them could as well be a thousands separator."""
     found = ambiguous_thousands(rows, decimal)
     if found is None:
         return
@@ -188,7 +188,7 @@ def _lines(path: Path, text: str) -> list[Line]:
 def _split(text: str, delimiter: str) -> list[str]:
     if delimiter == " ":
         text = text.replace("\t", " ").strip()
-    # A single quotation mark is the unit of an inch, in a row of units.
+    # In a row of units, a single quotation mark means an inch.
     if text.count('"') % 2 == 0 and '"' in text:
         try:
             fields = next(csv.reader([text], delimiter=delimiter, skipinitialspace=True))
@@ -211,7 +211,7 @@ def _numeric(fields: list[str], decimal: str) -> int:
 
 
 def _is_row(fields: list[str], decimal: str) -> bool:
-    """Whether a line looks like data: two numbers at least, and not more texts (a clock) than numbers."""
+    """Whether a line looks like data: at least two numbers, and not more texts (a clock) than numbers."""
     count = _numeric(fields, decimal)
     return count >= 2 and 2 * count >= len([field for field in fields if field])
 
@@ -225,7 +225,7 @@ def _dialect(path: Path, body: Sequence[Line], delimiter: str | None, decimal: s
         for sign in (decimal,) if decimal else (".", ","):
             rows = [fields for fields in split if _is_row(fields, sign)]
             common = Counter(len(fields) for fields in rows).most_common(1)
-            # Rows without any text weigh more: "0,5 1,5" is also three fields of which two are numbers.
+            # Rows without any text weigh more: "0,5 1,5" can also be split into three fields, two of them numbers.
             whole = sum(_numeric(fields, sign) == len(_trimmed(fields)) for fields in rows)
             points = (common[0][1] if common else 0) + 2.0 * whole
             if points > score:
@@ -239,7 +239,7 @@ def _dialect(path: Path, body: Sequence[Line], delimiter: str | None, decimal: s
 
 
 def _start(path: Path, split: Sequence[list[str]], decimal: str) -> tuple[int, int, int]:
-    """Return the index of the first row, and the usual number of fields, with and without empty last ones."""
+    """Return the index of the first row, and the most frequent number of fields, with and without empty last ones."""
     like = [_is_row(fields, decimal) for fields in split]
     raw = Counter(len(f) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
     filled = Counter(len(_trimmed(f)) for f, row in zip(split, like, strict=True) if row).most_common(1)[0][0]
@@ -253,7 +253,7 @@ def _start(path: Path, split: Sequence[list[str]], decimal: str) -> tuple[int, i
 def _header(
     path: Path, lines: Sequence[Line], first: int, width: int, delimiter: str, decimal: str
 ) -> tuple[tuple[str, ...], tuple[str, ...], int]:
-    """Return names and units by column and their line, from the lines above the first row of numbers (its line)."""
+    """Return names and units by column and the number of their line, from the lines above the first row of numbers."""
     empty = ("",) * width
     units, place, passed = empty, 0, []
     above = [line for line in lines if line.number < first]
@@ -279,16 +279,16 @@ def _header(
 
 
 def _are_unknown_units(fields: list[str], above: Sequence[list[str]]) -> bool:
-    """Whether a line is a row of units that are not known: it names no quantity, and a line above it does."""
+    """Whether a line is a row of unknown units: it names no quantity, but a line above it does."""
     return not named_columns(fields) and any(named_columns(other) >= 2 for other in above)
 
 
 def _header_fields(text: str, delimiter: str, width: int) -> list[str] | None:
-    """Return the fields of a header line when there is one for each column."""
+    """Return the fields of a header line if it has one field for each column."""
     attempts = [_split(text, delimiter)]
     if delimiter in " \t":
-        # A header over tabs may be laid out with blanks; in "Weg [mm]  Kraft [N]" names may hold single
-        # spaces, and a unit belongs to the name before it.
+        # A header may be aligned with blanks above columns separated by tabs; in "Weg [mm]  Kraft [N]" names may
+        # contain single spaces, and a unit belongs to the name before it.
         attempts.append(re.split(r"\s{2,}|\t", text.strip()))
         attempts.append(text.split())
         attempts.append(re.sub(r"\s+([\[(][^\])]*[\])])", r"\1", text).split())

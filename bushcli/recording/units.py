@@ -1,7 +1,7 @@
-"""Units as people write them -> what they measure, and their factor to N, mm, MPa, s, rad.
+"""Units as people write them -> the measured quantity, and their factor to N, mm, MPa, s, rad.
 
-A unit in the table below costs nothing. Any other one is converted by pint, which is imported only then (0.5 s
-with its definitions). A text that is no unit stays one: nothing is guessed.
+A unit in the table below takes no time. Any other unit is converted by pint, which is imported only then (0.5 s
+with its definitions). A text that is not a unit is not converted: nothing is guessed.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import Any
 
 from bushcli.recording.source import UNITS
 
-#: What a unit measures when it is none of the quantities of a recording.
+#: Stands for any quantity that a recording does not contain.
 OTHER = "other"
-#: Ways to write the units of `UNITS`, without blanks, in the case in which they are usually written.
+#: Spellings of the units of `UNITS`, without blanks, in their usual upper or lower case.
 _SPELLINGS: Mapping[str, Mapping[str, str]] = {
     "time": {
         "s": "s sec secs sek second seconds Sekunde Sekunden",
@@ -65,25 +65,25 @@ _EXACT = {
     for spelling in spellings.split()
 }
 _FOLDED = {spelling.lower(): unit for spelling, unit in _EXACT.items()}
-#: No unit, said in words or signs.
+#: Texts that mean "no unit".
 NO_UNIT = ("-", "--", "1", "")
-#: Texts with two meanings in use, each with what to write instead.
+#: Texts that are used with two meanings, each with the unambiguous spellings.
 AMBIGUOUS: Mapping[str, str] = {
     "grad": '"deg" for degrees, "gon" for 1/400 of a turn',
     "ton": '"kgf", "kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
     "tons": '"kgf", "kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
     "tonf": '"kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
 }
-#: Names that pint does not know or takes for something else: it reads a kilopond as 1000 kgf, a mil as an angle.
+#: Names that pint does not know or misunderstands: it reads a kilopond as 1000 kgf, a mil as an angle.
 _RENAMED = {"kp": "kgf", "kilopond": "kgf", "kiloponds": "kgf", "rev": "turn", "revs": "turn", "'": "ft"}
 _OF_LENGTH = {"mil": "thou", "mils": "thou"}
-#: In a force a pound, an ounce is one of force; nobody measures a mass with a load cell. Kilograms stay refused:
-#: many read-outs show them, and whether they were converted is not in the file.
+#: For a force, a pound or ounce is a pound-force or ounce-force: nobody measures a mass with a load cell. Kilograms are
+#: refused, because many read-outs show them, and the file does not say whether they were converted.
 _OF_FORCE = {
     "lb": "lbf", "lbs": "lbf", "pound": "lbf", "pounds": "lbf", "#": "lbf",
     "oz": "ozf", "ounce": "ozf", "ounces": "ozf", "klb": "kip", "klbs": "kip",
 }  # fmt: skip
-#: Internal units in SI base units, by what pint calls the dimensions.
+#: Internal units in SI base units, with pint's names of the dimensions.
 _DIMENSIONS: tuple[tuple[str, Mapping[str, int], float], ...] = (
     ("time", {"[time]": 1}, 1.0),
     ("length", {"[length]": 1}, 1e3),
@@ -109,7 +109,7 @@ class Unit:
     name : str
         As in `UNITS`, or as it was written.
     factor : float
-        To the internal unit; 0 of `OTHER`.
+        Factor to the internal unit; 0 for `OTHER`.
     """
 
     measured: str
@@ -118,7 +118,7 @@ class Unit:
 
 
 def plain_unit(text: str) -> str:
-    """Return a unit as written, without blanks, brackets around it and a full stop at its end."""
+    """Return a unit as written, but without blanks, enclosing brackets and a final full stop."""
     bare = re.sub(r"\s", "", text[: 4 * _LONGEST])
     bare = re.sub(r"^[\[({<]+|[\])}>]+$", "", bare)
     return bare.rstrip(".") if len(bare) > 1 else bare
@@ -131,13 +131,13 @@ def tabulated_unit(text: str, measured: str = "") -> Unit | None:
     ----------
     text : str
     measured : str, optional
-        What the column measures, where that is known: ``nm`` is a torque in lower case, or a nanometre.
+        Quantity of the column, if known: ``nm`` is N m in lower case or a nanometre.
     """
     bare = plain_unit(text)
     if bare.startswith("%"):
         bare = "%"  # "%-ext": percent by extensometer
     found = _EXACT.get(bare)
-    # MPA, SEC, KN; force_kn, stress_mpa; Sec. What mixes cases otherwise may have a prefix: mPa is no MPa.
+    # MPA, SEC, KN; force_kn, stress_mpa; Sec. In other mixtures of cases a prefix matters: mPa is not MPa.
     plain_case = bare.isupper() or bare.islower() or (bare.istitle() and len(bare) > 2)
     if found is None and plain_case and bare not in AMBIGUOUS and not (bare == "nm" and measured == "length"):
         found = _FOLDED.get(bare.lower())
@@ -147,7 +147,7 @@ def tabulated_unit(text: str, measured: str = "") -> Unit | None:
 
 
 def find_unit(text: str, measured: str) -> Unit | None:
-    """Return the unit that a text names over a column that measures ``measured``; None where it names none.
+    """Return the unit that a text names, for a column of the quantity ``measured``; None if it names no unit.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def slip(text: str, measured: str) -> str:
 
 
 def _converted(text: str, measured: str) -> Unit | None:
-    """Return what pint makes of a text."""
+    """Return the unit that pint reads from a text."""
     renamed = _RENAMED | (_OF_FORCE if measured in ("force", "moment", "stress") else {})
     renamed |= _OF_LENGTH if measured == "length" else {}
     expression = re.sub(r"[·⋅×∙•.\-_]", "*", text).replace("^", "**").replace("²", "**2").replace("³", "**3")
@@ -193,7 +193,7 @@ def _converted(text: str, measured: str) -> Unit | None:
     expression = "".join(renamed.get(part, part) for part in parts)
     if len(expression) > _LONGEST or not _EXPRESSION.fullmatch(expression):
         return None
-    import pint  # here: it takes longer to import than a case takes to check
+    import pint  # here, because importing it takes longer than checking a case
 
     try:
         quantity = _registry().Quantity(1.0, _registry().parse_units(expression)).to_base_units()
@@ -212,7 +212,7 @@ def _judged(text: str, known: str, quantity: Any) -> Unit | None:
     if base == "dimensionless":
         return Unit("strain", text, size)
     # An energy has the dimensions of a moment, and so has a moment per angle.
-    # The pixels and points of pint are those of a printed page.
+    # pint's pixels and points are lengths on a printed page.
     foreign = re.search(
         r"pixel|point|pica|dot|joule|calor|thermal|watt|volt|erg|hartree|radian|bit|count", f"{known} {base}"
     )

@@ -12,7 +12,7 @@ from cases.mode import modes
 
 
 def write_curve_csv(path: str | Path, curve: Curve) -> None:
-    """Write a curve as ``time_s,displacement_mm,force_N`` and the like; the time only where there is one.
+    """Write a curve with columns such as ``time_s,displacement_mm,force_N``; without time where it has none.
 
     Parameters
     ----------
@@ -30,6 +30,6 @@ def write_curve_csv(path: str | Path, curve: Curve) -> None:
     columns = [q, curve.force]
     if curve.time is not None:
         names, columns = ["time_s", *names], [curve.time, *columns]
-    # Twelve digits: beyond any measurement, and 30 degrees are written as 30.
+    # Twelve digits exceed the precision of any measurement, and 30 degrees are written as 30.
     rows = "".join(",".join(f"{value:.12g}" for value in row) + "\n" for row in np.column_stack(columns))
     Path(path).write_text(",".join(names) + "\n" + rows, encoding="utf-8")

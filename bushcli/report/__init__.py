@@ -1,6 +1,7 @@
 """Results -> text, JSON, pictures, HTML: values in, strings and figures out.
 
-Only `output` writes files. Each part is loaded when it is first used; Matplotlib and Jinja, when something is written.
+Only `output` writes files. Each part is loaded when it is first used; Matplotlib and Jinja are loaded when a result is
+written.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ __all__ = [
     "write_study",
 ]
 
-# Where each name is. Loaded when it is first used: no command needs the reports of all others (0.8 s).
+# Module of each name; loaded at first use, because no command needs the reports of all others (0.8 s).
 _MODULES = {
     "design": ("design_json", "design_text"),
     "diagnosis": ("diagnosis_text",),

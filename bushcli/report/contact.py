@@ -1,4 +1,4 @@
-"""Contact in reports: what can meet, and what met."""
+"""Contact in reports: surfaces that can meet, and surfaces that met."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def data_file(content: bytes) -> Callable[[Path], None]:
 
 
 def curve_table(channel: Simulated) -> Callable[[Path], None]:
-    """Return the simulated curve of a channel as CSV, of a path all six motions and reactions."""
+    """Return the simulated curve of a channel as CSV; for a path of six motions, all motions and reactions."""
     if channel.six is not None:
         return number_table(*six_columns(channel.six))
     return lambda path: write_curve_csv(path, channel.curve)
@@ -88,7 +88,7 @@ def comparison_table(channel: Simulated, found: Misfit) -> Callable[[Path], None
 def diagnosed_table(
     channel: DiagnosedChannel, missing: np.ndarray[Any, Any] | None = None
 ) -> Callable[[Path], None]:
-    """Return recorded force, forces of plain law and most probable model, missing force, and which samples are faulty.
+    """Return recorded force, forces of plain law and most probable model, missing force, and a mark of faulty samples.
 
     The first column is the time, if the recording has time.
 

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Recorded loops count as real from five standard errors on, over all closed cycles of a channel...
+# Recorded loops are real if their energy, over all closed cycles of a channel, exceeds this many standard errors...
 SURE = 5.0
-# ... and where they take this share of the work done while loading. Arbitrary: less is within what a rig's own
-# friction, or a force logged a sample late, adds.
+# ... and this share of the work done while loading. Arbitrary: a rig's own friction, or a force logged a sample late,
+# may add less than that.
 SMALLEST_LOSS = 0.02
-# A simulation that dissipates less than this share of what is recorded has no loops to speak of.
+# A simulation that dissipates less than this share of the recorded energy counts as one without loops.
 NONE_SIMULATED = 0.1
-# A simulated loss below this is the solver's: a law without memory was seen to have one of 1e-8 in radial cycles.
+# A smaller simulated loss is an error of the solver: for a law without memory, 1e-8 was observed in radial cycles.
 ROUNDING = 1e-6
 
 
@@ -45,15 +45,15 @@ class History:
     path : Curve
         The recording; the simulated curve for a channel without one.
     simulated_force : (n,) array
-        At the samples of the path; nan where the simulation did not get there.
+        At the samples of the path; nan where the simulation ended earlier.
     found : tuple of Branch
-        Of the path.
+        Branches of the path.
     recorded, simulated : tuple of Cycle or None
-        Equally long; None where there is no recording, or the simulation did not get through the cycle.
+        Equally long; None where there is no recording, or the simulation ended before the end of the cycle.
     recorded_holds, simulated_holds : tuple of Hold or None
-        Likewise.
+        As for the cycles.
     held_out : bool
-        The simulation is a prediction, in an identification.
+        Whether an identification did not use the channel, so that the simulation is a prediction.
     """
 
     name: str
@@ -69,7 +69,7 @@ class History:
 
     @property
     def has_recording(self) -> bool:
-        """Whether the path is a recording's."""
+        """Whether the path is that of a recording."""
         return any(cycle is not None for cycle in self.recorded)
 
     @property
@@ -92,7 +92,7 @@ class History:
 
 
 def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tuple[History, ...]:
-    """Return the channels of a direct prediction whose path comes back or holds, but for paths of six motions.
+    """Return the channels of a direct prediction whose path comes back or holds, except paths of six motions.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def response_histories(response: Response, misfits: Mapping[str, Misfit]) -> tup
 
 
 def fit_histories(fit: Fit) -> tuple[History, ...]:
-    """Return the channels of an identification whose path comes back or holds, but for paths of six motions."""
+    """Return the channels of an identification whose path comes back or holds, except paths of six motions."""
     curves = [curve for curve in fit.curves if curve.recording.six is None]
     found = (
         _history(c.name, c.recording, c.fitted.force, recorded=True, held_out=c.held_out) for c in curves
@@ -125,7 +125,7 @@ def _of_channel(channel: Simulated, compared: Misfit | None) -> History:
 
 
 def _where(part: Array, whole: Array) -> list[int]:
-    """Return the samples of the whole that a part of it, in the same order, was taken from."""
+    """Return the indices in the whole of the samples of a part, which has the same order."""
     if len(part) == len(whole):
         return list(range(len(whole)))
     places, at = [], 0
@@ -156,7 +156,7 @@ def _history(name: str, path: Curve, simulated: Array, *, recorded: bool, held_o
 
 
 def _solved(cycle: Cycle | None) -> Cycle | None:
-    """Return a simulated cycle with an energy within the solver's rounding as none."""
+    """Return a simulated cycle, with an energy of zero if it is within the solver's rounding."""
     if cycle is None or not abs(cycle.loss.value) < ROUNDING:
         return cycle
     return replace(cycle, energy=Uncertain(0.0, 0.0), loss=Uncertain(0.0, 0.0))
@@ -227,7 +227,7 @@ def _values(values: Mapping[str, tuple[Uncertain, float]], errors: bool) -> dict
 
 
 def unexplained_hysteresis(histories: Iterable[History]) -> tuple[Condition, ...]:
-    """Name the channels whose recordings dissipate, well above their noise, what the simulation does not."""
+    """Return a condition for each channel whose recording dissipates, well above its noise, but not its simulation."""
     return tuple(condition for history in histories if (condition := _unexplained(history)) is not None)
 
 

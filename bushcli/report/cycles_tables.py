@@ -11,7 +11,7 @@ from bushcli.report.cycles import History, energy_unit
 from bushcli.report.quantity import number, quantities, with_std
 from bushcli.report.tables import Row, Table
 
-# Lines at the terminal, and on the page; result.json has all.
+# Largest number of rows on the terminal, and on the page; result.json has all.
 FEW, MANY = 12, 100
 
 
@@ -23,7 +23,7 @@ def history_tables(histories: Sequence[History], *, brief: bool) -> list[Table]:
     histories : sequence of History
         Channels with cycles or holds.
     brief : bool
-        For the terminal: without peak forces, and long tables without their middle rows.
+        Whether to shorten them for the terminal: no peak forces, and long tables without their middle rows.
     """
     tables = []
     for history in histories:
@@ -104,7 +104,7 @@ def _scaled(found: Cycle | Hold | None, name: str, factor: float) -> Uncertain |
     if found is None:
         return None
     value: Uncertain = getattr(found, name)
-    # The error of every peak is that of one sample: it would be the same in every row.
+    # No error of a peak: it is that of one sample, the same in every row.
     return Uncertain(factor * value.value, 0.0 if name == "peak_force" else factor * value.std)
 
 
@@ -130,7 +130,7 @@ def _pair(recorded: Uncertain | None, simulated: Uncertain | None, both: bool) -
 
 
 def _plain(value: float) -> str:
-    # Noise about zero does not deserve five digits.
+    # Two decimals are enough for noise about zero.
     return f"{float(f'{value:.2f}') + 0.0:g}"
 
 

@@ -1,4 +1,4 @@
-"""A design for target rates -> JSON, tables and words, for the terminal and for the page alike."""
+"""A design for target rates -> JSON, tables and sentences, for both the terminal and the page."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def design_headline(found: Design) -> str:
 
 
 def design_tables(found: Design) -> list[Table]:
-    """Return targets, keys, and what tolerances do."""
+    """Return tables of targets, keys, and effects of tolerances."""
     targets = tuple(
         (
             one.target.name,

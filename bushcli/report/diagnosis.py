@@ -42,10 +42,10 @@ _SECOND, _THIRD = (0, 0, 0, 2), (0, 0, 0, 4)
 
 
 def diagnosis_text(found: Diagnosis) -> Group:
-    """Return what a person reads at the terminal; lines of words wrap, tables fit into 100 columns."""
+    """Return the text for the terminal; sentences are wrapped, tables fit into 100 columns."""
     style = {"good": "bold green", "bad": "bold red", "plain": "bold"}[tone(found)]
     parts: list[object] = [Text(f"{headline(found)}.", style)]
-    # A verdict of faulty data has them in its paragraph.
+    # If the verdict is faulty data, its paragraph has the faults.
     faults = [] if found.verdict == "faulty_data" else fault_lines(found)
     parts += [*_block("Data faults", faults), *([Text()] if faults else []), Text(paragraph(found))]
     parts += [Text(), Text("Where", "bold")]

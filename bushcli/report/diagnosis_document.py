@@ -1,4 +1,4 @@
-"""Diagnosis -> JSON, as scripts rely on it; displacements of rotational modes in degrees."""
+"""Diagnosis -> JSON, on which scripts rely; displacements of rotational modes are in degrees."""
 
 from __future__ import annotations
 

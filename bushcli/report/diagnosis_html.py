@@ -65,7 +65,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
     found : Diagnosis
         The diagnosis.
     pictures : iterable of Picture
-        What `diagnosis_figures` returned; curves among them are left out, since the page has them as plots to zoom.
+        What `diagnosis_figures` returned; pictures of curves are left out, since the page has zoomable plots of them.
     """
     kinds = by_kind(pictures)
     missing, first = _missing(found, kinds.get("missing", [])), is_missing(found)
@@ -94,7 +94,7 @@ def diagnosis_html(result: Mapping[str, Any], found: Diagnosis, pictures: Iterab
         Section("Next test", kinds.get("next_test", []), lines=_sentences(next_test_lines(found)))
     )
     sections += _search(found)
-    # Faults of the data have a box of their own.
+    # Faults of the data are in a separate box.
     problems = [one for one in result["problems"] if one["name"] not in FAULTS]
     return page(
         {**result, "problems": problems},

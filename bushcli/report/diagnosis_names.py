@@ -9,9 +9,9 @@ from bushcli.effects.names import effect_name, rig_of
 from bushcli.report.quantity import listed
 
 UNKNOWN, NOTHING, FREE_LAW = "unknown", "nothing", "free_law"
-# A probability beyond these is given as a limit: nothing is certain.
+# A probability beyond these is given as a limit, because no model is certain.
 _ALMOST_NEVER, _ALMOST_CERTAIN = 0.01, 0.99
-# Names of people, which have a capital within a sentence, too.
+# Names of people, which keep their capital within a sentence.
 _PEOPLE = frozenset({"Mullins"})
 _TITLES = {
     UNKNOWN: "Unknown physics",
@@ -42,7 +42,7 @@ def phrase(name: str) -> str:
 
 
 def law_title(name: str) -> str:
-    """Return the name of a law, which is that of its authors: "Mooney-Rivlin", "neo-Hookean"."""
+    """Return the name of a law as in the literature: "Mooney-Rivlin", "neo-Hookean"."""
     return "-".join(part if part == "neo" else part.capitalize() for part in name.split("_"))
 
 

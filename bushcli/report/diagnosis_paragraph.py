@@ -1,4 +1,4 @@
-"""A diagnosis in one paragraph of plain words."""
+"""A diagnosis as one paragraph of plain sentences."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from bushcli.report.diagnosis_words import (
 )
 from bushcli.report.quantity import listed
 
-# So many sets of effects are named; the report has the others in a table.
+# Largest number of sets of effects that are named; the report has the others in a table.
 _SETS = 6
-# A less probable effect is always named with its probability.
+# An effect that is less probable than this is always named with its probability.
 _SURE = 0.95
 
 
@@ -91,7 +91,7 @@ def _opening(found: Diagnosis) -> str:
 
 
 def _law(found: Diagnosis) -> str:
-    """Return a sentence if the law, too, differs from that of the plain model."""
+    """Return a sentence if the law differs from that of the plain model."""
     if found.material.law != found.plain.law:
         replaced = f"the {law_title(found.material.law)} law in place of {law_title(found.plain.law)}"
         return f"The model also has {replaced}: both together reduce the misfit."

@@ -1,4 +1,4 @@
-"""Tables of a diagnosis, for the terminal and for the report alike."""
+"""Tables of a diagnosis, for both the terminal and the report."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from bushcli.report.diagnosis_words import channel_label, fault_kind, unlikely
 from bushcli.report.quantity import number, percent
 from bushcli.report.tables import Row, Table
 
-# Effects that are less probable are named together in one row.
+# Effects that are less probable than this are named together in one row.
 SMALL = 0.01
-# The smallest set of models that is shown holds this much of the probability, as the rivals do.
+# The models that are shown hold together this share of the probability, as in the set of rivals.
 _CREDIBLE = 0.95
 _BAR = 24
 _EIGHTHS = " ▏▎▍▌▋▊▉"
@@ -87,7 +87,7 @@ def effect_table(found: Diagnosis, brief: bool = False) -> Table:
     found : Diagnosis
         The diagnosis.
     brief : bool
-        For the terminal: without the columns for rarity, reciprocal names and evidence.
+        Whether to leave out the columns for rarity, reciprocal names and evidence, as on the terminal.
     """
     rows: list[Row] = []
     for effect in found.effects:

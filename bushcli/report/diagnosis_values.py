@@ -84,9 +84,9 @@ def derived_text(quantity: Quantity) -> str:
 
 
 def parameters_text(effect: Named, channels: Sequence[DiagnosedChannel]) -> str:
-    """Return all parameters of an effect in one line; a parameter with a reciprocal goes by the reciprocal's name.
+    """Return all parameters of an effect in one line; a parameter with a reciprocal is shown as the reciprocal.
 
-    The errors are to first order, of r = 1/x as of 1/(x + y) with a given y: their squares times that of x.
+    The errors are to first order: that of r = 1/x, or of r = 1/(x + y) with a given y, is r^2 times that of x.
 
     Parameters
     ----------

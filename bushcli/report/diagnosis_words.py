@@ -1,4 +1,4 @@
-"""A diagnosis in words: headline, alternatives that it cannot distinguish, assumptions, extent of the search."""
+"""A diagnosis in sentences: headline, alternatives that it cannot distinguish, assumptions, extent of the search."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from bushcli.faults import DataFault
 from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, title, together, within
 from bushcli.report.quantity import listed, percent
 
-# A set of effects that is less probable than this is in the tables only.
+# Sets of effects that are less probable than this are in the tables only.
 _NAMED = 0.05
-# So many sets of effects go into the headline.
+# Largest number of sets of effects in the headline.
 _SETS = 3
 # A group is named instead of its members if it holds at least this probability.
 _GROUP = 0.95
-# Less probable unknown physics is reported with the remaining misfit and is not called missing.
+# Unknown physics less probable than this is reported with the remaining misfit and is not called missing.
 _POSSIBLE = 0.05
 # Conditions that repeat the faults of the data.
 FAULTS = frozenset({"faulty_data", "bad_samples"})
@@ -35,13 +35,13 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Likely:
-    """A set of effects of the smallest group of sets that holds 95 % of the probability.
+    """A set of effects in the credible set, the fewest sets that hold 95 % of the probability.
 
     Attributes
     ----------
     effects : tuple of str
     probability : float
-        Sum over all models with these effects, whatever their law.
+        Sum over all models with these effects and any law.
     """
 
     effects: tuple[str, ...]
@@ -58,7 +58,7 @@ def headline(found: Diagnosis) -> str:
             better = f"the {law} law describes the recordings without any effect{best}"
             return f"Law too poor: {law_title(found.plain.law)}; {better}{_not_ruled_out(found)}"
         case "missing_physics":
-            # One sentence has at most one colon.
+            # A sentence must not have two colons.
             return f"Missing physics: {missing_physics(found).replace(': ', '; ', 1)}"
         case "unexplained":
             beside = f"; beside it {listed(effects_with_chance(found))}" if found.effects else ""
@@ -72,7 +72,7 @@ def headline(found: Diagnosis) -> str:
 
 
 def likely(found: Diagnosis) -> tuple[Likely, ...]:
-    """Return the sets of effects that sentences name: the best model's, and those of the credible set from 5 % on."""
+    """Return the sets of effects to be named: the best model's, and those of the credible set with at least 5 %."""
     if not found.models:
         return ()
     best = found.models[0].effects
@@ -113,7 +113,7 @@ def catalogue(found: Diagnosis) -> str:
 
 
 def group_of(found: Diagnosis) -> Group | None:
-    """Return the group of which each likely set has a member, though not the same one; None without one."""
+    """Return the group of which each likely set has a member, not the same in all sets; None without such a group."""
     rests = _rests(found)
     if len(rests) < 2:
         return None
@@ -253,7 +253,7 @@ def next_test_lines(found: Diagnosis) -> list[str]:
 
 
 def searched_lines(found: Diagnosis) -> list[str]:
-    """Return sentences on how many models were fitted, whether others matter, and which ones could not be solved."""
+    """Return sentences on the number of fitted models, whether others matter, and models that could not be solved."""
     searched = found.searched
     count = len(searched.trials)
     if not count:

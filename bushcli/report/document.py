@@ -1,4 +1,4 @@
-"""Result -> JSON, as scripts rely on it. Nothing but JSON's own types: nan is null, infinity is "inf"."""
+"""Result -> JSON, on which scripts rely. It has JSON's own types only: nan becomes null, infinity "inf"."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def mesh_json(case: Case, meshes: Sequence[Meshed], timings: Mapping[str, float]
 
 
 def problems_of(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> tuple[Condition, ...]:
-    """Return what is doubtful about a direct prediction.
+    """Return the conditions of a direct prediction.
 
     These are problems of the coupon fit and of the marches, recordings that were not compared, and recorded loops
     that are not simulated.
@@ -242,7 +242,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
             "energy": energy_unit(channel.mode),
         },
         "time": channel.curve.time,
-        # Without the offset of a stretch: zero is at rest, as in the case file's path.
+        # A stretch is given relative to rest, where it is zero, as in the case file's path.
         "displacement": shown.shown(channel.curve.displacement) - shown.rest,
         "force": channel.curve.force,
         "stiffness": {
@@ -264,7 +264,7 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
     if found is not None:
         document["recording"] = _recording(channel, found)
     if channel.six is not None:
-        # Of the motion that leads: six motions have no one displacement.
+        # It is that of the leading motion; six motions have no single displacement.
         document.pop("displacement")
     return document | six_json(channel) | contact_json(channel)
 
@@ -329,7 +329,7 @@ def _verdict(verdict: Verdict, misfits: Mapping[str, Misfit]) -> dict[str, Any]:
 
 
 def cleaned(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the document with nothing but JSON's own types."""
+    """Return the document with JSON's own types only."""
     clean = _clean(document)
     assert isinstance(clean, dict)
     return clean

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def fit_part(fit: Fit) -> dict[str, Any]:
     """Return the entries that every identified law has."""
-    # Only where there is a fit: with it comes the whole of PETSc and DOLFINx.
+    # Imported only if there is a fit, because it loads PETSc and DOLFINx.
     from bushcli.inverse.file_units import parameter_unit
 
     names = list(fit.parameters)

@@ -1,7 +1,7 @@
 """The folder of results: which files in it belong to bushcli, and writing files into it.
 
 `result.json` lists the files that bushcli wrote; no other file is replaced, and no symbolic link is followed. Every
-file is written beside its place and then renamed, so that a reader never sees half of one.
+file is written under a temporary name beside its place and then renamed, so that nobody reads an incomplete file.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ _LARGEST = 200_000_000
 _FOLDER = "a folder for the results"
 
 Content = Callable[[Path], None] | Mapping[str, Any]
-"""Writes a file at a path; or the result, which becomes JSON."""
+"""A function that writes a file at a path, or the result, which becomes JSON."""
 
 
 def check_folder(directory: Path) -> None:
-    """Refuse a folder that cannot be made or written to.
+    """Refuse a folder that cannot be created or written to.
 
     Raises
     ------
     InputError
-        It is a file, lies below one, has a name that the file system does not take, or is not writable.
+        The path is a file, lies below one, has a name that the file system does not accept, or is not writable.
     """
-    import tempfile  # 8 ms of a start-up
+    import tempfile  # here, because it adds 8 ms to a start-up
 
     try:
         existing = next(path for path in (directory, *directory.absolute().parents) if _is_there(path))
         if existing.is_dir():
-            # A temporary file: permissions alone do not reveal a full disk or /proc.
+            # Tested with a temporary file: permissions alone do not reveal a full disk or /proc.
             with tempfile.TemporaryFile(dir=existing) as probe:
                 probe.write(b"x")
             return
@@ -59,13 +59,13 @@ def _is_there(path: Path) -> bool:
 
 
 def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path]) -> None:
-    """Refuse to replace inputs of the case, links, or anything that no earlier run wrote.
+    """Refuse to replace inputs of the case, links, or files that no earlier run wrote.
 
     Parameters
     ----------
     directory : Path
     names : iterable of str
-        Files that are to be written.
+        Files to be written.
     inputs : collection of Path
         Files that the case reads.
 
@@ -96,7 +96,7 @@ def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path
 
 
 def owned(directory: Path) -> frozenset[str] | None:
-    """Return the files that bushcli wrote into a folder; None where it wrote none, empty where it did not list them."""
+    """Return the files that bushcli wrote into a folder; None if it wrote none, empty if they are not listed."""
     file = directory / RESULT
     try:
         found = {} if file.is_symlink() else json.loads(read_bounded(file, _LARGEST))
@@ -113,13 +113,13 @@ def owned(directory: Path) -> frozenset[str] | None:
 def write_files(
     directory: Path, files: Mapping[str, Content], inputs: Collection[Path], beside: Iterable[str] = ()
 ) -> tuple[Path, ...]:
-    """Write files into a folder, which is made where it is not there.
+    """Write files into a folder, which is created if necessary.
 
     Parameters
     ----------
     directory : Path
     files : mapping of str to Content
-        By name; the result.json first, so that after a failure half way the files beside it are known as bushcli's.
+        By name; result.json first, so that after a failure half way the files beside it are recognised as bushcli's.
     inputs : collection of Path
         Files that the case reads.
     beside : iterable of str
@@ -133,7 +133,7 @@ def write_files(
     Raises
     ------
     InputError
-        The folder is a file or cannot be written, or a file in the way is not the tool's own.
+        The folder is a file or cannot be written, or a file to be replaced is not bushcli's.
     """
     if directory.exists() and not directory.is_dir():
         raise InputError(Problem(str(directory), "is a file", "", _FOLDER))
@@ -167,7 +167,7 @@ def _replace(path: Path, write: Callable[[Path], None]) -> None:
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         part.unlink(missing_ok=True)
-        # Created exclusively, in case somebody planted a link of this name.
+        # Created exclusively, in case somebody has placed a link of this name.
         os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY | os.O_NOFOLLOW, 0o666))
         write(part)
         part.replace(path)

@@ -1,7 +1,7 @@
-"""Results -> one HTML page that opens offline: pictures, style and script are in it, and nothing is fetched.
+"""Results -> one HTML page that opens offline: it contains pictures, style and script, and fetches nothing.
 
-Everything from a case or a recording is escaped by Jinja. A page with plots to zoom runs one script, which the page's
-own policy names by its digest: whatever else might be written into the page is not run.
+Jinja escapes all text from a case or a recording. A page with zoomable plots runs one script, which the page's content
+policy permits by its digest: no other script that might get into the page is run.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from bushcli.simulate.response import Response
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page: a heading with words, plots to zoom, tables and pictures under it.
+    """A part of the page: a heading, and under it paragraphs, zoomable plots, tables and pictures.
 
     Attributes
     ----------
@@ -52,11 +52,11 @@ class Section:
     lines : sequence of str
         Paragraphs under the heading.
     plots : sequence of Markup
-        SVG with its legend, all text in it escaped.
+        SVG with its legend, all text escaped.
     fold : str
-        Words to click to unfold the tables in `folded`.
+        Label to be clicked to unfold the tables in `folded`.
     folded : sequence of Table
-        Folded away, at the end.
+        Tables at the end, folded at first.
     """
 
     heading: str
@@ -237,7 +237,7 @@ def by_kind(pictures: Iterable[Picture]) -> dict[str, list[Picture]]:
 
 
 def _embedded(picture: Picture) -> str:
-    """Return a picture as a data address: lines as SVG, which stays sharp, shaded bodies as PNG, which is smaller."""
+    """Return a picture as a data URL: lines as SVG, which stays sharp, shaded bodies as PNG, which is smaller."""
     if picture.kind in ("mesh", "deformed"):
         return "data:image/png;base64," + base64.b64encode(picture.png).decode()
     return "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode()
@@ -245,7 +245,7 @@ def _embedded(picture: Picture) -> str:
 
 @cache
 def _script() -> Markup:
-    """Return the script of the zoomable plots, which cannot end its own element."""
+    """Return the script of the zoomable plots, which contains no text that would end its element."""
     text = (resources.files("bushcli.report") / "templates" / "zoom.js").read_text(encoding="utf-8")
     assert "</" not in text
     return Markup(f"\n{text}")

@@ -121,7 +121,7 @@ def inverse_text(fits: Sequence[Fit]) -> Group:
     Parameters
     ----------
     fits
-        Best first.
+        The best first.
     """
     fits = [in_file_units(fit) for fit in fits]
     best = fits[0]

@@ -49,7 +49,7 @@ def _interval(estimate: Estimate) -> str:
     return f"{low_shown} to {high_shown}" if math.isfinite(high) else f"above {low_shown}"
 
 
-# Limits of an interval other than the misfit.
+# What limits an interval, other than the misfit.
 _LIMITED = {"stability": "the law's stability", "unsolvable": "what can be solved", "bound": "the bound"}
 
 
@@ -67,7 +67,7 @@ def _flags(estimate: Estimate) -> str:
 
 
 def curve_table(fit: Fit) -> Table:
-    """Return the misfit of each channel before and after."""
+    """Return the misfit of each channel before and after the identification."""
     rows = [
         (
             curve.name,

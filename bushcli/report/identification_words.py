@@ -1,4 +1,4 @@
-"""An identification in words: agreement with the curves, parameters, and what the curves determine."""
+"""An identification in sentences: agreement with the curves, parameters, and what the curves determine."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from bushcli.inverse.file_units import parameter_unit
 from bushcli.inverse.verdict import POOR_FIT, POOR_NOISE, PREDICTED
 from bushcli.report.quantity import listed, number, percent, with_std
 
-# A curve is met to its noise when the misfit is at most this many times as large: the noise is an estimate too.
+# A curve is met to its noise if the misfit is at most this multiple of the noise, which is an estimate itself.
 MET = 1.3
-# So many parameters go into the headline; more of them would hide it.
+# Largest number of parameters in the headline; more would obscure it.
 _IN_HEADLINE = 3
 
 
@@ -29,7 +29,7 @@ class Answer:
     headline : str
         One clear sentence, without its full stop.
     lines : tuple of str
-        What follows from it.
+        Sentences with its consequences.
     tone : {"good", "bad", "plain"}
         Curves met to their noise, not met, in between.
     """
@@ -72,7 +72,7 @@ def answer(fit: Fit) -> Answer:
 
 
 def is_met(curve: FittedCurve) -> bool:
-    """Whether the misfit is no larger than the noise explains."""
+    """Whether the noise explains the misfit."""
     return bool(curve.rms_percent <= MET * max(np.nan_to_num(curve.noise_percent), 100 * NOISE_FLOOR))
 
 

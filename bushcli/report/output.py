@@ -1,7 +1,7 @@
-"""Results -> files in a folder: result.json, curves as CSV, pictures, report.html. The one place that writes.
+"""Results -> files in a folder: result.json, curves as CSV, pictures, report.html. Only these modules write results.
 
-A folder of results may be written again, for parameter sweeps; files of other names in it are left alone. What the
-tool would replace but has not written itself is refused (`bushcli.report.folder`).
+A folder of results may be written again, for parameter sweeps; files with other names are left alone. A file that
+bushcli did not write is never replaced; the command is refused (`bushcli.report.folder`).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ REPORT = "report.html"
 DESIGNS = "designs.parquet"
 #: Endings of field files.
 FIELDS = (".xdmf", ".h5")
-# What the name of a curve's file ends with, by command.
+# Ending of the name of a curve's file, by command.
 _CURVES = {
     "direct": ("", "-comparison"),
     "fit": ("-fit",),
@@ -75,7 +75,7 @@ def write_direct(
     Parameters
     ----------
     directory
-        Made if it is not there.
+        Created if necessary.
     result
         What `direct_json` returned.
     response, misfits, fit
@@ -89,7 +89,7 @@ def write_direct(
     Raises
     ------
     InputError
-        The folder is a file or cannot be written, or a file in the way is not the tool's own.
+        The folder is a file or cannot be written, or a file to be replaced is not bushcli's.
     """
     from bushcli.report.figures import direct_figures
     from bushcli.report.html import direct_html
@@ -241,7 +241,7 @@ def check_output(directory: Path, case: Case, command: str = "direct") -> None:
     Raises
     ------
     InputError
-        It is a file, or lies below one, or cannot be written to; or a result would replace a file that is not
+        The folder is a file, lies below one or cannot be written to, or the result would replace a file that is not
         bushcli's.
     """
     check_folder(directory)

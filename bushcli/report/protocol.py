@@ -16,7 +16,7 @@ _MARKS = {True: "yes", False: "no", None: "not known"}
 
 
 def protocol_json(found: Protocol) -> dict[str, Any]:
-    """Return the protocol as JSON-ready data, keys that `bushcli check` adds to its result."""
+    """Return the protocol as JSON-ready data: the keys that `bushcli check` adds to its result."""
     return {
         "protocol": [_observed(one) for one in (*found.recordings, *found.coupons)],
         "standards": [
@@ -45,7 +45,7 @@ def _observed(one: Observed) -> dict[str, Any]:
 
 
 def protocol_parts(found: Protocol) -> list[object]:
-    """Return the parts of the summary of a case that say what its tests are."""
+    """Return the parts of the summary of a case that describe its tests."""
     parts: list[object] = []
     if found.remarks:
         parts += _titled("How the files were read", [f"{channel}: {text}" for channel, text in found.remarks])

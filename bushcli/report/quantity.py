@@ -1,4 +1,4 @@
-"""How numbers are shown: units of a mode for the user (mm, degrees, N, N mm), and significant digits."""
+"""Display of numbers: units of a mode for the user (mm, degrees, N, N mm), and significant digits."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Quantities:
-    """Names and units of a mode's displacement and force, and the way there from internal units.
+    """Names and units of a mode's displacement and force, and the conversion from internal units.
 
     Attributes
     ----------
     displacement, displacement_unit, force, force_unit, stiffness_unit : str
     per_internal : float
-        Shown displacement per internal one: degrees per radian, else 1.
+        Ratio of displayed to internal displacement: degrees per radian, else 1.
     rest : float
-        Shown where nothing is deformed: stretch 1 of a coupon, else 0.
+        Displayed value of the undeformed state: stretch 1 of a coupon, else 0.
     csv_names : tuple of str
         Column names of displacement and force.
     """
@@ -98,7 +98,7 @@ def number(value: float | None, digits: int = 3) -> str:
     if not 1e-4 <= abs(value) < 1e7:
         return f"{value:.{digits - 1}e}"
     magnitude = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
-    # Digits before the decimal point are all shown: 1234, not 1230, which would look rounded off by nature.
+    # All digits before the decimal point are shown: 1234, not 1230, which a reader could take for the exact value.
     return f"{value:.{max(digits - 1 - magnitude, 0)}f}"
 
 
@@ -110,7 +110,7 @@ def with_std(value: float, std: float) -> str:
     value : float
         In any unit.
     std : float
-        Standard error in the same unit; the value stands alone where it is not finite and positive.
+        Standard error in the same unit; left out unless it is finite and positive.
     """
     if not math.isfinite(std) or std <= 0:
         return number(value, 4)
@@ -121,12 +121,12 @@ def with_std(value: float, std: float) -> str:
 
 
 def percent(value: float | None) -> str:
-    """Show a percentage: one decimal below ten."""
+    """Return a percentage as text: one decimal below ten."""
     if value is None or not math.isfinite(value):
         return "-"
     return f"{value:.2f} %" if abs(value) < 1 else f"{value:.1f} %" if abs(value) < 10 else f"{value:.0f} %"
 
 
 def listed(names: list[str]) -> str:
-    """Join as in a sentence: a, b and c."""
+    """Join names as in a sentence: a, b and c."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else ""

@@ -11,16 +11,16 @@ from bushcli.inverse.channel import NOISE_FLOOR
 
 Array = NDArray[np.float64]
 
-# Degree of the smooth curve through a recording: beyond what any law without history can do with displacement.
+# Degree of the smooth curve through a recording: higher than any law without history needs over the displacement.
 _SMOOTH = 9
 
 
 def rank(fit: Fit) -> tuple[bool, bool, float, int]:
-    """Sort key of identified laws, best first.
+    """Return the sort key of an identified law; the best law is the first.
 
-    A law that converged goes before one that did not. Where channels were held out, their mean rms misfit decides:
-    the law is wanted for predictions, and a prediction cannot be overfitted. A law that could not be solved on them
-    goes last. Otherwise `information_criterion` decides; the number of parameters breaks a tie.
+    A law that converged precedes one that did not. If channels were held out, their mean rms misfit decides:
+    the law is needed for predictions, and a prediction cannot be overfitted. A law that could not be solved on them
+    comes last. Otherwise `information_criterion` decides; the number of parameters breaks a tie.
 
     All laws must have been identified from the same recordings.
     """
@@ -33,13 +33,13 @@ def information_criterion(fit: Fit) -> float:
     """Return the Bayesian information criterion N ln(cost) + p ln N; a difference of 6 is clear, and lower is better.
 
     `cost` is the mean over the fitted channels of (rms misfit / noise)^2, as the identification minimises it. Its
-    logarithm means that the misfit actually left is taken for the noise: where no law meets the recordings, a law
-    that takes up a little more of what is missing is not favoured as if its misfit were white noise of known size.
-    Neither misfit nor noise counts below 0.1 % of the force range, to which no recording is trusted.
+    logarithm means that the remaining misfit is treated as the noise: where no law meets the recordings, a law with
+    a slightly smaller misfit is not favoured as much as if the misfit were white noise of known standard deviation.
+    Misfit and noise count as at least 0.1 % of the force range, because no recording is more accurate.
 
-    `N` is the effective number of samples. It must not depend on the law, or a law whose poor misfit is correlated
-    all along the curve would have few samples and so a good score. So it comes from what no law without history
-    can follow: the recording less a smooth curve in the displacement.
+    `N` is the effective number of samples. It must not depend on the law: a poor law, whose misfit is correlated
+    along the whole curve, would have few effective samples and therefore a good score. It is calculated from the part
+    of the recording that no law without history can follow: the recording less a smooth curve in the displacement.
 
     References
     ----------
@@ -58,13 +58,13 @@ def information_criterion(fit: Fit) -> float:
 
 
 def effective_samples(curve: FittedCurve) -> float:
-    """Number of samples that are as good as independent, from the recording alone."""
+    """Return the effective number of independent samples, from the recording alone."""
     q, force = curve.recording.displacement, curve.recording.force
     degree = min(_SMOOTH, max(len(np.unique(q)) - 2, 0))
     centre, half = (q.max() + q.min()) / 2, max(float(np.ptp(q)) / 2, 1e-300)
     basis = np.polynomial.chebyshev.chebvander((q - centre) / half, degree)
     rest: Array = force - basis @ np.linalg.lstsq(basis, force, rcond=None)[0]
-    # What is left of a noise-free recording is rounding and a wavy rest of the polynomial, not noise.
+    # The residual of a noise-free recording is rounding and a wavy error of the polynomial, not noise.
     if float(np.sqrt(np.mean(rest**2))) < 0.1 * NOISE_FLOOR * float(np.ptp(force)):
         return float(len(q))
     return len(q) / autocorrelation_time(rest)

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _MOTION_UNITS, _FORCE_UNITS = ("mm",) * 3 + ("deg",) * 3, ("N",) * 3 + ("N mm",) * 3
-# Rows of a printed path: its ends, and states between them.
+# Rows of a printed path: its ends and states between them.
 _ROWS = 9
-# Less than this share of the largest of its kind is rounding, and printed as zero.
+# Values below this share of the largest one of the same kind are rounding errors and are printed as zero.
 _NOTHING = 1e-6
 
 
@@ -67,7 +67,7 @@ def six_tables(response: Response) -> Iterator[Table]:
 
 
 def six_columns(six: SixCurve) -> tuple[list[str], list[Array]]:
-    """Return names and columns of time, motions (mm, degrees) and reactions (N, N mm), as recordings have them."""
+    """Return names and columns of time, motions (mm, degrees) and reactions (N, N mm), named as in recordings."""
     names = [f"{name}_{unit}" for name, unit in zip(MOTIONS, _MOTION_UNITS, strict=True)]
     names += [f"{name}_{unit.replace(' ', '')}" for name, unit in zip(REACTIONS, _FORCE_UNITS, strict=True)]
     return ["time_s", *names], [six.time, *shown_motion(six).T, *six.force.T]

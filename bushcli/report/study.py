@@ -1,4 +1,4 @@
-"""A study -> JSON, tables and words, for the terminal and for the page alike."""
+"""A study -> JSON, tables and sentences, for both the terminal and the page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bushcli.simulate.response import Response
 from bushcli.study.analysis import Failure, Limits, Summary
 from bushcli.study.study import Study
 
-#: What the way in which designs were chosen is called.
+#: Names of the ways to choose designs.
 NAMES = {
     "grid": "grid",
     "list": "list",
@@ -31,7 +31,7 @@ NAMES = {
 
 
 def described(response: Response) -> Mapping[str, Any]:
-    """Return the result of a design as `bushcli direct` gives it, for answers that are keys of it."""
+    """Return the result of a design as from `bushcli direct`, for answers that are keys of it."""
     return direct_json(response, misfits(response), None, {})
 
 
@@ -79,12 +79,12 @@ def _answer(found: Summary, unit: str) -> dict[str, Any]:
 
 
 def _influence(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an influence without the Sobol indices where there are none."""
+    """Return an influence, with Sobol indices only if there are any."""
     return {k: v for k, v in values.items() if not (isinstance(v, float) and math.isnan(v))}
 
 
-# A rank correlation below this is not worth a sentence, nor is one that unrelated columns reach once in twenty: so many
-# standard deviations of 1 / sqrt(n - 1).
+# A rank correlation is stated in a sentence if it exceeds this value and this number of standard deviations
+# 1 / sqrt(n - 1), which unrelated columns exceed once in twenty times.
 _WEAK, _CHANCE = 0.1, 1.96
 
 
@@ -115,7 +115,7 @@ def headline(found: Study) -> str:
 
 
 def lines(found: Study) -> list[str]:
-    """Return what else is to be said, in sentences."""
+    """Return sentences on the varied keys and the strongest influences, or the answers of a single design."""
     said = [f"{one.key} = {one.spec}" for one in found.plan.variables]
     text = [f"Varied: {'; '.join(said)}."]
     for name, one in found.summaries.items():

@@ -1,4 +1,4 @@
-"""Results as tables of text, for the terminal and for the report alike."""
+"""Results as tables of text, for both the terminal and the report."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Table:
     heads : tuple of str
     rows : tuple of rows
     left : int
-        So many columns, from the left, are words; the others are numbers and flush right.
+        Number of columns, from the left, that are words; the others are numbers and aligned right.
     """
 
     title: str
@@ -44,7 +44,7 @@ class Table:
 
 
 def case_table(case: Case) -> Table:
-    """Return bushing and rubber of a case."""
+    """Return a table of the bushing and the rubber of a case."""
     return Table(case.title, ("", ""), tuple(conditions(case)), left=2)
 
 
@@ -63,7 +63,7 @@ def recording_table(title: str, curves: Sequence[Recording]) -> Table:
 
 
 def measure_table(shape: Shape) -> Table:
-    """Volumes of the bodies and areas of the bonds."""
+    """Return the volumes of the bodies and the areas of the bonds."""
     rows = tuple(
         (name.replace("_bond", " bond"), f"{value:.6g}", "mm2" if name.endswith("_bond") else "mm3")
         for name, value in shape.measures().items()
@@ -81,7 +81,7 @@ def mesh_table(meshes: Sequence[Meshed]) -> Table:
 
 
 def conditions(case: Case, material: Material | None = None, source: str = "") -> list[tuple[str, str]]:
-    """Return what was simulated as pairs of name and value in words.
+    """Return the simulated conditions as pairs of name and value in words.
 
     Parameters
     ----------
@@ -119,18 +119,18 @@ def conditions(case: Case, material: Material | None = None, source: str = "") -
 
 
 def _limits(case: Case) -> list[tuple[str, str]]:
-    """Return what a case says of tolerances, where it says something."""
+    """Return the tolerances that a case states."""
     rows = []
     if case.toleranced:
         made = ", ".join(f"{key} {one.nominal:g} ± {one.deviation:g}" for key, one in case.toleranced.items())
         rows.append(("tolerances", made))
-    if case.tolerance != type(case.tolerance)():  # the usual one goes without saying
+    if case.tolerance != type(case.tolerance)():  # the default is not mentioned
         rows.append(("accepted", f"simulations within {case.tolerance.text} of the measurement"))
     return rows
 
 
 def _contact(shape: Shape) -> str:
-    """Return whether contact is modelled, between which surfaces, and when it takes part."""
+    """Return whether contact is modelled, between which surfaces, and from when on it is active."""
     if not shape.meeting:
         return "not modelled (geometry.contact = false): surfaces that meet pass through each other"
     metal = shape.elastic_sleeves
@@ -139,7 +139,7 @@ def _contact(shape: Shape) -> str:
     )
     if shape.meeting == "sleeves":
         surfaces += ", and the rigid sleeves beyond their bonds"
-    return f"{surfaces}, without friction; takes part from the step on in which surfaces meet"
+    return f"{surfaces}, without friction; active from the step in which surfaces meet"
 
 
 def _words(key: str) -> str:
@@ -226,7 +226,7 @@ def _compared(response: Response, misfits: Mapping[str, Misfit]) -> Table:
 
 
 def solution_table(response: Response) -> Table:
-    """Return how each channel was solved."""
+    """Return the numbers of the solution of each channel."""
     rows = []
     for channel in response.channels:
         rejected = sum(not attempt.accepted for attempt in channel.attempts)
@@ -257,7 +257,7 @@ def solution_table(response: Response) -> Table:
 
 def parameter_table(fit: Fit) -> Table:
     """Return the parameters of the identified law."""
-    # Only where there is a fit: with it comes the whole of PETSc and DOLFINx.
+    # Imported only if there is a fit, because it loads PETSc and DOLFINx.
     from bushcli.inverse.file_units import parameter_unit
 
     rows = [
@@ -302,7 +302,7 @@ def _range(low: float, high: float, unit: str) -> str:
 
 
 def curves_of(fit: Fit) -> str:
-    """Return the words for what a law was fitted to: "3 coupon tests"."""
+    """Return the data to which a law was fitted, in words: "3 coupon tests"."""
     count = sum(not curve.held_out for curve in fit.curves)
     return f"{count} {'coupon test' if _all_coupons(fit) else 'recording'}{'s' if count != 1 else ''}"
 

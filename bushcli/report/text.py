@@ -1,7 +1,7 @@
-"""Results for people, at the terminal: tables with rules where it is one, plain aligned columns where output is piped.
+"""Results for the user: tables with rules on a terminal, plain aligned columns in piped output.
 
-Everything returned is a rich renderable; the command line prints it. Colour carries no meaning of its own: the words
-are sufficient, and piped output has no colour.
+Every function returns a rich renderable, which the command line prints. Colour only repeats what the words say; piped
+output has no colour.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shown:
-    """A table on a console: rules on a terminal, bare aligned columns elsewhere."""
+    """A table on a console: with rules on a terminal, as plain aligned columns elsewhere."""
 
     table: Table
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Draw for the console in hand."""
-        # Not the table's own title, which is wrapped at the width of a narrow table.
+        """Draw the table for the given console."""
+        # The title is printed separately: as title of the table it would be wrapped at the width of a narrow table.
         yield Text(self.table.title, "bold")
         drawn = rich.table.Table(
             box=box.SIMPLE_HEAD if console.is_terminal else None,
@@ -67,13 +67,13 @@ class Shown:
             justify: Literal["left", "right"] = "left" if i < self.table.left else "right"
             drawn.add_column(Text(head), justify=justify)
         for row in self.table.rows:
-            # As Text: a name in square brackets must not act as mark-up.
+            # As Text, because a name in square brackets must not act as mark-up.
             drawn.add_row(*(Text(cell) for cell in row))
         yield drawn
 
 
 def direct_text(response: Response, misfits: Mapping[str, Misfit], fit: Fit | None) -> Group:
-    """Return the table of channels, the verdict and the problems; before them the coupon fit if there was one.
+    """Return the coupon fit if there was one, the table of channels, the verdict and the problems.
 
     Parameters
     ----------

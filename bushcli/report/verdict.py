@@ -1,8 +1,8 @@
-"""The answer in the engineer's words: how stiff, how far off, within the accepted tolerance or not.
+"""The verdict on a direct prediction in the engineer's words: stiffness, deviation, and whether it is accepted.
 
-Where all channels are off by about the same factor, another batch of rubber is the first suspect: the literature's
-bushings were 645 N/mm by coupon data against 363 N/mm measured. The factor here is measured, not assumed: the least
-squares one between the curves, with the misfit that it leaves.
+If all channels deviate by about the same factor, another batch of rubber is the most likely cause: bushings of the
+literature had 645 N/mm by coupon data but 363 N/mm by measurement. The factor here is measured, not assumed: it is the
+least-squares factor between the curves, and is given with the remaining misfit.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from bushcli.simulate.misfit import Misfit
 if TYPE_CHECKING:
     from bushcli.simulate.response import Response, Simulated
 
-# A single factor counts as an explanation when it takes away this share of the rms misfit...
+# A single factor counts as an explanation if it removes at least this share of the rms misfit...
 EXPLAINS = 0.5
-# ... and the channels' own best factors lie this close to the common one.
+# ... and the best factor of each channel deviates from the common one by at most this share.
 AGREE = 0.05
 
 
 @dataclass(frozen=True)
 class ChannelVerdict:
-    """One channel in words.
+    """The verdict on one channel.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class ChannelVerdict:
     text : str
         One sentence.
     within : bool or None
-        None where there is nothing to compare with.
+        None without a recording to compare with.
     """
 
     name: str
@@ -47,17 +47,17 @@ class ChannelVerdict:
 
 @dataclass(frozen=True)
 class SingleFactor:
-    """The one factor on all simulated forces that brings them closest to the recordings.
+    """The common factor on all simulated forces that brings them closest to the recordings.
 
     Attributes
     ----------
     factor : float
     by_channel
-        Channel -> its own best factor.
+        Channel -> the best factor for this channel alone.
     rms_before, rms_after
         Channel -> rms misfit in percent of the force range, without and with the common factor.
     explains : bool
-        Whether it takes away most of the misfit, and the channels agree on it.
+        Whether it removes most of the misfit, and the channels agree on it.
     """
 
     factor: float
@@ -74,11 +74,11 @@ class Verdict:
     Attributes
     ----------
     headline : str
-        Half a line.
+        A short sentence.
     text : str
         The whole verdict.
     within : bool or None
-        Of all recorded channels; None without any.
+        Whether all recorded channels are within the tolerance; None without recorded channels.
     channels : tuple of ChannelVerdict
     single_factor : SingleFactor or None
     lines : tuple of str
@@ -101,7 +101,7 @@ def judge(response: Response, misfits: Mapping[str, Misfit]) -> Verdict:
     response
         The simulated channels.
     misfits
-        Channel name -> misfit, for those that could be compared.
+        Channel name -> misfit, for the channels that could be compared.
     """
     channels = tuple(_channel(channel, misfits.get(channel.name)) for channel in response.channels)
     compared = [channel for channel in channels if channel.within is not None]
@@ -110,17 +110,17 @@ def judge(response: Response, misfits: Mapping[str, Misfit]) -> Verdict:
     factor = single_factor(list(misfits.values()))
     headline = _headline(response, misfits, within, [c.name for c in compared if not c.within])
     lines = [channel.text for channel in channels]
-    # Within the band there is no gap that would ask for an explanation.
+    # Within the tolerance there is no deviation to be explained.
     if factor is not None and not within:
         lines.append(_factor_text(factor))
     return Verdict(headline, " ".join([f"{headline}.", *lines]), within, channels, factor, tuple(lines))
 
 
 def single_factor(misfits: Sequence[Misfit]) -> SingleFactor | None:
-    """Find the best common factor on the simulated forces; None where nothing is compared.
+    """Return the best common factor on the simulated forces; None where nothing is compared.
 
     Each channel's misfit counts relative to its force range and per sample, so that neither the stiffer nor the longer
-    recording rules.
+    recording dominates.
     """
     if not misfits or not all(np.any(m.simulated) and m.force_range > 0 for m in misfits):
         return None
@@ -164,7 +164,7 @@ def _headline(
         return f"Too stiff: {listed(outside)} outside {accepted}"
     if all(ratio < 1 - band for ratio in ratios):
         return f"Too soft: {listed(outside)} outside {accepted}"
-    # Not `capitalize`: it writes the class of the tolerance in lower case.
+    # Not `capitalize`, which would write the class of the tolerance in lower case.
     text = f"{listed(outside)} outside {accepted}"
     return text[:1].upper() + text[1:]
 
@@ -204,13 +204,13 @@ def all_within_10_percent(verdict: Verdict, misfits: Mapping[str, Misfit]) -> bo
         By channel name.
     """
     found = [misfits[one.name].within_10_percent for one in verdict.channels if one.name in misfits]
-    # All compared ones within the tolerance and yet no good verdict: a recorded channel could not be compared.
+    # If all compared channels are within the tolerance but the verdict is not, a recorded channel was not compared.
     lost = not verdict.within and all(one.within for one in misfits.values())
     return None if verdict.within is None else bool(found) and all(found) and not lost
 
 
 def stiffer(ratio: float) -> str:
-    """Return how stiff a simulation is, given simulated over measured stiffness: "78 % too stiff"."""
+    """Return the ratio of simulated to measured stiffness in words: "78 % too stiff"."""
     if not math.isfinite(ratio):
         return "no stiffness to compare"
     off = 100 * abs(ratio - 1.0)

@@ -1,4 +1,4 @@
-"""Versions of what the numbers of a result depend on."""
+"""Versions of the programs on which the numbers of a result depend."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ _PROGRAMS = {
 def versions() -> dict[str, str]:
     """Return program -> version: bushcli, python, dolfinx, gmsh, numpy, scipy, petsc.
 
-    Loads none of them if it can be helped: `bushcli check` needs no finite elements, which take half a second to load.
+    The programs are not loaded where avoidable: `bushcli check` needs no finite elements, which take half a second to
+    load.
     """
     found = {"bushcli": __version__, "python": platform.python_version()}
     for name, (module, distribution) in _PROGRAMS.items():
@@ -32,7 +33,7 @@ def versions() -> dict[str, str]:
     if petsc is not None:
         found["petsc"] = ".".join(map(str, petsc.Sys.getVersion()))
     else:
-        # petsc4py is released with PETSc and under the same number, but for the last part.
+        # petsc4py is released with PETSc, and their version numbers agree except for the last part.
         found["petsc"] = ".".join(_declared("petsc4py", "petsc4py").split(".")[:2])
     return found
 

@@ -19,7 +19,7 @@ def read_beginning(path: Path, count: int, most: int) -> bytes:
     count : int
         Bytes to return, fewer where the file has fewer.
     most : int
-        Bytes that the file may have.
+        Largest size that the file may have, bytes.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def read_bounded(path: Path, most: int) -> bytes:
     ----------
     path : Path
     most : int
-        Bytes that the file may have.
+        Largest size that the file may have, bytes.
 
     Raises
     ------

@@ -12,7 +12,7 @@ def canonical(question: tuple[Any, ...]) -> bytes:
     """Return bytes that identify a question; equal questions give equal bytes in every process.
 
     The description of an effect is part of a question, including its parameters and their bounds. Its functions are
-    pickled by name, so their code is not part of it. A file counts by its path and its present contents.
+    pickled by name, so their code is not part of it. A file is identified by its path and its present contents.
     """
     out = io.BytesIO()
     _Canonical(out).dump(question)
@@ -21,7 +21,7 @@ def canonical(question: tuple[Any, ...]) -> bytes:
 
 class _Canonical(pickle.Pickler):
     def __init__(self, out: io.BytesIO) -> None:
-        # Up to this protocol an array is the same whether it owns its memory or not.
+        # Up to this protocol an array gives the same bytes whether it owns its memory or not.
         super().__init__(out, protocol=4)
         # No references to earlier objects: whether two equal objects are identical changes when a run is resumed.
         self.fast = True
@@ -35,6 +35,6 @@ class _Canonical(pickle.Pickler):
             return "path", str(obj)
         contents = getattr(type(obj), "contents", None)
         if callable(contents):
-            # A recording counts by the contents of its file.
+            # A recording is identified by the contents of its file.
             return type(obj).__qualname__, vars(obj), contents(obj)
         return None

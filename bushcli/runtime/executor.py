@@ -1,6 +1,6 @@
 """Where independent work runs: in this process, in processes of this machine, on the ranks of `mpirun`, or by Dask.
 
-All of them are `concurrent.futures.Executor`, so that whoever has work to share needs no other interface:
+All of them are a `concurrent.futures.Executor`, so that code with work to share needs no other interface:
 
 - `processes(n)`: n processes of this machine; with 1, this process itself.
 - `bushcli.runtime.workers.ranks()`: the other ranks of `mpirun`.
@@ -8,8 +8,8 @@ All of them are `concurrent.futures.Executor`, so that whoever has work to share
   others. A SLURM cluster is reached through dask-jobqueue, which starts such workers as jobs.
 
 `answers` feeds an executor with any number of questions, of which only a few wait at a time, and yields the answers
-as they become known. A local process that dies takes the pool with it: the pool is started again, and what it had not
-answered is asked again.
+as they become known. A local process that dies takes the pool with it: the pool is started again, and its unanswered
+questions are asked again.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from bushcli.errors import InputError, Problem
 from bushcli.runtime.extras import remedy
 from bushcli.runtime.workers import Workers
 
-# Questions that wait for each worker: enough that it never waits itself, few enough that memory stays flat.
+# Questions that are queued for each worker: enough that no worker waits, few enough that memory stays flat.
 AHEAD = 3
-# Times that a question may be there when a process dies, before it is the question's fault.
+# A question is taken to be the cause when a process has died this many times while working on it.
 DEATHS = 3
 Question = tuple[Any, ...]
 
@@ -38,7 +38,7 @@ class Died(RuntimeError):
 
 
 class Here(Executor):
-    """An executor that works in this process, at once."""
+    """An executor that does the work at once, in this process."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Return a future that has its result already.
@@ -46,14 +46,14 @@ class Here(Executor):
         Parameters
         ----------
         fn : callable
-            What is to be done.
+            The work.
         *args, **kwargs : object
             Its arguments.
         """
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
-        except Exception as error:  # noqa: BLE001 - it belongs to who asks for the result
+        except Exception as error:  # noqa: BLE001 - raised where the result is requested
             future.set_exception(error)
         return future
 
@@ -67,7 +67,7 @@ class Pool:
     workers : int
         Number of questions that are worked on at the same time.
     again : callable or None
-        Returns another executor after one whose processes have died; None where the executor itself replaces them.
+        Returns another executor when processes of this one have died; None if the executor itself replaces them.
     """
 
     def __init__(self, executor: Executor, workers: int, again: Callable[[], Executor] | None = None) -> None:
@@ -78,12 +78,12 @@ class Pool:
     ) -> Iterator[tuple[Question, Any]]:
         """Yield each question with its answer, in the order in which answers become known.
 
-        Where a process ended `DEATHS` times on a question, an object of type `Died` takes the place of its answer.
+        If the process that works on a question has ended `DEATHS` times, an object of type `Died` replaces its answer.
 
         Parameters
         ----------
         work : callable
-            At module level, so that other processes can import it.
+            Function at module level, so that other processes can import it.
         questions : iterable of tuple
             Arguments of each call; read when they are needed, so that there may be any number of them.
 
@@ -105,7 +105,7 @@ class Pool:
                 if not asked and not suspects:
                     return
                 if suspects:
-                    # One by one: the next death names the one to blame.
+                    # One question at a time: the next death shows which one is the cause.
                     yield self._alone(work, *suspects.pop(0))
                     continue
                 done, _ = wait(asked, return_when=FIRST_COMPLETED)
@@ -152,7 +152,7 @@ def _died(future: Future[Any]) -> bool:
 
 @contextmanager
 def processes(count: int = 1) -> Iterator[Pool]:
-    """Yield processes of this machine, which end with the context; at once where an exception ends it.
+    """Yield processes of this machine, which end with the context, and at once if an exception ends it.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def dask(address: str) -> Iterator[Pool]:
             raise InputError(
                 Problem("--scheduler", what, "", f"start some: dask worker {address} --nthreads 1")
             )
-        # Equal arguments are different questions: an answer may be a file that somebody has deleted.
+        # Equal arguments must not share an answer: it may be a file that has been deleted since.
         yield Pool(client.get_executor(pure=False), workers)
     finally:
         client.close(timeout=PATIENCE)

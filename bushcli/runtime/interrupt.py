@@ -1,11 +1,11 @@
 """Ctrl-C and SIGTERM: both end a run in the same way, whatever the run is doing.
 
-A signal is raised as an exception wherever the interpreter is. In a callback of PETSc it comes out as PETSc's own
-error, and a kernel that was being compiled leaves a file for whose end every later run would wait.
+A signal is raised as an exception wherever the interpreter is. In a callback of PETSc it becomes PETSc's own error,
+and a kernel that was being compiled leaves a file whose completion every later run would wait for.
 
-Ranks of `mpirun` that solve one model together must leave it together: there a signal is remembered, and all ranks
+Ranks of `mpirun` that solve one model together must stop together: there a signal is remembered, and all ranks
 raise it where they meet. mpirun itself would kill them a quarter of a second after Ctrl-C; the launcher
-(setup/venv.sh) sends SIGUSR1 in place of it, which mpirun passes on to all ranks.
+(setup/venv.sh) sends SIGUSR1 instead, which mpirun passes on to all ranks.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-# Seconds within which a second signal is the same request: a terminal sends Ctrl-C to the command and to what it was
-# started by, which passes it on.
+# Seconds within which a second signal is the same request: a terminal sends Ctrl-C to the command and to the program
+# that started it, which passes it on.
 SAME = 1.0
 _COMPILER = ("compile_forms", "compile_expressions")
 
@@ -65,7 +65,7 @@ def meet(comm: Any) -> None:
     Parameters
     ----------
     comm : MPI.Comm
-        Ranks that work together; of one rank alone nothing is asked.
+        Ranks that work together; on a single rank this does nothing.
     """
     if comm.size > 1 and comm.allreduce(len(_remembered)):
         _remembered.clear()
@@ -81,7 +81,7 @@ def ranks_started() -> int:
 
 
 def end_with_parent(end: Callable[[], None]) -> None:
-    """Call `end` in a thread when the process that has started this one has ended, however that ended."""
+    """Call `end` in a thread when the parent of this process has ended, in whatever way."""
 
     def wait() -> None:
         from multiprocessing import parent_process
@@ -95,9 +95,9 @@ def end_with_parent(end: Callable[[], None]) -> None:
 
 
 def is_interrupt(error: BaseException | None) -> bool:
-    """Whether an exception is an interruption, as it is or as the cause of another one.
+    """Whether an exception is an interruption or was caused by one.
 
-    ctypes preserves only its name, in the message of its own error.
+    ctypes preserves only the name of an interruption, in the message of its own error.
     """
     while error is not None:
         if isinstance(error, KeyboardInterrupt) or KeyboardInterrupt.__name__ in str(error):
@@ -107,8 +107,8 @@ def is_interrupt(error: BaseException | None) -> bool:
 
 
 @contextmanager
-def told_as_such() -> Iterator[None]:
-    """Raise KeyboardInterrupt for an interruption in whatever form it comes out of the block."""
+def unwrapped_interrupts() -> Iterator[None]:
+    """Raise KeyboardInterrupt for an interruption, whatever exception it has become inside the block."""
     try:
         yield
     except Exception as error:
@@ -120,12 +120,12 @@ def told_as_such() -> Iterator[None]:
 def abandon_compilation(frame: FrameType | None) -> None:
     """Remove the source of the kernel that is being compiled in this frame or in one that called it.
 
-    FFCx takes a source for a compilation under way, and removes it on errors, but not when it is interrupted.
+    FFCx takes a source as the sign of a compilation under way, and removes it on errors, but not on interruptions.
     """
     for caller in _callers(frame):
         if caller.f_code.co_name in _COMPILER and caller.f_globals.get("__name__", "").startswith("ffcx."):
             folder, name = caller.f_locals.get("cache_dir"), caller.f_locals.get("module_name")
-            # Not the source that another process is compiling while this one waits.
+            # The source that another process is compiling, while this one waits, is kept.
             if folder and name and not _waits(frame):
                 source = Path(folder) / f"{name}.c"
                 if not source.with_suffix(".c.cached").exists():

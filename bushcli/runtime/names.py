@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-#: Characters of a name; with what is added to it, it stays within the 255 bytes of a file system.
+#: Most characters of a name: with what is added to it, a file name stays within the 255 bytes of a file system.
 _LONGEST = 50
 
 
 def file_names(channels: Iterable[str]) -> dict[str, str]:
-    """Return channel -> a name for its files: nothing in it leaves the folder or troubles a file system.
+    """Return channel -> a name for its files that stays in the folder and is valid on every file system.
 
     Parameters
     ----------

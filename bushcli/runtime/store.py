@@ -1,8 +1,8 @@
 """Results of fits saved on disk, so that an interrupted diagnosis can be resumed.
 
-Each result is one NumPy archive of plain arrays, which nothing executes when it is read. Its name is made of the
-question and of the code's own text: another question, or another revision of the code, is another file. A file that is
-damaged counts as absent.
+Each result is one NumPy archive of plain arrays, so that reading it executes nothing. Its name is a digest of the
+question and of the program's source: another question, or another revision of the code, has another file. A file that
+is damaged counts as absent.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from bushcli.errors import InputError, Problem
 from bushcli.runtime.canonical import canonical
 
 SUFFIX = ".npz"
-# Names that the store gives; whatever else is in its folder is not its own, and stays.
+# Names that the store gives; other files in its folder are left alone.
 _RESULT = re.compile(r"[0-9a-f]{24}\.npz")
 _PART = re.compile(r"([0-9a-f]{24}|probe)\.\d+\.part")
-# Bytes; as much as a result may need.
+# Bytes written to test the folder: as many as a result may need.
 _PROBE = 100_000
 PACKAGES = ("bushcli", "cases", "forms", "geometry")
 # Errors that NumPy, its archives and the codecs raise for overwritten bytes.
@@ -155,7 +155,7 @@ class Store:
     def write(self, file: Path, answer: Any) -> None:
         """Save an answer; the file appears whole or not at all.
 
-        On a full disk the run goes on without it: the answer is worth more than the means of going on with the run.
+        On a full disk the run goes on without saving: the answer matters more than that the run can be resumed.
 
         Parameters
         ----------
@@ -174,7 +174,7 @@ class Store:
                 os.fsync(out.fileno())
             fresh.replace(file)
         except OSError:
-            # `failure` reports it at the end of the run; this may be another process.
+            # `failure` reports this at the end of the run; the code here may run in another process.
             with suppress(OSError):
                 fresh.unlink(missing_ok=True)
 

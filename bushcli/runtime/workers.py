@@ -1,4 +1,4 @@
-"""Independent runs side by side: as many processes as asked for, on this machine or over MPI, results in order.
+"""Independent runs in parallel: as many processes as requested, on this machine or over MPI, with results in order.
 
 Fits are saved on disk as soon as they are finished (`store`), so that an interrupted diagnosis can be resumed, with any
 number of workers and with the same result.
@@ -34,9 +34,9 @@ class Workers:
     Parameters
     ----------
     count
-        Processes; with 1 everything runs in this one.
+        Number of processes; with 1 everything runs in this one.
     store
-        Where results are saved; None saves none.
+        Where results are saved, if at all.
     executor
         Processes that the caller starts and ends (`ranks`), instead of `count` processes of our own. They may be on
         machines that do not see the store.
@@ -49,7 +49,7 @@ class Workers:
 
     @contextmanager
     def open(self) -> Iterator[Workers]:
-        """Start the processes, and end them: at once where an exception ends the run."""
+        """Start the processes, and end them with the context, at once if an exception ends the run."""
         if self.count == 1 or self._executor is not None:
             yield self
             return
@@ -104,7 +104,7 @@ class Workers:
         questions : sequence of tuple
             Arguments of each call.
         notify : callable or None
-            Called with index and answer as each answer becomes known; None calls nothing.
+            Called with index and answer as each answer becomes known, unless None.
         """
         answers: list[Any] = [None] * len(questions)
         waiting = []
@@ -160,7 +160,7 @@ def _has_answer(future: Future[Any]) -> bool:
 def ranks() -> Iterator[Executor | None]:
     """Yield an executor on the other ranks of `mpirun`; on those ranks themselves yield None.
 
-    They answer until the first rank leaves the context, and only then leave it too.
+    The other ranks answer until the first rank leaves the context, and only then leave it too.
     """
     from mpi4py import MPI
     from mpi4py.futures import MPICommExecutor
@@ -176,9 +176,9 @@ _STOPPING = (signal.SIGINT, signal.SIGTERM)
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Start processes completely: Ctrl-C and SIGTERM wait until they can handle them."""
+    """Delay Ctrl-C and SIGTERM while processes start, until they can handle them."""
     received: list[int] = []
-    # Blocked in this thread, a signal goes to another one, and the interpreter would still raise it here.
+    # A signal that is blocked in this thread goes to another one, and the interpreter would still raise it here.
     main = threading.current_thread() is threading.main_thread()
     handlers = {
         one: signal.signal(one, lambda number, _: received.append(number)) for one in _STOPPING if main
@@ -195,7 +195,7 @@ def _deaf() -> Iterator[None]:
 
 
 class _Processes(ProcessPoolExecutor):
-    """Starts its processes, which it does when it is given work, out of reach of Ctrl-C."""
+    """A pool that starts its processes, when it is given work, out of reach of Ctrl-C."""
 
     def submit(self, fn: Work, /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Hand work to a process."""
@@ -208,10 +208,10 @@ def _begin() -> None:
 
     def end(number: int, frame: FrameType | None) -> None:
         abandon_compilation(frame)
-        # Not by an exception: the next question may already be waiting.
+        # No exception is raised: the next question may already be waiting.
         os._exit(1)
 
-    # Ctrl-C goes to all processes of the terminal's group: only the first one is to answer it.
+    # Ctrl-C goes to all processes of the terminal's group: only the parent handles it.
     os.setpgrp()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # A process that received SIGTERM before it was ready ends here.

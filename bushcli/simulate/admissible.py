@@ -23,7 +23,7 @@ def check_material(case: Case, material: Material) -> None:
     Parameters
     ----------
     case : Case
-        Its file is named in the message.
+        Case; the message names its file.
     material : Material
         Law and parameters to check.
 
@@ -37,7 +37,7 @@ def check_material(case: Case, material: Material) -> None:
                 case.path.name, "material.parameters are not given", "", "them, or [[coupons]] to fit them to"
             )
         )
-    # With it comes UFL: not for a case whose law is still to be fitted.
+    # This import loads UFL, which a case whose law is still to be fitted does not need.
     from cases.stability import coupon_limits
 
     chosen = law(material.law)
@@ -55,7 +55,7 @@ def check_material(case: Case, material: Material) -> None:
 
 
 def check_travel(case: Case, recordings: Sequence[Recording], faults: Sequence[DataFault]) -> None:
-    """Refuse a recording that travels further across the axis than the rubber is thick: wrong units or bushing.
+    """Refuse a recording that travels further across the axis than the rubber is thick: units or bushing are wrong.
 
     Parameters
     ----------

@@ -1,9 +1,8 @@
 """Finite-element models that are reused for the next design: only what has changed is built again.
 
-Other parameters of the law, and of effects in the rubber, are numbers in the model. Other dimensions of a structured
-shape are other coordinates of its nodes (`geometry.morph`): neither Gmsh nor the set-up of elements, constraints and
-matrices runs again. Everything else, such as another number of elements or an effect on the assembly, makes another
-model.
+New parameters of the law, and of effects in the rubber, replace numbers in the model. New dimensions of a structured
+shape move its nodes (`geometry.morph`): neither Gmsh nor the set-up of elements, constraints and matrices runs again.
+Every other change, such as another number of elements or an effect on the assembly, needs another model.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ from geometry.shape import Refinement, Shape
 
 Array = NDArray[np.float64]
 
-# Models at a time: a range of lengths has some ten numbers of elements along the axis, in each mode.
+# Largest number of models kept: over a range of lengths each mode has some ten numbers of elements along the axis.
 MOST = 24
 
 
@@ -44,12 +43,12 @@ class _Kept:
 class Bodies:
     """Prepare models like `cases.simulate.prepare`, and reuse earlier ones.
 
-    A model that it returned is changed by the next call: march it before.
+    The next call may change a model that an earlier call returned: march each model before the next call.
 
     Attributes
     ----------
     made, moved : int
-        Number of models that were built, and of calls that were served by one that was there.
+        Number of models that were built, and of calls that an existing model served.
     """
 
     def __init__(self) -> None:
@@ -104,7 +103,7 @@ class Bodies:
         return kept.model
 
     def relocated(self, model: Model, shape: Shape, refinement: Refinement) -> bool:
-        """Move a model of these to another shape; False where that takes other elements, and nothing is done.
+        """Move one of these models to another shape; return False, and do nothing, if that needs other elements.
 
         Parameters
         ----------
@@ -112,7 +111,7 @@ class Bodies:
             As this object returned it.
         shape : Shape
         refinement : Refinement
-            Of the model.
+            Refinement of the model's mesh.
         """
         kept = next(one for one in self._kept.values() if one.model is model)
         mesh = model.mesh
@@ -136,7 +135,7 @@ class _Whole:
 
 
 def _moved(kept: _Kept, shape: Shape, refinement: Refinement) -> bool:
-    """Move a model to another shape of the same elements; False where it has to be built."""
+    """Move a model to another shape of the same elements; return False if it has to be built."""
     model = kept.model
     there = model.motion.constrained.component >= 0
     if kept.morph is None:

@@ -35,19 +35,19 @@ class Channel:
     ----------
     name, mode : str
     march : callable
-        Model, whether states are kept, and progress -> history.
+        Function of the model, whether states are kept, and progress; it returns the history.
     program : Program
-        On the way to the end of the range, for those who go there too.
+        The program to follow; for a recording without path, from rest to the farther end of its range.
     time : shape (n,) or None
         s, of the whole path.
     displacement : shape (n,)
         mm or rad, of the whole path; s of a path of six motions.
     recording, whole : Recording or None
-        The samples in use, and all of them.
+        The samples in use, and all samples.
     six : SixPath or None
         Path of six motions that is prescribed.
     path : SixPath or None
-        Path of six motions, prescribed or recorded, that the program is of.
+        Path of six motions, prescribed or recorded, that the program follows.
     """
 
     name: str
@@ -101,7 +101,7 @@ def recorded(case: Case, recording: Recording, whole: Recording) -> Channel:
     ----------
     case : Case
     recording, whole : Recording
-        The samples in use, and all of them.
+        The samples in use, and all samples.
     """
     low, high = min(0.0, float(recording.displacement.min())), max(0.0, float(recording.displacement.max()))
     odd = is_odd(case.geometry, modes()[recording.mode])

@@ -53,7 +53,7 @@ def _curve(case: Case, channel: Channel, history: History) -> Curve:
     if both and is_odd(case.geometry, modes()[channel.mode]):
         _, first = np.unique(np.concatenate([q, -q]), return_index=True)
         q, force = np.concatenate([q, -q])[first], np.concatenate([force, -force])[first]
-        # Up to the recorded range and one step more: the plot and the stiffness are of the recorded range.
+        # The curve ends one step beyond the recorded range: plot and stiffness belong to the recorded range.
         low, high = recording.displacement.min(), recording.displacement.max()
         step = float(np.diff(q).max())
         in_range = (q >= low - step) & (q <= high + step)
@@ -73,7 +73,7 @@ def change(force: Array, fine: Array) -> float:
 
 
 def changed(history: History, fine: History) -> float:
-    """Return the largest change of the force over its range; of six reactions, of forces and of moments.
+    """Return the largest change of the force over its range; for six reactions, the larger of forces and moments.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def changed(history: History, fine: History) -> float:
     if history.reactions is None or fine.reactions is None:
         return change(history.force, fine.force)
     groups = [(history.reactions[:, part], fine.reactions[:, part]) for part in (slice(0, 3), slice(3, 6))]
-    # A group that vanishes is the rounding of the other.
+    # A group that vanishes is the other's rounding error.
     ranges = [float(np.ptp(ours, axis=0).max()) for _, ours in groups]
     real = [i for i in (0, 1) if ranges[i] > 1e-6 * max(ranges)]
     return max(float(np.abs(groups[i][0] - groups[i][1]).max()) / ranges[i] for i in real)

@@ -22,7 +22,7 @@ def columns(found: Array | None, inner: Sequence[str], names: Sequence[str], cou
     Parameters
     ----------
     found : (count, len(inner)) array or None
-        Derivatives by the parameters `inner`, in the unit of the curve per unit of each parameter; None for none.
+        Derivatives by the parameters `inner`, in the unit of the curve per unit of each parameter; None for all zero.
     inner : sequence of str
         Parameters that the model was differentiated by.
     names : sequence of str

@@ -15,7 +15,7 @@ from cases.model import Model
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Discard what HDF5 prints on stderr: its whole stack, before it raises an error that is sufficient."""
+    """Discard the stack of errors that HDF5 prints on stderr before it raises an error, which is sufficient."""
     sys.stderr.flush()
     saved = os.dup(2)
     try:
@@ -34,14 +34,14 @@ def written(model: Model, history: History, file: Path) -> str:
     ----------
     model : Model
     history : History
-        With its states.
+        March with its states.
     file : Path
-        Ends in .xdmf; its HDF5 file stands beside it.
+        Ends in .xdmf; its HDF5 file is written beside it.
 
     Returns
     -------
     str
-        Why that failed, and then nothing is left of the files; empty where they are there.
+        Why the files could not be written, in which case nothing is left of them; empty if they were written.
     """
     assert history.states is not None
     try:

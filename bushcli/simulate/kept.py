@@ -11,7 +11,7 @@ from cases.simulate import Prepare, prepare
 
 @dataclass(frozen=True)
 class Kept:
-    """What is kept from one prediction to the next.
+    """Models, recordings and fineness that one prediction passes on to the next.
 
     Attributes
     ----------
@@ -20,8 +20,9 @@ class Kept:
     measured : Measured
         Reads the recordings.
     fineness : mapping of str to float
-        Of the steps along recorded paths, by channel, where it is known (`bushcli.simulate.predict.fineness_of`). It is
-        found for the others, and a path is then marched four times for one result.
+        Fineness of the steps along recorded paths, by channel, where it is known
+        (`bushcli.simulate.predict.fineness_of`). For other channels it is searched for, which marches a path four times
+        for one result.
     """
 
     prepared: Prepare = prepare

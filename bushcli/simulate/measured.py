@@ -1,7 +1,7 @@
-"""The recordings of cases with the faults of their samples, read once for as long as their files stay as they are.
+"""The recordings of cases with the faults of their samples, read once unless their files change.
 
-A study simulates many designs beside the same recordings. To read a rig's file and to search for its faults takes
-longer than to simulate the bushing.
+A study compares many designs with the same recordings. To read a rig's file and search it for faults takes longer than
+to simulate the bushing.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from bushcli.faults import DataFault, find_faults, sample_faults
 from bushcli.recording import Recording, read_recording
 from bushcli.recording.source import Source
 
-# Recordings at a time: those of a case, whole and in part, and of some more.
+# Largest number of recordings kept: those of a case, whole and in part, and of some more cases.
 MOST = 64
 
 
@@ -52,7 +52,7 @@ class Measured:
         """
         require_values(case.effects, case.path.name)
         used = [self._read(source, False) for source in case.recordings]
-        # What depends on the path needs the cycles before those that are compared.
+        # Effects that depend on the path need the cycles before those that are compared.
         whole = [self._read(source, True) for source in case.recordings] if case.effects else used
         return used, whole, find_faults(case, used, self._of_samples)
 

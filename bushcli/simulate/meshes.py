@@ -1,4 +1,4 @@
-"""The meshes that a case needs, for `bushcli mesh`: numbers, a picture's faces, a file for ParaView."""
+"""The meshes that a case needs, for `bushcli mesh`: their numbers, faces for pictures, and files for ParaView."""
 
 from __future__ import annotations
 

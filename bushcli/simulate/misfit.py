@@ -52,7 +52,7 @@ class Misfit:
     noise_percent : float
         Noise of the recording itself (1 sigma), percent of the force range.
     measured, predicted : Stiffness
-        Of the recorded and the simulated curve, over the same displacements.
+        Stiffness of the recorded and of the simulated curve, over the same displacements.
     compared : float
         Share of the recorded samples that the simulation reached.
     tolerance : Tolerance
@@ -88,7 +88,7 @@ class Misfit:
         return self.within_band(DEFAULT)
 
     def within_band(self, tolerance: Tolerance) -> bool:
-        """Whether the secant stiffness is within a tolerance, and the curve within as much of the force range."""
+        """Whether the secant stiffness is within a tolerance, and the curve within that share of the force range."""
         return bool(
             abs(self.stiffness_ratio - 1.0) <= tolerance.band
             and self.peak_percent <= tolerance.percent

@@ -19,7 +19,7 @@ def check_play(case: Case, name: str, mode: str, displacement: NDArray[np.float6
     ----------
     case : Case
     name, mode : str
-        Of the channel.
+        Names of the channel and of its mode.
     displacement : shape (n,)
         mm or rad, of the whole path.
 

@@ -68,7 +68,7 @@ def predict(
     mesh_check : bool
         Solve again on a finer mesh and estimate the discretisation error of each curve.
     fields : Path or None
-        Folder for field files (XDMF), one per channel; None writes none.
+        Folder for field files (XDMF), one per channel; without it none are written.
     progress : Progress or None
         Called after each step of the march.
     comm : MPI.Comm
@@ -76,16 +76,16 @@ def predict(
     stiffness : bool
         Take the 6 x 6 stiffness matrix at rest and at the end of every channel.
     stiffness_at : float or None
-        And at this displacement: mm or degrees, s of a path.
+        Also at this displacement: mm or degrees, s of a path.
     kept : Kept or None
-        What earlier predictions left to be used again.
+        Models, recordings and steps of earlier predictions, which are reused.
     pictures : bool
         Whether to keep the deformed surface of each channel.
 
     Returns
     -------
     Response
-        Also if a march stops early: the channel then has the reason and the curve up to there.
+        It is returned even if a march stops early: the channel then has the reason and the curve up to there.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def predict(
 
 
 def _channels(case: Case, measured: Measured) -> tuple[list[Channel], tuple[DataFault, ...]]:
-    """Return what is to be simulated, and faults of the recordings; a bad file must not cost a march."""
+    """Return the channels to simulate, and faults of the recordings; all files are read before the first march."""
     recordings, wholes, faults = measured(case)
     if not recordings and not case.load_cases:
         wanted = "[[recordings]] or [[load_cases]]"
@@ -123,7 +123,7 @@ def _channels(case: Case, measured: Measured) -> tuple[list[Channel], tuple[Data
 def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str, float]:
     """Return how fine the steps along each recorded path have to be, by channel: for other designs of the same case.
 
-    Channels whose force does not depend on the path have none, and none those that cannot be followed to their end.
+    Channels whose force does not depend on the path, or whose path cannot be followed to its end, are left out.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def fineness_of(case: Case, material: Material, measured: Measured) -> dict[str,
     Raises
     ------
     InputError
-        As by `predict`.
+        As in `predict`.
     """
     check_material(case, material)
     channels, _ = _channels(case, measured)
@@ -183,7 +183,7 @@ class _Run:
         return self.kept.prepared(self.case.geometry, mode, self.rubber, refinement, self.comm, features)
 
     def matrices(self, channel: Channel) -> dict[str, tuple[float, Array]] | None:
-        """Return the stiffness matrices that are asked for; None where the march did not get through."""
+        """Return the stiffness matrices that were requested; None if the march did not reach its end."""
         if not self.stiffness or modes()[channel.mode].specimen != "bushing":
             return {}
         try:
@@ -259,7 +259,7 @@ class _Run:
         return 100.0 * simulation.refine({}) if simulation.path_dependent else None
 
     def _reaction(self, channel: Channel, path: RecordedPath, factor: float) -> Reaction:
-        """Return the channel of a recorded path of six motions, which all of its channels share."""
+        """Return the model of one channel of a recorded path of six motions; its channels share one simulation."""
         key = (path.name, factor)
         if key not in self.paths:
             refinement = replace(self.case.mesh.refinement, factor=factor)

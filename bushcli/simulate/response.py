@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The bond edges leave
-# convergence of about first order, for which the error is twice the change that halving the elements makes
+# Elements of the finer mesh of a mesh check over those of the mesh in use, in each direction. The edges of the bonds
+# reduce convergence to about first order, for which the error is twice the change that halving the elements makes
 # (measured against converged curves: 1.4 to 2.6 times).
 FINER, ERROR_OVER_CHANGE = 2.0, 2.0
 
@@ -43,7 +43,7 @@ class Simulated:
     curve : Curve
         At the steps of the march, as far as it went.
     recording : Recording or None
-        The measured curve that it stands beside.
+        The measured curve to compare with.
     attempts
         Every step tried.
     stopped : str
@@ -51,7 +51,7 @@ class Simulated:
     reach : float
         Last displacement in equilibrium, mm or rad, when it stopped early.
     target : float
-        Displacement that it was to reach.
+        Displacement that it had to reach.
     unknowns : int
         Size of the linear systems.
     stretches : tuple of float
@@ -70,12 +70,12 @@ class Simulated:
     along : bool
         The curve is the force at the recording's samples, one by one.
     unwritten : str
-        Why its fields could not be written; empty where they were, or were not asked for.
+        Why its fields could not be written; empty if they were, or were not requested.
     six : SixCurve or None
-        Motions and reactions on a path of six motions; ``mode`` and ``curve`` are then of the one that leads.
+        Motions and reactions on a path of six motions; ``mode`` and ``curve`` are then those of the leading motion.
     stiffness : mapping of str to (float, (6, 6) array), or None
         Displacement (mm, rad; s of a path) and stiffness matrix (N, mm, rad) by state, "start", "end" and "at"; None
-        where the march without planes of symmetry did not get through.
+        if the march without planes of symmetry did not reach its end.
     touched : tuple of Touched
         Surfaces that met at the steps of the march.
     """
@@ -114,7 +114,7 @@ class Simulated:
 
 @dataclass(frozen=True)
 class Response:
-    """Result of a prediction: simulated channels, conditions under which to read them, and faults of the recordings."""
+    """Result of a prediction: simulated channels, conditions (doubts about them), and faults of the recordings."""
 
     case: Case
     material: Material

@@ -1,10 +1,10 @@
 """From a recorded path to the steps of a march, and from the march back to the samples.
 
 If the rubber has memory, the march has to follow the whole path, but neither every sample nor the sensor's noise: on
-noisy displacements it would reverse at every sample. The path is a chain of straight lines in time, as few as
-stay within the noise and fitted to all samples; it is cut at its turning points into legs, and each leg into steps
-that are finest after the turn, where memory acts. A leg that goes further than the path has been before is cut there.
-Samples are interpolated within their leg.
+noisy displacements it would reverse at every sample. The path is replaced by a chain of straight lines in time, as few
+as stay within the noise, fitted to all samples. The chain is cut at its turning points into legs, and each leg into
+steps that are finest after the turn, where memory matters most. A leg that passes the largest earlier displacement is
+cut there. Samples are interpolated within their leg.
 
 References
 ----------
@@ -22,25 +22,25 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# The chain stays within so many standard deviations of the displacement's noise: 400 samples reach 3.
+# The chain stays within this many standard deviations of the displacement's noise: 400 samples reach 3.
 WITHIN = 5.0
-# And, where there is no noise, within this share of the range.
+# Without noise the chain stays within this share of the range.
 RESOLUTION = 2e-4
-# Steps of a leg that goes over the whole range; a shorter one gets its share, but no fewer than FEWEST.
+# Steps of a leg that goes over the whole range; a shorter leg gets proportionally fewer, but no fewer than FEWEST.
 STEPS, FEWEST = 12, 4
 # Exponent of the grading: the first of 12 steps of a leg is 1/24 of it.
 GRADING = 1.3
-# Rates that differ by this factor make two legs of a path without a turn.
+# Where the rate changes by this factor, a path is cut into two legs even without a turn.
 ABRUPT = 2.5
-# Steps of a hold, evenly in the logarithm of time from the first one's length.
+# Steps of a hold, even in the logarithm of time, and approximate length of the first one, as a share of the hold.
 HOLD_STEPS, FIRST_HOLD = 10, 1e-3
-# A hold shorter than this share of the leg before it is the rounding of a turning point: corners only.
+# A hold shorter than this share of the leg before it is the rounding of a turning point: it has steps at corners only.
 BRIEF = 0.1
 
 
 @dataclass(frozen=True)
 class Leg:
-    """Nodes `first` to `last` (both included) of a stretch without a turn; a hold stands still."""
+    """Nodes `first` to `last` (both included) of a stretch without a turn; in a hold the displacement stands still."""
 
     first: int
     last: int
@@ -54,7 +54,7 @@ class Schedule:
     Attributes
     ----------
     time, displacement : shape (n,)
-        Nodes, s and mm or rad; without recorded times the sample numbers stand for them.
+        Nodes, s and mm or rad; without recorded times the numbers of the samples replace them.
     legs : tuple of Leg
     timed : bool
         Whether `time` is in seconds.
@@ -67,7 +67,7 @@ class Schedule:
 
     @cached_property
     def _clock(self) -> Array:
-        """Position of each node within its leg: along the path, or in the logarithm of the time of a hold."""
+        """Position of each node within its leg: along the path, or for a hold in the logarithm of time."""
         clock = np.zeros(len(self.time))
         for leg in self.legs:
             inside = slice(leg.first + 1, leg.last + 1)
@@ -179,7 +179,7 @@ def _stepped(
     times: Array, values: Array, span: float, tolerance: float, fineness: float, timed: bool
 ) -> Schedule:
     moves = np.diff(values)
-    # A line that goes nowhere within the noise is a hold; it lasts, or it is a corner's rounding.
+    # A line that moves no further than the noise is a hold or, if it is brief, the rounding of a corner.
     kinds = np.where(np.abs(moves) <= 2 * tolerance, 0.0, np.sign(moves))
     # A much faster or slower line is a leg of its own: viscous stress has a knee there.
     pace = np.abs(moves) / np.diff(times)
@@ -210,7 +210,7 @@ def _stepped(
 
 
 def _cut(t: Array, q: Array, reached: float, apart: float) -> list[tuple[float, float]]:
-    """Cut a leg where it passes the largest earlier displacement, behind which softened rubber is stiffer."""
+    """Cut a leg where it passes the largest earlier displacement, beyond which softened rubber is stiffer."""
     end = float(q[-1])
     before = np.copysign(reached, end)
     if (
@@ -226,13 +226,13 @@ def _cut(t: Array, q: Array, reached: float, apart: float) -> list[tuple[float, 
 
 
 def _leg_times(t: Array, q: Array, span: float, fineness: float) -> Array:
-    """Return the times of a leg's nodes after the first: graded evenly along the path, and at its corners."""
+    """Return the times of a leg's nodes after the first: graded along the path, with a node at each corner."""
     length = abs(q[-1] - q[0])
     count = max(int(np.ceil(FEWEST * fineness)), int(np.ceil(STEPS * fineness * length / span)))
     graded = np.linspace(0.0, 1.0, count + 1)[1:] ** GRADING
     along = np.abs(q - q[0]) / length
     times = np.interp(graded, along, t)
-    # A corner near a node takes its place.
+    # A corner near a node replaces it.
     for corner in t[1:-1]:
         nearest = int(np.argmin(np.abs(times - corner)))
         gap = np.diff(np.concatenate([t[:1], times]))[nearest]

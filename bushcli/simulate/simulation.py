@@ -1,7 +1,7 @@
 """A recorded channel with the effects that act on it: parameters in, force at the recorded samples out.
 
-Where the rubber remembers nothing, the bushing is solved once over the range of the recording, and everything that the
-rig does to its curve is exact algebra on a spline. Where it remembers, the recorded path is marched, thinned to what
+If the rubber has no memory, the bushing is solved once over the range of the recording, and everything that the rig
+does to its curve is exact algebra on a spline. If it has memory, the recorded path is marched, in no more steps than
 the accuracy needs (`bushcli.simulate.schedule`). Either way every parameter, of the law, of the rubber, of the
 assembly or of the rig, has its exact derivative.
 """
@@ -33,11 +33,12 @@ from geometry.shape import Refinement, Shape
 Array = NDArray[np.float64]
 Steps = Callable[[int, int, int, float], None]
 
-# Steps on the longer side of the range of a bushing without memory. The curve between them is a spline: with 8 (6 of a
-# solid body, which is moved less far) it is within 2e-5 of the force range of one with 16, measured on debonded and
-# swaged bushings; contact sets in at a kink.
+# Steps on the longer side of the range of a bushing without memory. The curve between them is a spline: with 8 steps (6
+# for a solid body, which is moved less far) it is within 2e-5 of the force range of that with 16, measured on debonded
+# and swaged bushings; contact begins at a kink, which needs more.
 STEPS, SOLID_STEPS, CONTACT_STEPS = 8, 6, 16
-# How far the force may be from that with twice the steps, as a share of its range, before the steps are made finer.
+# The steps are refined while the force differs from that with twice the steps by more than this share of its range, up
+# to `FINEST` times as many steps.
 ACCURATE = 2e-3
 FINEST = 4.0
 STANDS_STILL = "the rig takes up all of the travel: the bushing does not move"
@@ -56,7 +57,7 @@ class Answer:
     slope : shape (n, parameters)
         Derivative by each parameter asked for.
     history : History
-        The march, or the sweep, behind it.
+        The march or the sweep that gave the force.
     """
 
     force: Array
@@ -72,9 +73,9 @@ def with_values(
     Parameters
     ----------
     model : Model
-        Of a channel.
+        Model of a channel.
     active : sequence of ActiveEffect
-        Its effects.
+        Effects of the channel.
     parameters : mapping of str to float
         Values by name, N, mm, MPa, s, rad; what is not given keeps its value.
     """
@@ -95,16 +96,16 @@ class Simulation:
     Parameters
     ----------
     shape, mode, rubber, refinement, comm
-        Of the finite-element model.
+        Arguments of the finite-element model.
     active
         Effects on this channel, with values.
     time : shape (n,) or None
-        Of the recorded samples, s.
+        Times of the recorded samples, s.
     displacement : shape (n,)
         mm or rad, as recorded; the whole path, from the virgin bushing on.
     noise
-        Standard deviation of the displacement's noise; None where the samples are a prescribed program, followed as it
-        is.
+        Standard deviation of the displacement's noise; None if the samples are a prescribed program, which is followed
+        exactly.
     prepared
         Makes the finite-element model.
     """
@@ -299,7 +300,7 @@ class Simulation:
     # -- accuracy ------------------------------------------------------------------------------------------------
 
     def refine(self, parameters: Mapping[str, float]) -> float:
-        """Choose steps fine enough for the recorded path, and return the error that is left.
+        """Choose steps fine enough for the recorded path, and return the error that remains.
 
         Returns
         -------

@@ -21,7 +21,7 @@ from cases.six import SixPath
 
 Array = NDArray[np.float64]
 
-# Steps of the shortest segment of a path.
+# Fewest steps of a segment of a path.
 FEWEST = 2
 
 
@@ -49,12 +49,12 @@ class SixCurve:
 
     @property
     def mode(self) -> str:
-        """The mode whose displacement and force the leading motion and its reaction are."""
+        """The mode whose displacement and force are the leading motion and its reaction."""
         return PAIR_MODES[self.lead]
 
     @property
     def curve(self) -> Curve:
-        """Reaction of the leading motion against it, with at least two points."""
+        """Reaction of the leading motion over that motion, with at least two points."""
         k = self.lead
         if len(self.time) < 2:
             return Curve(self.mode, np.array([0.0, 1e-9]), np.zeros(2))
@@ -75,7 +75,7 @@ class Stiffness:
 
 
 def six_curve(history: History, six: SixPath) -> SixCurve:
-    """Return what a march along a path has found.
+    """Return the motions and reactions of a march along a path.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def mode_of(name: str, six: SixPath | None) -> Mode:
     Parameters
     ----------
     name : str
-        Of the mode.
+        Name of the mode.
     six : SixPath or None
         The path.
     """
@@ -111,9 +111,9 @@ def mode_of(name: str, six: SixPath | None) -> Mode:
 
 
 def program_of(six: SixPath, steps: int, also: Sequence[float] = ()) -> Program:
-    """Return the steps of a path: as many on its longest segment, on the others their share.
+    """Return the steps of a path: `steps` on its longest segment, proportionally fewer on the others.
 
-    A segment is as long as the motion that goes furthest on it, as a share of its range.
+    The length of a segment is the largest motion on it, each motion as a share of its range.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def followed(
     Parameters
     ----------
     model : Model
-        Of the path.
+        Model of the path.
     program : Program
         Steps.
     keep_states : bool
@@ -167,7 +167,7 @@ def followed(
 def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
     """Return a mode's program as a path of six motions, without symmetry, and the steps along it from rest on.
 
-    The path's parameter is the way that the sleeve has gone.
+    The path's parameter is the distance that the sleeve has travelled.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def as_path(mode: Mode, program: Program) -> tuple[SixPath, Program]:
     if q[0] != 0.0:
         q, time = np.insert(q, 0, 0.0), None if time is None else np.insert(time, 0, time[0])
     moves = np.diff(q)
-    # A hold is a short way that leads nowhere.
+    # A hold gets a short distance, over which the pose does not change.
     way = np.where(moves == 0.0, 1e-3 * np.abs(moves).max(), np.abs(moves))
     along = np.concatenate([[0.0], np.cumsum(way)])
     turns = np.flatnonzero(np.sign(moves[1:]) != np.sign(moves[:-1])) + 1

@@ -1,8 +1,8 @@
 """From a recorded path of six motions to the steps of a march.
 
-As `bushcli.simulate.schedule` does for one motion: a chain of straight lines in time, as few as stay within the noise
-of every motion and fitted to all samples; each line is cut into steps, and samples are interpolated within it. A motion
-that does not rise out of its noise stands still.
+As in `bushcli.simulate.schedule` for one motion, the path is replaced by a chain of straight lines in time, as few as
+stay within the noise of every motion, fitted to all samples. Each line is cut into steps, and samples are interpolated
+within it. A motion that does not exceed its noise counts as standing still.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from cases.six import SixPath
 
 Array = NDArray[np.float64]
 
-# A motion whose range is less than so many standard deviations of its noise stands still: 10,000 samples reach 8.
+# A motion whose range is less than this many standard deviations of its noise stands still: 10,000 samples reach 8.
 MOVES = 10.0
-# Steps of a line on which a motion goes over its whole range; others get their share, but no fewer than FEWEST.
+# Steps of a line on which a motion goes over its whole range; others get proportionally fewer, at least FEWEST.
 STEPS, FEWEST = 12, 3
-# A path that does not begin at rest is led there in this share of its time before it begins.
+# A path that does not begin at rest is preceded by a motion from rest to its beginning, in this share of its time.
 LEAD = 1e-3
 
 
 def still(motion: Array, time: Array | None) -> NDArray[np.bool_]:
-    """Return which motions (6,) stand still but for noise.
+    """Return which motions (6,) stand still apart from noise.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def six_schedule(
 ) -> tuple[SixPath, Program, Schedule]:
     """Return path, steps and interpolation that follow a recorded path.
 
-    The path's parameter is the time since its beginning; that of the interpolation is the recorded one.
+    The path's parameter is the time since its beginning; that of the interpolation is the recorded time.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def six_schedule(
     nodes, legs = _stepped(clock[corners], poses, fineness)
     schedule = Schedule(nodes, nodes, legs, time is not None)
     knots, begins = clock[corners], clock[0]
-    # Rest comes first; a path that begins elsewhere is led there at once.
+    # The march begins at rest; a path that begins elsewhere is preceded by a short motion from rest.
     lead = LEAD * float(np.ptp(clock)) if poses[0].any() else 0.0
     if lead:
         knots, poses = np.insert(knots, 0, begins - lead), np.concatenate([np.zeros((1, 6)), poses])
@@ -82,7 +82,7 @@ def six_schedule(
 
 
 def _quiet(motion: Array, time: Array | None) -> tuple[Array, Array]:
-    """Return motions, those that stand still at their mean, or at zero where that is noise; and tolerances (6,)."""
+    """Return motions and tolerances (6,); a motion that stands still is set to its mean, or zero if that is noise."""
     values, tolerance = np.array(motion), np.ones(6)
     for k, stands in enumerate(still(motion, time)):
         noise = displacement_noise(motion[:, k], time)

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 
 def on_path(active: Sequence[ActiveEffect], channel: str) -> tuple[ActiveEffect, ...]:
-    """Return the effects on the rubber and on the assembly that a path has.
+    """Return the effects on the rubber and on the assembly that act on a path.
 
     Parameters
     ----------
@@ -53,11 +53,11 @@ class SixSimulation:
     Parameters
     ----------
     shape, rubber, refinement, comm
-        Of the finite-element model.
+        Arguments of the finite-element model.
     active
         Effects on the rubber and on the assembly, with values.
     recorded
-        What was recorded, mm, rad and s.
+        The recorded path, mm, rad and s.
     prepared
         Makes the finite-element model.
     """
@@ -98,7 +98,7 @@ class SixSimulation:
         patience: int | None = None,
         observer: Callable[[Equilibrium], None] | None = None,
     ) -> History:
-        """Follow the path with the model's present parameters; the last march is kept for the other reactions.
+        """Follow the path with the model's present parameters; the last march is reused for the other reactions.
 
         Parameters
         ----------
@@ -137,16 +137,16 @@ class SixSimulation:
 
 
 class Reaction:
-    """One reaction of a recorded path, with what `bushcli.simulate.simulation.Simulation` offers.
+    """One reaction of a recorded path, with the interface of `bushcli.simulate.simulation.Simulation`.
 
     The rig's effects act on its force; those that change the displacement, such as free play, do nothing here.
 
     Parameters
     ----------
     simulation
-        Of the whole path.
+        Simulation of the whole path.
     number
-        Of the reaction and of its motion.
+        Index of the reaction and of its motion.
     active
         All effects on the channel, with values.
     """
@@ -169,7 +169,7 @@ class Reaction:
 
     @property
     def path_dependent(self) -> bool:
-        """Whether the rubber remembers."""
+        """Whether the rubber has memory."""
         return self.model.path_dependent
 
     @property
@@ -194,7 +194,7 @@ class Reaction:
         Parameters
         ----------
         parameters : mapping of str to float
-            As of `Simulation.solve`: N, mm, MPa, s, rad.
+            As for `Simulation.solve`: N, mm, MPa, s, rad.
         names : sequence of str
             Parameters by which derivatives are wanted.
         keep_states : bool
@@ -222,7 +222,7 @@ class Reaction:
         return Answer(logged.value, logged.slope, history)
 
     def refine(self, parameters: Mapping[str, float]) -> float:
-        """Choose steps fine enough for the recorded path, and return the error that is left (`Simulation.refine`)."""
+        """Choose steps fine enough for the recorded path, and return the error that remains (`Simulation.refine`)."""
         if not self.path_dependent:
             self.step_error = 0.0
             return 0.0
@@ -254,7 +254,7 @@ class Reaction:
     def local(self) -> tuple[Array, Cells]:
         """Derivatives (samples, cells) of the force by the stiffness of each cell, and the cells; collective.
 
-        With the model's present parameters; the rig's part is left out.
+        They are those at the model's present parameters, without the effects of the rig.
 
         Raises
         ------

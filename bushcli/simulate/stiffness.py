@@ -18,13 +18,13 @@ Array = NDArray[np.float64]
 
 
 def with_state(channel: Channel, at: float | None) -> tuple[Program, float | None]:
-    """Return the program of a channel, a step inserted at a displacement, and that displacement in its unit.
+    """Return the program of a channel with a step inserted at a displacement, and the displacement in its unit.
 
     Parameters
     ----------
     channel : Channel
     at : float or None
-        mm or degrees, s of a path; None is returned where the channel does not pass it.
+        mm or degrees, s of a path; None is returned for it if the channel does not pass it.
     """
     program = channel.program
     if at is None:
@@ -70,7 +70,7 @@ def matrices(
 ) -> dict[str, tuple[float, Array]]:
     """Return the matrices of a channel by state: "start", "end", and "at" where it passes the travel asked for.
 
-    Each has the displacement there (mm or rad, s of a path), and is in N, mm and rad. The model has no planes of
+    Each matrix, in N, mm and rad, follows its displacement (mm or rad, s of a path). The model has no planes of
     symmetry, so that all six motions are possible.
 
     Parameters

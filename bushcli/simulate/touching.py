@@ -24,7 +24,7 @@ class Touched:
     Attributes
     ----------
     surfaces : tuple of str
-        Names of the boundaries; twice the same where one met itself.
+        Names of the boundaries; the same name twice if one met itself.
     first : float
         Displacement of the first step with contact, mm or rad (s on a path of six motions).
     force : float
@@ -32,7 +32,7 @@ class Touched:
     at : float
         Displacement of that step.
     radius, height : float
-        Where the force acts then in the deformed body, as means: distance from the axis, and z, mm.
+        Mean position of that force in the deformed body: distance from the axis, and z, mm.
     """
 
     surfaces: tuple[str, str]
@@ -49,9 +49,9 @@ def touched(model: Model, history: History) -> tuple[Touched, ...]:
     Parameters
     ----------
     model : Model
-        With the parameters of the march; its state is left as it is.
+        Model with the parameters of the march; its state is not changed.
     history : History
-        With states.
+        March with its states.
     """
     contact = model.surfaces.contact
     if contact is None or history.states is None:
@@ -69,7 +69,7 @@ def touched(model: Model, history: History) -> tuple[Touched, ...]:
 
 
 def parallel_contact(case: Case, comm: MPI.Comm) -> list[Condition]:
-    """Return that contact is left out, where the mesh is shared by several processes.
+    """Return the condition that contact is left out, if several processes share the mesh.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""Protocol of a test, compared with standards and with what each question to a recording needs.
+"""Protocol of a test, compared with standards and with the recordings that each question requires.
 
-`observed` says what is in a recording: cycles, rates, holds, rest. `library` has one file per standard; a case names
-the one that a recording claims to follow. `questions` says which effects the recordings of a case cannot tell, and why.
+`observed` lists the contents of a recording: cycles, rates, holds, rest. `library` has one file per standard; a case
+names the standard that a recording claims to follow. `questions` says which effects the recordings of a case cannot
+distinguish, and why.
 """
 
 from bushcli.standards.observed import Observed, observe

@@ -10,9 +10,9 @@ import numpy as np
 
 from bushcli.recording import Branch, Recording, branches, departure
 
-#: Cycles are alike that differ by less than this share of the largest amplitude.
+#: Cycles are alike if their amplitudes differ by less than this share of the largest one.
 ALIKE = 0.1
-#: Rates are different from this ratio on: a tenth of a decade and more would be lost in the control of a rig.
+#: Smallest ratio of different rates: the control of a rig is uncertain by a tenth of a decade and more.
 DIFFERENT_RATE = 2.0
 #: A recording begins at rest within this share of its range.
 _AT_REST = 0.05
@@ -30,20 +30,20 @@ class Observed:
     amplitudes : tuple of float
         Largest distance from rest of each cycle that is compared: mm, rad, or stretch - 1.
     conditioning : int
-        Cycles before these that condition the specimen.
+        Number of earlier cycles, which condition the specimen.
     rates : tuple of float
-        Speeds of the ramps, mm/s, rad/s or 1/s, one for each that differs by a factor of `DIFFERENT_RATE`, the slowest
-        first; empty without time.
+        Speeds of the ramps, mm/s, rad/s or 1/s, the slowest first; speeds that differ by less than a factor of
+        `DIFFERENT_RATE` are represented by their median. Empty without time.
     holds : tuple of float
         Durations of the holds away from rest, s; empty without time.
     rests : tuple of float
         Durations of the holds at rest, s.
     timed : bool
-        Whether there is a time.
+        Whether the recording has time.
     from_rest : bool
         Whether it begins at rest.
     unloads : bool
-        Whether the load is taken back.
+        Whether the specimen is unloaded.
     """
 
     channel: str
@@ -59,13 +59,13 @@ class Observed:
 
     @property
     def alike(self) -> int:
-        """Number of cycles, with those of the conditioning, that are as large as the largest."""
+        """Number of cycles as large as the largest, those of the conditioning included."""
         largest = max(self.amplitudes, default=0.0)
         return self.conditioning + sum(a >= (1.0 - ALIKE) * largest for a in self.amplitudes)
 
 
 def observe(recording: Recording) -> Observed:
-    """Return what is in a recording."""
+    """Return the contents of a recording."""
     q, found = recording.displacement, branches(recording)
     span = float(np.ptp(q))
     amplitudes = tuple(
@@ -110,7 +110,7 @@ def _speeds(recording: Recording, found: Sequence[Branch], least: float) -> Iter
 
 
 def _distinct(speeds: Sequence[float]) -> tuple[float, ...]:
-    """Return one speed, the median, of each group that differs from the next slower one by the ratio."""
+    """Return the median of each group of similar speeds; each group spans less than a factor of `DIFFERENT_RATE`."""
     groups: list[list[float]] = []
     for speed in sorted(speeds):
         if groups and speed < DIFFERENT_RATE * groups[-1][0]:

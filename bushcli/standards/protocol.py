@@ -21,11 +21,11 @@ class Protocol:
     recordings, coupons : tuple of Observed
         In the order of the case.
     judged : tuple of (str, str, tuple of Clause)
-        Channel, standard and what it asks for, of each recording and coupon that names one.
+        Channel, standard and its requirements, for each recording and coupon that names a standard.
     lacks : tuple of Lack
         Questions that the recordings leave open.
     remarks : tuple of (str, str)
-        Channel, and how its file was read where that is not plain.
+        Channel, and how its file was read where that is not obvious.
     """
 
     recordings: tuple[Observed, ...]
@@ -49,7 +49,7 @@ def protocol(case: Case, curves: Sequence[Recording], coupons: Sequence[Recordin
     ----------
     case : Case
     curves, coupons : sequence of Recording
-        As they were read, in the order of the case.
+        As read from the files, in the order of the case.
     """
     seen, tested = tuple(map(observe, curves)), tuple(map(observe, coupons))
     sources = (*case.recordings, *case.coupons)

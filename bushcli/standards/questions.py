@@ -1,7 +1,8 @@
 """Questions that the recordings of a case cannot answer, and the tests that would.
 
-Each line follows from the effects' formulas (docs/effects.md): viscosity changes the loop with the rate and relaxes in
-a hold, friction does neither; Mullins softening shows where a first loading is beside a second one to the same travel.
+Each question follows from the effects' formulas (docs/effects.md): viscosity makes the loop depend on the rate and lets
+the force relax in a hold, friction does neither; Mullins softening appears as the difference between the first and the
+second loading to the same travel.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 from bushcli.standards.observed import ALIKE, DIFFERENT_RATE, Observed
 from cases.mode import modes
 
-#: Seconds from which on a hold shows relaxation beyond the ramp before it.
+#: Shortest hold, s, that shows relaxation beyond that of the ramp before it.
 _HOLD = 10.0
 
 
@@ -23,7 +24,7 @@ class Lack:
     Attributes
     ----------
     channels : tuple of str
-        Those that lack it.
+        Channels that leave it open.
     question : str
         What the recordings leave open.
     why : str
@@ -39,7 +40,7 @@ class Lack:
 
 
 def lacking(seen: Sequence[Observed], coupons: Sequence[Observed] = ()) -> tuple[Lack, ...]:
-    """Return what recordings of a bushing, and tests of its rubber, leave open.
+    """Return the questions that recordings of a bushing and tests of its rubber leave open.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ def lacking(seen: Sequence[Observed], coupons: Sequence[Observed] = ()) -> tuple
 
 
 def _of_rates(seen: Sequence[Observed]) -> Iterator[Lack]:
-    """Yield what time, rates and holds leave open."""
+    """Yield the questions that time, rates and holds leave open."""
     if not seen:
         return
     names = tuple(one.channel for one in seen)
@@ -76,7 +77,7 @@ def _of_rates(seen: Sequence[Observed]) -> Iterator[Lack]:
 
 
 def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
-    """Yield what the number and sizes of the cycles leave open."""
+    """Yield the questions that the number and amplitudes of the cycles leave open."""
     flat = tuple(one.channel for one in seen if not one.unloads)
     if flat:
         why, remedy = "the specimen is never unloaded", "record the unloading as well"
@@ -109,7 +110,7 @@ def _grows(one: Observed) -> bool:
 
 
 def _of_modes(seen: Sequence[Observed]) -> Iterator[Lack]:
-    """Yield what a single mode of a bushing leaves open."""
+    """Yield the question that recordings of a single mode leave open."""
     found = {one.mode for one in seen if modes()[one.mode].specimen == "bushing"}
     if len(found) == 1:
         other = "radial" if found != {"radial"} else "axial"

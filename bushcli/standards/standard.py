@@ -19,14 +19,14 @@ class Clause:
     Attributes
     ----------
     text : str
-        What is asked for.
+        The requirement.
     found : str
         What the recording has.
     met : bool or None
         None where the recording cannot show it.
     practice : bool
-        Whether it is what good practice asks for with tests of this kind: the text of the standard is not public, and
-        what is known of it does not confirm the clause word for word.
+        Whether the clause is good practice for tests of this kind: the text of the standard is not public, and what is
+        known of it does not confirm the clause word for word.
     """
 
     text: str
@@ -43,11 +43,11 @@ class Standard:
     ----------
     name, title : str
     source : str
-        What the requirements here were taken from.
+        Source of the requirements as implemented here.
     modes : frozenset of str
         Modes that it covers.
     judge : callable
-        What was observed, and the source -> clauses.
+        (Observed, Source) -> clauses.
     """
 
     name: str
@@ -69,7 +69,7 @@ def standards() -> dict[str, Standard]:
 
 
 def clauses(seen: Observed, source: Source) -> tuple[Clause, ...]:
-    """Return what the standard that a source names asks for; nothing where it names none.
+    """Return the requirements of the standard that a source names; nothing where it names none.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def speed_clause(
     wanted : iterable of (float, float)
         Speed and its tolerance, mm/min.
     practice : bool
-        As of a `Clause`.
+        As in `Clause`.
     """
     text = " or ".join(f"{speed:g} ± {slack:g} mm/min" for speed, slack in wanted)
     length = source.specimen.gauge_length
@@ -114,15 +114,15 @@ def speed_clause(
 
 
 def cycles_clause(seen: Observed, least: int, text: str) -> Clause:
-    """Return what good practice asks for about the number of cycles of the same amplitude.
+    """Return the clause of good practice on the number of cycles of the same amplitude.
 
     Parameters
     ----------
     seen : Observed
     least : int
-        Number of cycles asked for.
+        Number of cycles required.
     text : str
-        What is asked for.
+        The requirement.
     """
     known = f", {seen.conditioning} of them marked as conditioning" if seen.conditioning else ""
     return Clause(

@@ -23,14 +23,14 @@ from bushcli.study.variable import Value
 
 Array = NDArray[np.float64]
 
-# Quantiles of the summary, and of the change that a key alone makes.
+# Quantiles of the answers in the summary, and of a key for the change of an answer by that key alone.
 QUANTILES = (0.05, 0.5, 0.95)
 CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
 class Extreme:
-    """A worst case: the design, its answer (in the answer's unit), and the values of what was varied."""
+    """A worst case: the design, its answer (in the answer's unit), and the values of the varied keys."""
 
     design: int
     value: float
@@ -47,10 +47,10 @@ class Influence:
         Correlation of values and of ranks, from -1 to 1.
     swing : tuple of float
         Change of the answer from its mean, in its unit, when the key goes to its 5 % and to its 95 % quantile and the
-        others stay: of the linear regression on all keys.
+        others stay at their means, by the linear regression on all keys.
     first, total : float
-        Sobol indices: shares of the variance due to the key alone, and with its interactions; nan without a design
-        for them.
+        Sobol indices: shares of the variance due to the key alone, and with its interactions; nan unless the sampling
+        is Saltelli's.
     first_error, total_error : float
         Half widths of their 95 % intervals, shares.
     """
@@ -85,7 +85,7 @@ class Summary:
         In the unit of the answer; quantiles at 5, 50 and 95 %.
     lowest, highest : Extreme
     influences : mapping of str to Influence
-        By key that is varied and numeric.
+        By key, for the varied keys whose values are numbers.
     linear : float
         Share of the variance that the linear regression on all keys explains.
     limits : Limits or None
@@ -104,7 +104,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class Failure:
-    """Designs that failed for the same reason: their kind, an example of the reason, their number and first numbers."""
+    """Designs that failed for the same reason: kind of failure, an example of the reason, count, first few designs."""
 
     kind: str
     reason: str
@@ -121,7 +121,7 @@ class Columns:
     design : shape (n,)
         Numbers of the designs.
     keys : mapping of str to list
-        Values of what was varied.
+        Values of the varied keys.
     answers : mapping of str to Array
         shape (n,); nan where a design has none.
     status : list of tuple
@@ -135,7 +135,7 @@ class Columns:
 
 
 def columns(rows: Rows, keys: Sequence[str], answers: Sequence[str]) -> Columns:
-    """Read what the statistics need.
+    """Read the columns that the statistics need.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def columns(rows: Rows, keys: Sequence[str], answers: Sequence[str]) -> Columns:
 
 
 def failures(found: Columns) -> tuple[Failure, ...]:
-    """Return the reasons for which designs failed, the most frequent first; reasons that differ in numbers are one."""
+    """Return the reasons of failures, the most frequent first; texts that differ only in numbers are one reason."""
     groups: dict[tuple[str, str], list[int]] = {}
     for i, (status, kind, reason) in enumerate(found.status):
         if status != "ok":
@@ -173,7 +173,7 @@ def failures(found: Columns) -> tuple[Failure, ...]:
 def summary(
     plan: Plan, found: Columns, name: str, limits: Limits | None = None, seed: int = 0
 ) -> Summary | None:
-    """Return what the designs say about one answer; None where fewer than two have it.
+    """Return the statistics of one answer over the designs; None where fewer than two have it.
 
     Parameters
     ----------
@@ -181,11 +181,11 @@ def summary(
         What was varied, and how.
     found : Columns
     name : str
-        Of the answer.
+        Name of the answer.
     limits : Limits or None
         In its unit.
     seed : int
-        Of the bootstrap of the Sobol indices' intervals.
+        Seed of the bootstrap that gives the intervals of the Sobol indices.
     """
     values = found.answers[name]
     there = np.isfinite(values) & plan.independent[found.design]
@@ -197,7 +197,7 @@ def summary(
     }
     moving = {key: x for key, x in numbers.items() if np.ptp(x) > 0.0}
     if len(y) <= len(moving):
-        moving = {}  # so few designs do not tell the keys apart
+        moving = {}  # too few designs to separate the influences of the keys
     swings, linear = _regression(moving, y)
     indices = _sobol(plan, found, values, seed) if plan.sampling == "saltelli" else {}
     influences = {
@@ -250,7 +250,7 @@ def _regression(x: Mapping[str, Array], y: Array) -> tuple[dict[str, tuple[float
 def _sobol(
     plan: Plan, found: Columns, values: Array, seed: int
 ) -> dict[str, tuple[float, float, float, float]]:
-    """Return the indices and their half widths by key; designs that failed go with the whole of their block."""
+    """Return the Sobol indices and their half widths by key; a block with a failed design is left out as a whole."""
     from SALib.analyze import sobol
 
     keys = len(plan.variables)

@@ -1,4 +1,4 @@
-"""Answers of each design: stiffnesses and forces of its curves, and any number of its result."""
+"""Answers of each design: stiffnesses and forces on its curves, and any number in its result."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from cases.mode import modes
 
 Array = NDArray[np.float64]
 
-#: Answers that a channel gives by itself, and at a travel (mm or degrees).
+#: Kinds of answers of a channel that need no travel, and that can be asked for at a travel (mm or degrees).
 ALONE, AT = ("initial", "secant"), ("force", "secant", "tangent")
 _AT = re.compile(r"(.+)\.(\w+)@([-+.\deE]+)\Z")
 _INDEX = re.compile(r"-?\d+")
@@ -34,15 +34,15 @@ class Answer:
     Attributes
     ----------
     name : str
-        Its column.
+        Name of its column.
     channel : str
-        Whose curve it is of; empty where it is a key of the result.
+        Channel of its curve; empty where it is a key of the result.
     kind : str
-        "initial", "secant", "force", "tangent"; of a key of the result the key.
+        "initial", "secant", "force" or "tangent", or the key of the result.
     travel : float or None
-        Where on the curve, mm or degrees (stretch - 1 of a coupon); None for the whole of it.
+        Place on the curve, mm or degrees (stretch - 1 of a coupon); None for the whole curve.
     unit : str
-        "N/mm" and the like; empty where it is not known.
+        For example "N/mm"; empty where it is not known.
     """
 
     name: str
@@ -73,7 +73,7 @@ def answer(case: Case, text: str) -> Answer:
     Parameters
     ----------
     case : Case
-        Whose channels it may name.
+        The case whose channels it may name.
     text : str
         ``CHANNEL.initial``, ``CHANNEL.secant[@TRAVEL]``, ``CHANNEL.tangent@TRAVEL``, ``CHANNEL.force@TRAVEL``, or a
         key of the result of `bushcli direct`.
@@ -81,13 +81,13 @@ def answer(case: Case, text: str) -> Answer:
     Raises
     ------
     InputError
-        It is none of these.
+        The text has none of these forms.
     """
     name, equals, spec = text.rpartition("=")
     name, spec = (name.strip() if equals else spec.strip()), spec.strip()
     if not name or not spec:
         raise InputError(Problem(f"--answer {text}", "asks for nothing", "", EXAMPLES))
-    # Others have no force against one displacement: they answer by keys of the result.
+    # Other channels have no force over one displacement: they are asked for by keys of the result.
     channels = {name: mode for name, mode in case.channels if mode in modes()}
     at = _AT.match(spec)
     channel, _, kind = (at[1], "", at[2]) if at else spec.rpartition(".")
@@ -132,7 +132,7 @@ def answered(
     response : Response
         The curves of a design.
     document : mapping or None
-        Its result as JSON-ready data, where an answer is a key of it.
+        Its result as JSON-ready data, if an answer is a key of the result.
 
     Raises
     ------
@@ -171,7 +171,7 @@ def _of_curve(asked: Answer, channel: Simulated) -> float:
 
 
 def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
-    """Return the part of a curve that first leads to a travel: displacements in rising order, and forces.
+    """Return the first stretch in one direction that contains a travel: displacements in rising order, and forces.
 
     Parameters
     ----------
@@ -180,12 +180,12 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
     travel : float
         mm or rad.
     name : str
-        Of the answer, for the message.
+        Name of the answer, for the message.
 
     Raises
     ------
     NoAnswer
-        The curve does not get there.
+        The curve does not reach the travel.
     """
     q, force = curve.displacement, curve.force
     turns = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
@@ -203,7 +203,7 @@ def loading(curve: Curve, travel: float, name: str) -> tuple[Array, Array]:
 
 
 def quantity_unit(mode: str) -> str:
-    """Return the unit of a mode's travel after a space; nothing for a coupon."""
+    """Return the unit of a mode's travel with a space before it; empty for a coupon."""
     found = modes().get(mode)
     return "" if found is None or found.specimen == "coupon" else " deg" if found.rotational else " mm"
 
@@ -215,7 +215,7 @@ def _finite(asked: Answer, value: float) -> float:
 
 
 def number_at(key: str, document: Mapping[str, Any]) -> float:
-    """Return the number at a dotted key of JSON-ready data; entries of lists go by number or by name.
+    """Return the number at a dotted key of JSON-ready data; entries of lists are addressed by number or by name.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def number_at(key: str, document: Mapping[str, Any]) -> float:
     Raises
     ------
     NoAnswer
-        There is none.
+        There is no number at the key.
     """
     value: Any = document
     for part in re.sub(r"\[(-?\d+)\]", r".\1", key).split("."):
@@ -240,11 +240,11 @@ def number_at(key: str, document: Mapping[str, Any]) -> float:
             raise NoAnswer(f"{key}: the result has no {part} there ({_known(value)})")
     if isinstance(value, bool | int | float):
         return float(value)
-    raise NoAnswer(f"{key}: is no number")
+    raise NoAnswer(f"{key}: is not a number")
 
 
 def _known(value: Any) -> str:
-    """Return what there is instead of what was asked for."""
+    """Return the keys or entries that exist, for the message."""
     if isinstance(value, list):
         names = [_name(entry) for entry in value if _name(entry)]
         return ", ".join(names) or f"a list: 0 to {len(value) - 1}"

@@ -11,7 +11,8 @@ from bushcli.study.rows import Rows
 
 Array = NDArray[np.float64]
 
-# Curves that are read, evenly chosen, and points at which curves of different displacements are compared.
+# Most curves that are read (evenly chosen), and number of points at which curves with different displacements are
+# compared.
 MOST, POINTS = 2000, 61
 LEVELS = (0.0, 0.05, 0.5, 0.95, 1.0)
 
@@ -38,7 +39,7 @@ class Band:
 
 
 def band(rows: Rows, channel: str) -> Band | None:
-    """Return the band of a channel; None where the curves have nothing in common, or are loops of several programs.
+    """Return the band of a channel; None where the curves share no range, or are loops of different programs.
 
     Parameters
     ----------
@@ -55,7 +56,7 @@ def band(rows: Rows, channel: str) -> Band | None:
         chosen = [i for i in range(len(status)) if status[i] == "ok" and (seen + i) % every == 0]
         seen += len(status)
         if not chosen:
-            continue  # Arrow takes no rows by an empty list: it has no type
+            continue  # Arrow cannot select rows by an empty list, which has no type
         for q, force in zip(*(table[name].take(chosen).to_pylist() for name in names), strict=True):
             if q and len(q) == len(force):
                 found.append((np.array(q), np.array(force)))

@@ -26,10 +26,10 @@ from bushcli.study.variable import SIGMAS, Variable
 
 Array = NDArray[np.float64]
 
-# Deviation from a target that counts as reached, where none is allowed by the user: a share.
+# Relative deviation within which a target counts as reached, unless the user allows another one.
 REACHED = 1e-3
-# Share of the range between bounds within which a value is at its bound; smallest singular value of the scaled
-# derivatives, over the largest, that still tells keys apart.
+# Distance from a bound, as a share of the range, within which a value counts as at the bound; ratio of the smallest to
+# the largest singular value of the scaled derivatives above which the keys count as determined.
 AT_BOUND, DETERMINED = 1e-6, 1e-4
 
 
@@ -58,11 +58,12 @@ class Spread:
     contributions : mapping of str to float
         Change of the rate at the upper limit of each key's tolerance, to first order.
     worst : float
-        Sum of their sizes: no design within the tolerances is further away, to first order.
+        Sum of their absolute values: to first order, no design within the tolerances deviates by more.
     std : float
-        Of independent normal deviations whose limits are three standard deviations away.
+        Standard deviation of the rate if the keys deviate independently and normally, with the limits of each
+        tolerance three standard deviations away.
     share : float
-        Within the deviation that is allowed; nan where none is given.
+        Share of designs within the allowed deviation; nan where none is given.
     """
 
     contributions: Mapping[str, float]
@@ -92,7 +93,7 @@ class Reached:
 
     @property
     def met(self) -> bool:
-        """Whether the design has the rate: within what is allowed, or to 0.1 %."""
+        """Whether the design has the rate, within the allowed deviation or else within 0.1 %."""
         allowed = self.target.deviation / self.target.value
         return abs(self.deviation) <= (REACHED if math.isnan(allowed) else allowed)
 
@@ -104,7 +105,7 @@ class Design:
     Attributes
     ----------
     case : Case
-        As the case file has it.
+        As in the case file.
     keys : mapping of str to Dimension
     targets : tuple of Reached
     evaluations : int
@@ -158,22 +159,22 @@ def design(
     Parameters
     ----------
     case : Case
-        As the case file has it.
+        As in the case file.
     task : Task
-        With the keys of the variables.
+        Its keys are those of the variables.
     variables : sequence of Variable
-        What is searched, with bounds.
+        The keys that are searched, with bounds.
     targets : sequence of Target
     pool : Pool
-        Who solves the starts.
+        The processes that run the searches.
     start : sequence of float
         Where the first search begins, in the units of the keys.
     starts, seed : int
         Number of searches, and seed of the points at which the others begin.
     tolerances : mapping of str to Toleranced or None
-        By key, of which the nominal value counts only where the key is not searched.
+        By key; the nominal value of a key that is searched is ignored.
     notify : callable or None
-        Called with the number of searches done, of all, and of those that failed.
+        Called with the numbers of finished searches, of all searches, and of failed ones.
 
     Raises
     ------
@@ -183,7 +184,7 @@ def design(
     low, high = bounds_of(variables)
     begins = _starting_points(np.clip(start, low, high), low, high, starts, seed)
     ends = _ends(pool, [(task, tuple(targets), begin, low, high) for begin in begins], notify)
-    # Ties go to the first start, whatever the order in which they came.
+    # Of equal costs the smallest values win: the result does not depend on the order in which searches end.
     best = min(ends, key=lambda end: (round(end.cost, 14), *end.values))
     return _result(
         case, task, variables, targets, best, sum(e.evaluations for e in ends), start, tolerances or {}
@@ -193,7 +194,7 @@ def design(
 def _ends(
     pool: Pool, questions: Sequence[tuple[object, ...]], notify: Callable[[int, int, int], None] | None
 ) -> list[End]:
-    """Return where the searches ended, of those that could begin."""
+    """Return the ends of the searches whose start could be simulated."""
     ends: list[End] = []
     lost, reason = 0, ""
     for _, end in pool.answers(search, questions):

@@ -1,8 +1,8 @@
 """Shore A hardness and the moduli of a law.
 
-A law's parameters in MPa are scaled by the ratio of Young's moduli at the two hardnesses, its dimensionless ones stay:
-the energy is then scaled as a whole. The relation is Gent's, from the indentation of a linear elastic half-space; the
-ratio serves between some 30 and 80 Shore A, and its scatter between compounds is larger than that of a tolerance.
+A law's parameters in MPa are scaled by the ratio of Young's moduli at the two hardnesses; its dimensionless parameters
+do not change, so that the energy is scaled as a whole. The relation is Gent's, from the indentation of a linear elastic
+half-space; it is useful from about 30 to 80 Shore A, and its scatter between compounds exceeds that of a tolerance.
 
 References
 ----------
@@ -19,7 +19,7 @@ from forms.law import laws
 
 #: The name that takes a key's place in a study.
 HARDNESS = "hardness"
-#: Shore A for which the relation is used.
+#: Range of Shore A in which the relation is used.
 LOWEST, HIGHEST = 20.0, 90.0
 
 
@@ -35,14 +35,14 @@ def youngs_modulus(shore_a: float) -> float:
 
 
 def hardened(material: Material, nominal: float, shore_a: float) -> Material:
-    """Return the material of another hardness.
+    """Return a material with its moduli scaled to another hardness.
 
     Parameters
     ----------
     material : Material
-        With the parameters that it has at the nominal hardness.
+        With its parameters at the nominal hardness.
     nominal, shore_a : float
-        Shore A hardness, a number without a unit: that of the material, and the other one.
+        Shore A hardness, a number without a unit: of the given material, and of the returned one.
 
     Raises
     ------

@@ -22,7 +22,7 @@ def limits_of(text: str, percent: float = DEFAULT.percent) -> tuple[str, Limits]
     Raises
     ------
     InputError
-        It is none of these.
+        The text has none of these forms.
     """
     name, equals, spec = text.rpartition("=")
     found = toleranced(spec)

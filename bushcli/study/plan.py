@@ -27,9 +27,9 @@ from bushcli.study.variable import Value, Variable, of_values, value_of
 Array = NDArray[np.float64]
 Sampling = Literal["grid", "list", "lhs", "sobol", "random", "saltelli", "corners"]
 SAMPLINGS = get_args(Sampling)
-# Designs of a sample whose size is not given: the mean is then known to a tenth of the standard deviation.
+# Designs of a sample unless the user gives a number: the mean is then known to a tenth of the standard deviation.
 DESIGNS = 100
-# Of a Saltelli design, times the number of keys plus two.
+# Base of a Saltelli design, which has base (keys + 2) designs.
 BASE = 64
 MOST_DESIGNS = 10_000_000
 
@@ -41,13 +41,13 @@ class Plan:
     Attributes
     ----------
     variables : tuple of Variable
-        What is varied.
+        The keys that are varied.
     sampling : str
         How the designs were chosen.
     rows : sequence of tuple
         The values of each design, in the order of the variables.
     seed : int
-        Of what is random in it.
+        Seed of the random numbers.
     """
 
     variables: tuple[Variable, ...]
@@ -62,7 +62,7 @@ class Plan:
 
     @property
     def independent(self) -> NDArray[np.bool_]:
-        """Designs that were drawn, shape (n,): others of a Saltelli design are mixed of two that were."""
+        """Whether each design was drawn independently, (n,): the others of a Saltelli design mix two drawn ones."""
         numbers = np.arange(len(self.rows))
         if self.sampling != "saltelli":
             return np.ones(len(numbers), dtype=bool)
@@ -71,7 +71,7 @@ class Plan:
 
     @property
     def of_probability(self) -> bool:
-        """Whether shares of the designs are probabilities: a yield has no meaning on a grid or at corners."""
+        """Whether shares of the designs estimate probabilities: on a grid or at corners they do not."""
         return self.sampling in ("lhs", "sobol", "random", "saltelli")
 
 
@@ -85,17 +85,17 @@ def plan(
     variables : sequence of Variable
         At least one.
     sampling : str or None
-        None: the grid where all variables have values, else a Latin hypercube.
+        None: a grid if all variables have values, else a Latin hypercube.
     designs : int or None
-        Number of a sample's designs; None = `DESIGNS`. A Sobol sequence takes the next power of two, a Saltelli design
-        at most so many.
+        Number of designs in a sample; None = `DESIGNS`. A Sobol sequence rounds it up to a power of two, a Saltelli
+        design has at most this number.
     seed : int
-        Of the random numbers.
+        Seed of the random numbers.
 
     Raises
     ------
     InputError
-        Nothing is varied, a key twice, or the sampling does not go with the variables.
+        Nothing is varied, a key is varied twice, or the sampling does not suit the variables.
     """
     keys = [one.key for one in variables]
     if not keys:
@@ -165,7 +165,7 @@ def _unit(sampling: str, keys: int, designs: int | None, seed: int) -> Array:
 
 
 def problem(keys: int) -> dict[str, Any]:
-    """Return a SALib problem on the unit cube with so many keys, a count."""
+    """Return a SALib problem on the unit cube with the given number of keys."""
     return {"num_vars": keys, "names": [f"x{i}" for i in range(keys)], "bounds": [[0.0, 1.0]] * keys}
 
 
@@ -175,9 +175,9 @@ def saltelli(keys: int, base: int, seed: int) -> Array:
     Parameters
     ----------
     keys, base : int
-        Number of keys, and of designs that are mixed; a power of two.
+        Number of keys, and number of pairs of designs that are mixed, a power of two.
     seed : int
-        Of the scrambling.
+        Seed of the scrambling.
 
     Raises
     ------
@@ -200,12 +200,12 @@ def from_list(file: Path, overridden: Sequence[Variable] = ()) -> Plan:
     file : Path
         CSV: keys in the first line, the values of one design in every other.
     overridden : sequence of Variable
-        Other variables of the study, of which there may be none.
+        Variables given beside the list; any is an error.
 
     Raises
     ------
     InputError
-        The file cannot be read, a line has another number of values, or other variables are given too.
+        The file cannot be read, a line has the wrong number of values, or variables are given beside the list.
     """
     if overridden:
         raise InputError(Problem(f"--vary {overridden[0].key}", "cannot be combined with --list"))

@@ -1,14 +1,14 @@
-"""Rates of a design and their derivatives: by dimensions, by parameters of the law, by anything else.
+"""Rates of a design and their derivatives by dimensions, by parameters of the law, and by other keys.
 
-The force of an equilibrium is Q = R(x; s) . v for every v that has the sleeves' motion on the constrained unknowns,
+The force at an equilibrium is Q = R(x; s) . v for every v that equals the sleeves' motion on the constrained unknowns,
 since the residual R vanishes on the free ones. With v = dx/dq, for which the tangent's work on every free change of
 the state vanishes, a dimension s enters by the residual's own derivative alone,
 
     dQ/ds = v . dR/ds   at the same state,
 
-wherever the motion of the sleeves does not depend on where they are: in axial and radial modes. dR/ds is a difference
-of two residuals on meshes moved by a hair (`geometry.morph`), without another solution; it is exact to some nine
-digits. Parameters of the law have the march's own derivatives. Everything else is a central difference of marches.
+wherever the motion of the sleeves does not depend on their position: in axial and radial modes. dR/ds is a difference
+of two residuals on slightly moved meshes (`geometry.morph`), without another solution; it is exact to about nine
+digits. Derivatives by parameters of the law come from the march. All others are central differences of marches.
 
 References
 ----------
@@ -42,14 +42,14 @@ from geometry.shape import Shape
 
 Array = NDArray[np.float64]
 
-# Travel of an initial stiffness, as a share of the rubber's thickness or in rad: the secant over it is the tangent at
-# rest to 1e-6 (the curves are odd), and the march's tolerance leaves 1e-8 of the force.
+# Travel of an initial stiffness, as a share of the rubber's thickness or in rad: the secant over it equals the tangent
+# at rest to 1e-6 (the curves are odd), and the march's tolerance leaves an error of 1e-8 of the force.
 SMALL = 1e-4
-# Thickness of the rubber of a shape that does not say it, mm.
+# Thickness of the rubber, mm, of a shape that does not define it.
 USUAL_GAP = 10.0
 # Steps to a travel.
 STEPS = 8
-# Share of a dimension by which a mesh is moved for a difference of residuals, and a design for one of marches.
+# Relative change of a key for a difference of residuals on moved meshes, and for a difference of marches.
 HAIR, NUDGE = 1e-5, 1e-3
 PARAMETERS = "material.parameters."
 
@@ -59,7 +59,7 @@ _alone = threading.Lock()
 
 @dataclass(frozen=True)
 class Rates:
-    """Values of targets, shape (targets,), and derivatives by keys, shape (targets, keys), in internal units."""
+    """Values of targets, shape (targets,), in internal units, and derivatives by keys, shape (targets, keys)."""
 
     value: Array
     slope: Array
@@ -71,7 +71,7 @@ def rates(task: Task, targets: Sequence[Target], values: Sequence[float], by: Se
     Parameters
     ----------
     task : Task
-        Case, and the keys that have values.
+        The case, and the keys to which `values` belong.
     targets : sequence of Target
     values : sequence of float
         In the order of the task's keys, in the units of the case.
@@ -113,7 +113,7 @@ def _of_law(material: Material, by: Sequence[str]) -> dict[str, str]:
 def _shapes(
     task: Task, case: Case, one: Target, values: Sequence[float], by: Sequence[str]
 ) -> dict[str, tuple[Shape, Shape, float]]:
-    """Return the shapes a hair to either side of a design, and the distance between them, by key."""
+    """Return by key the shapes with slightly smaller and larger dimension, and the difference of the dimension."""
     if modes()[one.mode].rotational or plates(case.geometry):
         return {}
     found = {}
@@ -147,7 +147,7 @@ def _rate(
     shapes: Mapping[str, tuple[Shape, Shape, float]],
     of_law: Mapping[str, str],
 ) -> tuple[float, dict[str, float]]:
-    """Return a rate, and its derivatives by key as far as they are known without another march."""
+    """Return a rate, and those derivatives by key that need no other march."""
     mode = modes()[one.mode]
     model = _bodies(case.geometry, mode, rubber_of(material), case.mesh.refinement, MPI.COMM_SELF)
     q, steps = one.travel, STEPS
@@ -174,7 +174,7 @@ def _moved(
     shapes: Mapping[str, tuple[Shape, Shape, float]],
     case: Case,
 ) -> dict[str, float]:
-    """Return the force's derivatives by dimensions at the present equilibrium, as far as the mesh can be moved."""
+    """Return the force's derivatives at the present equilibrium, by those dimensions to which the mesh can be moved."""
     v = solver.tangent_rate(factorised=True)
     b = model.system.create_vector()
     found = {}

@@ -1,8 +1,8 @@
-"""Rows of a study on disk, complete at every moment: blocks as Parquet, what has no whole block yet as a journal.
+"""Rows of a study on disk, complete at every moment: whole blocks as Parquet, the other rows as a journal.
 
-A row is appended to the journal as soon as it is known. When all designs of a block are there, they are written as one
-Parquet file in the order of their numbers, and leave the journal. A process that is killed loses the designs it was
-working on and no others; one that stood in both places is taken once.
+A row is appended to the journal as soon as it is known. When all designs of a block have rows, they are written as one
+Parquet file in the order of their numbers and removed from the journal. A process that is killed loses only the designs
+that it was working on; a row found both in a block and in the journal is read once.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ class Rows:
     ----------
     folder : Path
     definition : mapping
-        What the study is, JSON-ready: rows of another one are not mixed with these.
+        What identifies the study, JSON-ready: rows of another study are not mixed with its rows.
     columns : mapping of str to str
         Column -> "int", "float", "text" or "floats".
     count : int
         Number of designs.
     resume : bool
-        Use what is there; without it the folder is emptied.
+        Keep the rows in the folder; otherwise the folder is emptied.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Rows:
             raise _unwritable(error, folder) from None
 
     def add(self, rows: Sequence[Row]) -> None:
-        """Save rows; those of designs that have one already are left out.
+        """Save rows, except those of designs that have a row already.
 
         Parameters
         ----------
@@ -260,9 +260,9 @@ def columns_of(keys: Mapping[str, bool], answers: Sequence[str], curves: Sequenc
     Parameters
     ----------
     keys : mapping of str to bool
-        What is varied, and whether its values are numbers.
+        Varied keys, and whether the values of each are numbers.
     answers, curves : sequence of str
-        Columns with a number, and with a list of numbers.
+        Names of columns of numbers, and of columns of lists of numbers.
     """
     columns = {DESIGN: "int"} | {key: "float" if number else "text" for key, number in keys.items()}
     columns |= dict.fromkeys((STATUS, KIND, REASON), "text") | dict.fromkeys(answers, "float")

@@ -23,14 +23,14 @@ from geometry.errors import GeometryError
 
 Array = NDArray[np.float64]
 
-# Steps of the scaled unknowns, and changes of the cost, at which the search has converged.
+# Relative step of the scaled unknowns, and relative change of the cost, below which the search has converged.
 XTOL, FTOL = 1e-8, 1e-10
 MOST_EVALUATIONS = 60
 
 
 @dataclass(frozen=True)
 class End:
-    """Where a search has ended: values, cost (a square of shares), evaluations, whether it converged."""
+    """End of a search: values, cost (sum of squared relative deviations), evaluations, whether it converged."""
 
     values: Array
     cost: float
@@ -39,7 +39,7 @@ class End:
 
 
 def search(task: Task, targets: Sequence[Target], begin: Array, low: Array, high: Array) -> End | str:
-    """Search from one start, in whatever process; return why nothing was found where the start cannot be simulated.
+    """Search from one start, in any process; return the reason as text if the start cannot be simulated.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def search(task: Task, targets: Sequence[Target], begin: Array, low: Array, high
 
     def residual(unit: Array) -> Array:
         found = at(unit)
-        # The search shortens a step to where nothing can be simulated.
+        # The search shortens a step to a design that cannot be simulated.
         return np.full(len(targets), np.inf) if found is None else (found.value - wanted) / allowed
 
     def slope(unit: Array) -> Array:
@@ -77,7 +77,7 @@ def search(task: Task, targets: Sequence[Target], begin: Array, low: Array, high
         assert found is not None
         return found.slope * scale / allowed[:, None]
 
-    # The first unknowns are strictly inside.
+    # The first unknowns must be strictly inside the bounds.
     unit = np.clip((begin - low) / scale, 1e-3, 1.0 - 1e-3)
     if at(unit) is None:
         return reason

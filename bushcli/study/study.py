@@ -1,4 +1,4 @@
-"""A study from top to bottom: a case and what is varied go in, a `Study` comes out; its rows are on disk meanwhile."""
+"""A whole study: simulates the designs of a case, saves their rows on disk, and returns a `Study`."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ from bushcli.study.task import (
 )
 from bushcli.study.variable import Value
 
-# Seconds that the designs of one question take, about, and the most of them.
+# Approximate duration of a batch of designs, s, and the largest number of designs in it.
 BATCH_SECONDS, BATCH = 0.5, 64
-# Designs that are looked at for one that is a valid case, before anything is solved.
+# Number of first designs among which one has to be a valid case before anything is solved.
 TRIED = 20
 Notify = Callable[[int, int, int], None]
-"""Called with the number of designs done, of all, and of those that failed."""
+"""Called with the numbers of finished designs, of all designs, and of failed ones."""
 
 
 @dataclass(frozen=True)
@@ -45,21 +45,21 @@ class Study:
     Attributes
     ----------
     case : Case
-        The case file as it is, without what is varied.
+        The case as in the case file, without the varied keys' values.
     task : Task
     plan : Plan
     summaries : mapping of str to Summary
-        By answer; without those that fewer than two designs have.
+        By answer; an answer that fewer than two designs have is left out.
     failures : tuple of Failure
         The most frequent reason first.
     bands : tuple of Band
-        Of the channels whose curves can be compared.
+        Bands of the channels whose curves can be compared.
     samples : mapping of str to sequence
-        Columns of keys and answers, of designs that have all answers; at most `SHOWN` of them, for plots.
+        Columns of keys and answers of at most `SHOWN` designs that have all answers, for plots.
     failed, resumed : int
-        Number of designs that failed, and that were there already.
+        Number of designs that failed, and of those that an earlier run had saved.
     seconds : float
-        Of all designs together, on whatever processes.
+        Time of all designs together, summed over the processes.
     conditions : tuple of Condition
     """
 
@@ -91,7 +91,7 @@ def checked(task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
     Raises
     ------
     InputError
-        None of the first designs is a valid case, as where a key is unknown; or a column has two meanings.
+        None of the first designs is a valid case, for example because a key is unknown; or a column has two meanings.
     """
     names = [*plan.keys, *(one.name for one in task.answers)]
     twice = next((name for name in names if names.count(name) > 1), None)
@@ -109,14 +109,14 @@ def checked(task: Task, plan: Plan) -> tuple[Case, Sequence[Value]]:
 
 
 def definition(task: Task, plan: Plan, case: Case) -> dict[str, Any]:
-    """Return what makes a study this one, JSON-ready: rows of another one are of no use to it.
+    """Return what identifies a study, JSON-ready: rows of a study with another definition are not used.
 
     Parameters
     ----------
     task : Task
     plan : Plan
     case : Case
-        The case without what is varied.
+        The case without the varied keys' values.
     """
     return {
         "case": resolved(case),
@@ -143,29 +143,29 @@ def study(
     resume: bool = False,
     notify: Notify | None = None,
 ) -> tuple[Study, Rows]:
-    """Simulate all designs, and return what they say together, with the rows on disk.
+    """Simulate all designs, and return their statistics, with the rows on disk.
 
     Parameters
     ----------
     case : Case
-        The case without what is varied.
+        The case without the varied keys' values.
     task, plan : Task, Plan
-        What is done, and with which designs.
+        The calculation of each design, and the designs.
     pool : Pool
-        Who does it.
+        The processes that run it.
     folder : Path
-        Where rows are saved as they come.
+        Where each row is saved as soon as it is known.
     limits : mapping of str to Limits or None
         By answer, in its unit.
     resume : bool
-        Go on with the rows of an earlier run.
+        Continue with the rows of an earlier run.
     notify : Notify or None
-        Called as designs are done.
+        Called whenever designs are finished.
 
     Raises
     ------
     InputError
-        The folder cannot be written or holds another study, or limits are given of something that is not asked.
+        The folder cannot be written or holds another study, or limits are given for something that is not an answer.
     """
     limits = limits or {}
     known = [one.name for one in task.answers]
@@ -187,7 +187,7 @@ def study(
 def _summed_up(
     case: Case, task: Task, plan: Plan, rows: Rows, limits: Mapping[str, Limits], resumed: int
 ) -> Study:
-    """Return what the rows say together."""
+    """Return the statistics of the rows."""
     known = [one.name for one in task.answers]
     found = columns(rows, plan.keys, known)
     summaries = {
@@ -220,14 +220,14 @@ def _solve(task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None
     spent, solved = 0.0, 0
 
     def questions() -> Iterator[tuple[Any, ...]]:
-        """Yield batches of neighbouring designs that are not there yet, larger ones where designs are quick."""
+        """Yield batches of consecutive designs that have no row yet; the quicker a design, the larger the batch."""
         number, total = 0, len(plan.rows)
         while number < total:
             if number in rows.done:
                 number += 1
                 continue
             most = 1 if not solved else max(1, min(BATCH, int(BATCH_SECONDS / max(spent / solved, 1e-6))))
-            # At the end smaller ones, so that no process works alone for long.
+            # Smaller batches towards the end, so that no process works alone for long.
             most = max(1, min(most, (total - number) // (2 * pool.workers)))
             last = number + 1
             while last < min(total, number + most) and last not in rows.done:
@@ -258,7 +258,7 @@ def _solve(task: Task, plan: Plan, pool: Pool, rows: Rows, notify: Notify | None
 
 
 def _rest(rows: Rows) -> tuple[float, dict[str, int]]:
-    """Return the time of all designs, s, and how many have each condition."""
+    """Return the time of all designs, s, and the number of designs with each condition."""
     seconds, doubted = 0.0, dict[str, int]()
     for table in rows.tables([SECONDS, CONDITIONS]):
         seconds += math.fsum(table[SECONDS].to_pylist())
@@ -289,18 +289,18 @@ def _conditions(
         found.append(
             Condition(
                 "designs_failed",
-                f"{lost} of {len(plan.rows)} designs have no result; the numbers are of the others",
+                f"{lost} of {len(plan.rows)} designs have no result; the statistics are those of the others",
                 "see the reasons; narrower ranges leave such designs out",
             )
         )
-    # Others than those by which designs have failed.
+    # Conditions other than those with which designs failed.
     for name, count in doubted.items():
         if name != "not_converged":
             found.append(
                 Condition(
                     "designs_doubtful",
                     f'{count} of {len(plan.rows)} designs have the condition "{name}"',
-                    "see the column `conditions`; `bushcli direct --set ...` of one of them says more",
+                    "see the column `conditions`; `bushcli direct --set ...` shows one of them in detail",
                 )
             )
     wide = [
@@ -321,7 +321,7 @@ def _conditions(
         found.append(
             Condition(
                 "no_probability",
-                f"shares within limits are those of the designs of this {plan.sampling}, not of a production",
+                f"shares within limits refer to the designs of this {plan.sampling}, not to parts in production",
                 "--sampling lhs with distributions gives a yield",
             )
         )

@@ -1,4 +1,4 @@
-"""Rates that a design is to have: "axial=350", "radial.secant@2=2500 +- 10 %"."""
+"""Target rates of a design: "axial=350", "radial.secant@2=2500 +- 10 %"."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EXAMPLES = 'axial=350, radial.secant@2=2500, "axial=350 +- 10 %"'
 
 @dataclass(frozen=True)
 class Target:
-    """A number that a design is to have.
+    """A target rate of a design.
 
     Attributes
     ----------
@@ -25,11 +25,11 @@ class Target:
     kind : str
         "initial" (stiffness at rest), "secant" (stiffness over the travel) or "force".
     travel : float
-        mm or rad; nan of the initial stiffness.
+        mm or rad; nan for the initial stiffness.
     value : float
-        To be reached: N/mm or N mm/rad, N or N mm.
+        Target value: N/mm or N mm/rad, N or N mm.
     deviation : float
-        That is allowed, in the same unit; nan where none is given.
+        Allowed deviation, in the same unit; nan where none is given.
     """
 
     name: str
@@ -41,20 +41,20 @@ class Target:
 
     @property
     def per_shown(self) -> float:
-        """Shown value per internal one: stiffnesses of a rotation are shown per degree."""
+        """Ratio of displayed to internal value: stiffnesses of a rotation are displayed per degree."""
         turned = modes()[self.mode].rotational and self.kind != "force"
         return math.radians(1.0) if turned else 1.0
 
     @property
     def unit(self) -> str:
-        """Unit of what is shown."""
+        """Displayed unit."""
         turned = modes()[self.mode].rotational
         force = "N mm" if turned else "N"
         return force if self.kind == "force" else f"{force}/{'deg' if turned else 'mm'}"
 
 
 def target(text: str) -> Target:
-    """Return what ``NAME=VALUE`` asks for.
+    """Return the target that ``NAME=VALUE`` defines.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""One design, simulated in whatever process it is sent to; that process keeps its finite-element models."""
+"""Simulation of one design in any process, which keeps its finite-element models."""
 
 from __future__ import annotations
 
@@ -42,26 +42,26 @@ FIXED = (DESIGN, STATUS, KIND, REASON, CONDITIONS, SECONDS)
 
 _bodies = Bodies()
 _measured = Measured()
-# A Dask worker may have threads; PETSc and the models kept here have one.
+# A Dask worker may have several threads; PETSc and the cached models serve one at a time.
 _alone = threading.Lock()
 
 
 @dataclass(frozen=True)
 class Task:
-    """The work on each design; can be pickled.
+    """The calculation for each design; can be pickled.
 
     Attributes
     ----------
     case : Path
         The case file, which every process reads.
     overrides : tuple of str
-        ``KEY=VALUE`` of the whole study.
+        ``KEY=VALUE`` that hold for the whole study.
     keys : tuple of str
-        What is varied.
+        The varied keys.
     answers : tuple of Answer
-        What is asked.
+        The numbers to be calculated.
     curves : bool
-        Whether the curves are kept.
+        Whether the curves are saved.
     material : Material or None
         Law that was identified from the coupons; None where the case gives its parameters.
     hardness : float or None
@@ -69,7 +69,7 @@ class Task:
     describe : callable or None
         Response -> result as JSON-ready data, at module level; for answers that are keys of the result.
     fineness : mapping of str to float
-        Of the steps along recorded paths, by channel: found once, so that each design is marched once.
+        Fineness of the steps along recorded paths, by channel: determined once, so that each design is marched once.
     """
 
     case: Path
@@ -108,13 +108,13 @@ class Task:
 
 
 def settled(task: Task, values: Sequence[Value]) -> Task:
-    """Return a task with steps along recorded paths that are fine enough, judged at one design.
+    """Return the task with steps along recorded paths that are fine enough at one design.
 
     Parameters
     ----------
     task : Task
     values : sequence
-        Of a design that is a valid case, in the order of the keys.
+        Values of a design that is a valid case, in the order of the keys.
     """
     case, material = task.load(values)
     if not case.effects or not case.recordings:
@@ -122,16 +122,16 @@ def settled(task: Task, values: Sequence[Value]) -> Task:
     try:
         return replace(task, fineness=fineness_of(case, material, _measured))
     except (InputError, GeometryError, ValueError):
-        return task  # the row of that design will say what is wrong with it
+        return task  # the row of that design will state the error
 
 
 def written(value: Value) -> str:
-    """Return a value as ``--set`` reads it back."""
+    """Return a value as text that ``--set`` reads back."""
     return value if isinstance(value, str) else json.dumps(value)
 
 
 def evaluate(task: Task, first: int, rows: Sequence[tuple[Value, ...]]) -> list[Row]:
-    """Simulate designs, one after the other; one that fails has the reason in its row.
+    """Simulate designs one after the other; the row of a design that fails has the reason.
 
     Parameters
     ----------
@@ -146,13 +146,13 @@ def evaluate(task: Task, first: int, rows: Sequence[tuple[Value, ...]]) -> list[
 
 
 def empty_row(task: Task, number: int, values: Sequence[Value]) -> Row:
-    """Return the row of a design of which nothing is known yet.
+    """Return the row of a design without results.
 
     Parameters
     ----------
     task : Task
     number : int
-        Of the design, from 0.
+        Number of the design, from 0.
     values : sequence
         In the order of the keys.
     """
@@ -170,7 +170,7 @@ def failed(row: Row, kind: str, reason: str) -> Row:
     kind : str
         "input", "not_converged", "no_answer", "error" or "died".
     reason : str
-        In a sentence.
+        One sentence.
     """
     return row | {STATUS: "failed", KIND: kind, REASON: reason}
 

@@ -16,10 +16,10 @@ from bushcli.errors import InputError, Problem
 Array = NDArray[np.float64]
 Value = float | int | str
 
-# A tolerance stands for a normal distribution whose limits are so many standard deviations away, and which is cut off
-# there: a process that is just capable (process capability Cp = 1), with inspection.
+# A tolerance stands for a normal distribution that is cut off at its limits, this number of standard deviations from
+# the middle: a process that is just capable (process capability Cp = 1), with inspection.
 SIGMAS = 3.0
-# Other distributions without an end are cut off at this probability on either side.
+# Other unbounded distributions are cut off at this probability on either side.
 TAIL = 1e-6
 EXAMPLES = '"20:24:5" (grid), "20,22,24", "20:24", "22 +- 0.1", "normal(22, 0.05)", "uniform(20, 24)"'
 _CALL = re.compile(r"\s*([a-z]+)\s*\(([^()]*)\)\s*\Z")
@@ -42,7 +42,7 @@ class Variable:
     ppf : callable or None
         Probability (n,) -> value (n,) of the distribution; None where there are values.
     low, high : float
-        Ends of the distribution, or of what is numeric among the values; in the unit of the key.
+        Ends of the distribution, or smallest and largest of the numeric values; in the unit of the key.
     nominal : Value
         The value in the middle: that of a tolerance, the median, or the middle one of the values.
     """
@@ -61,7 +61,7 @@ class Variable:
         return self.ppf is not None or not any(isinstance(value, str) for value in self.values)
 
     def at(self, unit: Array) -> list[Value]:
-        """Return the values at probabilities (n,); of a list each value has the same one."""
+        """Return the values at probabilities (n,); the values of a list are equally probable."""
         if self.ppf is not None:
             return [float(value) for value in self.ppf(np.clip(unit, TAIL, 1.0 - TAIL))]
         count = len(self.values)
@@ -69,12 +69,12 @@ class Variable:
 
 
 def variable(text: str) -> Variable:
-    """Return what ``KEY=SPEC`` varies.
+    """Return the variable that ``KEY=SPEC`` defines.
 
     Raises
     ------
     InputError
-        There is no key, or the specification is none of those known.
+        There is no key, or the specification is not known.
     """
     key, equals, spec = text.partition("=")
     key, spec = key.strip(), spec.strip()
@@ -112,7 +112,7 @@ def of_values(key: str, spec: str, values: tuple[Value, ...]) -> Variable:
 
 
 def of_tolerance(key: str, found: Toleranced) -> Variable:
-    """Return the variable that a number with a tolerance is: a normal distribution, cut off at the limits.
+    """Return the variable of a number with a tolerance: a normal distribution, cut off at the limits.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def _range(key: str, spec: str, text: str) -> Variable | None:
 
 
 def _called(key: str, spec: str, text: str) -> Variable | None:
-    """Return the variable of "normal(22, 0.05)" and the like; None for anything else."""
+    """Return the variable of a specification such as "normal(22, 0.05)"; None for anything else."""
     found = _CALL.match(spec)
     if found is None:
         return None
@@ -250,7 +250,7 @@ _DISTRIBUTIONS: dict[str, tuple[Callable[..., Variable | None], tuple[str, ...]]
 
 
 def _split(text: str) -> list[str]:
-    """Split at commas that are not within brackets, as of a point or a path."""
+    """Split at commas that are not within the brackets of a point or a path."""
     parts, depth = [""], 0
     for character in text:
         depth += (character in "[{") - (character in "]}")

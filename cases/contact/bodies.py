@@ -29,21 +29,21 @@ class Bodies:
     ----------
     basis : Basis
     facets : shape (f, n)
-        Numbers of nodes.
+        Numbers of the nodes of each facet.
     sign : shape (f,)
-        As of `Patch`.
+        As in `Patch`.
     X : shape (nodes, d)
-        Stress-free, mm.
+        Coordinates of the nodes on the mesh, mm.
     soft : int
         Number of the facets that belong to the mesh; they come first.
     dofs : shape (k, d)
-        Unknowns of the nodes that the others follow: those of the mesh, which come first, and of the bonds.
+        Unknowns of the nodes that the others follow: those of the mesh, which come first, and those of the bonds.
     follow : sparse matrix, shape (nodes, k), or None
-        Displacements of all nodes from theirs; None where they are the same.
+        Weights that give the displacements of all nodes from theirs; None where these are all nodes.
     axisymmetric : bool
-        Whether they are lines in the half-plane, which stand for surfaces of revolution.
+        Whether the facets are lines in the half-plane, which stand for surfaces of revolution.
     names : shape (f,)
-        Of the boundary that each facet belongs to.
+        Name of the boundary that each facet belongs to.
     """
 
     basis: Basis
@@ -72,7 +72,7 @@ class Bodies:
         count = len(free.X)
         follow = None
         if strips:
-            from scipy.sparse import block_diag, identity  # 0.1 s: only where sleeves go on
+            from scipy.sparse import block_diag, identity  # takes 0.1 s: only where sleeves have strips
 
             parts = [identity(count, format="csr")] + [one.weights for one in strips]
             follow = block_diag(parts, format="csr")
@@ -103,14 +103,14 @@ class Bodies:
         return values if self.follow is None else np.asarray(self.follow @ values)
 
     def gathered(self, nodes: Ints, values: Array) -> Array:
-        """Sum of what is at nodes (p, m), values (p, m, d), over the nodes that are followed, shape (k, d).
+        """Sum values at nodes over the nodes that they follow, shape (k, d): the transpose of `followed`.
 
         Parameters
         ----------
         nodes : shape (p, m)
             Numbers of nodes.
         values : Array
-            What is at them, shape (p, m, d), such as forces in N.
+            Values at them, shape (p, m, d), such as forces in N.
         """
         total = np.zeros(self.X.shape)
         np.add.at(total, nodes, values)
@@ -123,7 +123,7 @@ class Bodies:
 
     @cached_property
     def weight(self) -> Array:
-        """Area of each point of the soft facets, mm^2, shape (soft, q)."""
+        """Area that each point of the soft facets stands for, mm^2, shape (soft, q)."""
         xi, weights = self.points
         X = self.X[self.facets[: self.soft]]
         slopes = np.einsum("qan,fnd->fqad", self.basis.slopes(xi), X)

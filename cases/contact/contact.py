@@ -22,9 +22,9 @@ from geometry.mesh import NamedMesh
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Deepest penetration of an equilibrium, in sizes of a facet.
+# Deepest penetration that an equilibrium may have, over the size of a facet.
 DEEPEST = 0.01
-# How deep points are looked for that a step of the march may have brought through a surface, in breadths of a facet.
+# Depth to which points are sought that a step of the march may have moved through a surface, over a facet's breadth.
 BEYOND = 0.75
 
 
@@ -72,7 +72,7 @@ class Contact:
     ) -> None:
         self.bodies = Bodies.of(free, strips, axisymmetric)
         if strips:
-            # A sleeve goes on beyond its bond where there is no rubber.
+            # A sleeve continues beyond its bond only where there is no rubber.
             blocked = Search(self.bodies).inside(self.bodies.X, BEYOND).other
             self.bodies = self.bodies.without(np.unique(blocked[blocked >= self.bodies.soft]))
         self._search = Search(self.bodies)
@@ -86,7 +86,7 @@ class Contact:
         self.near = False
 
     def relocated(self, mesh: NamedMesh) -> bool:
-        """Go on with other coordinates of the mesh; False where sleeves beyond the bonds have to be made anew."""
+        """Take over new coordinates of the mesh; return False if the contact has to be built again instead."""
         if self.bodies.follow is not None or self._moved is not None or mesh.shape.meeting is not True:
             return False
         self.bodies = replace(self.bodies, X=places(mesh, self._patch))
@@ -107,7 +107,7 @@ class Contact:
         if self._state is not None and np.array_equal(state, self._state):
             return
         self._state, self._blocks = state.copy(), None
-        # A line search may try what is no state; the body says so.
+        # A line search may try values that are not finite, which the body's residual shows.
         moved = np.nan_to_num(self.bodies.displacements(state), posinf=0.0, neginf=0.0)
         self._x = self.bodies.X + self._shift + moved
         self._pressed, self.near = None, self._search.meeting(self._x, BEYOND)
@@ -129,21 +129,21 @@ class Contact:
 
     @property
     def penetration(self) -> float:
-        """Deepest penetration at the state of `look`, relative to the size of the facets, however deep."""
+        """Deepest penetration at the state of `look`, relative to the size of the facets, sought down to `BEYOND`."""
         if not self.near:
             return 0.0
         found = self._search.inside(self._x, BEYOND)
         return float(np.max(found.depth / self.bodies.size[found.facet], initial=0.0))
 
     def places(self, facet: Ints, point: Ints) -> Array:
-        """Where points of quadrature of facets are at the state of `look`, mm, shape (p, d).
+        """Return the positions of quadrature points of facets at the state of `look`, mm, shape (p, d).
 
         Parameters
         ----------
         facet : shape (p,)
             Numbers of soft facets.
         point : shape (p,)
-            Of the points of each facet's quadrature.
+            Numbers of quadrature points within each facet.
         """
         xi, _ = self.bodies.points
         shape = self.bodies.basis.values(xi)[point]
@@ -172,12 +172,12 @@ class Contact:
             self._add_change(self.bodies.displacements(direction), forces)
 
     def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
-        """Add the derivative of the forces by a parameter, at whose rate the shear modulus changes.
+        """Add the derivative of the forces by a parameter, on which the shear modulus may depend.
 
         Parameters
         ----------
         name : str
-            Of the parameter.
+            Name of the parameter.
         shear_rate : float
             Derivative of the shear modulus by the parameter, MPa per unit of the parameter.
         forces : Array
@@ -191,12 +191,12 @@ class Contact:
             self._add_change(self.bodies.followed(rate), forces)
 
     def entries(self) -> tuple[Ints, Ints, Array]:
-        """Second derivative by the unknowns: rows, columns (of rigid facets none), and values."""
+        """Second derivative by the unknowns: rows, columns (-1 for those of rigid facets), and values."""
         unknowns = self._unknowns(self.pressed.nodes)
         return (*_square(unknowns), self._stiffness.ravel())
 
     def couplings(self) -> tuple[Ints, Ints]:
-        """Rows and columns that contact has or may soon have, as of `entries`."""
+        """Rows and columns that contact has or may soon have, numbered as in `entries`."""
         pairs = self._search.near(self._x)
         nodes = np.concatenate([self.bodies.facets[pairs[:, 0]], self.bodies.facets[pairs[:, 1]]], axis=1)
         found = [_square(self._unknowns(one)) for one in (nodes, self.pressed.nodes)]
@@ -229,7 +229,7 @@ class Contact:
         np.add.at(forces, self.bodies.dofs, self.bodies.gathered(self.pressed.nodes, values))
 
     def _add_change(self, change: Array, forces: Array) -> None:
-        """Add what a change of the nodes' places (nodes, d) makes of the forces."""
+        """Add the change of the forces due to a change of the nodes' positions (nodes, d)."""
         own = change[self.pressed.nodes]
         answer = np.einsum("pxy,py->px", self._stiffness, own.reshape(len(own), -1))
         self._add(answer.reshape(own.shape), forces)
@@ -243,12 +243,12 @@ class Contact:
 
 
 def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree | None) -> Contact | None:
-    """Return the contact of a bushing's surfaces; None where it has none that can meet.
+    """Return the contact of a bushing's surfaces; None if none of them can meet.
 
     Parameters
     ----------
     mesh, space, mode
-        Of the model; the space is mixed, displacement first.
+        Mesh, space and mode of the model; the space is mixed, displacement first.
     stress_free
         Where the stress-free body is; None where it is the mesh.
     """

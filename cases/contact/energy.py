@@ -1,13 +1,13 @@
-"""Energy of contact, with its exact derivatives by the nodes' places.
+"""Energy of contact, with its exact derivatives by the nodes' positions.
 
-A point at the depth d below a facet stores a d^3/3 per area. Its pressure a d^2 sets in without a kink of the tangent,
-at which Newton's method would go to and fro between the points in contact and those that just leave it (with a pressure
-in proportion to d, a bump stop was not to be followed for a tenth of a millimetre), and it stiffens, so that a depth of
-a hundredth of an element takes more than a bushing's rubber bears.
+A point at the depth d below a facet stores the energy a d^3/3 per area. The pressure a d^2 starts without a kink of the
+tangent. With a kink, Newton's method would alternate between the points in contact and those that just leave it: with a
+pressure proportional to d, contact with a bump stop could not be followed for a tenth of a millimetre. The pressure
+also grows faster than the depth: at a hundredth of an element it exceeds what a bushing's rubber bears.
 
-With f the minimum over the facet of half the squared distance, d^2 = 2 f, the derivatives follow from those of f. Its
-first is the distance on the shape functions of both sides; its second has the change of the nearest point in it, as a
-Schur complement.
+The derivatives follow from those of f, the minimum over the facet of half the squared distance, with d^2 = 2 f. The
+first derivative of f is the distance vector times the shape functions of both sides; the second contains the motion of
+the nearest point, as a Schur complement.
 
 References
 ----------
@@ -33,8 +33,8 @@ Ints = NDArray[np.int64]
 
 # a in shear moduli over the square of the facet's size: a pressure of mu makes a depth of 0.1 % of the size.
 STIFF = 1e6
-# Depth, in sizes, from where on the pressure grows in proportion, to 51 mu at 1 %. A guess that lies deeper comes back
-# in one step of Newton's method then, where the parabola's root takes one for each half.
+# Depth, over the facet's size, beyond which the pressure grows linearly, to 51 mu at 1 %. Newton's method brings a
+# deeper guess back in one step there; on the parabola each step would only halve the depth.
 STRAIGHT = 3e-3
 
 
@@ -47,15 +47,15 @@ class Pressed:
     basis : Basis
     found : Inside
     nodes : shape (p, 2 n)
-        Of the point's facet and of the other.
+        Nodes of the point's facet and of the other facet.
     places : shape (p, n, d)
-        Of the other facet's nodes, mm.
+        Positions of the other facet's nodes, mm.
     A : shape (p, 2 n)
         Weights of the nodes in the distance r.
     scale : shape (p,)
         a times the area that the point stands for, per shear modulus.
     straight : shape (p,)
-        Depth from where on the pressure grows in proportion, mm.
+        Depth beyond which the pressure grows linearly, mm.
     """
 
     basis: Basis
@@ -75,9 +75,9 @@ class Pressed:
         bodies : Bodies
             The surfaces.
         found : Inside
-            Points that are inside of other facets.
+            Points that penetrate other facets.
         x : Array
-            Places of the nodes, mm, shape (nodes, d).
+            Positions of the nodes, mm, shape (nodes, d).
         """
         xi, _ = bodies.points
         own, its = bodies.basis.values(xi[found.point]), bodies.basis.values(found.at.xi)
@@ -99,12 +99,12 @@ class Pressed:
         return float(np.sum(self.scale * stored))
 
     def _parts(self) -> tuple[Array, Array]:
-        """Depth up to where the pressure is a parabola, and the depth beyond."""
+        """Part of the depth in which the pressure is a parabola, and the depth beyond it."""
         bent = np.minimum(self.found.depth, self.straight)
         return bent, self.found.depth - bent
 
     def _slopes(self) -> tuple[Array, Array]:
-        """Pressure over the depth, and the pressure's derivative by it, times the points' areas."""
+        """Pressure over the depth, and the pressure's derivative by the depth, each times the points' areas."""
         bent, beyond = self._parts()
         pressure = bent**2 + 2.0 * bent * beyond
         return self.scale * pressure / self.found.depth, 2.0 * self.scale * bent
@@ -115,7 +115,7 @@ class Pressed:
         return np.asarray(np.einsum("p,pn,pd->pnd", share, self.A, self.found.r))
 
     def own_forces(self) -> Array:
-        """Of each point's pressure on its own area, per shear modulus, shape (p, d)."""
+        """Return the force of each point's pressure on its own area, per shear modulus, shape (p, d)."""
         share, _ = self._slopes()
         return np.asarray(share[:, None] * self.found.r)
 
@@ -132,7 +132,7 @@ class Pressed:
         return np.asarray(K)
 
     def _of_place(self) -> Array:
-        """What the nearest point's motion on the facet takes off the second derivative of half the squared distance."""
+        """Part that the nearest point's motion takes off the second derivative of half the squared distance."""
         at, r = self.found.at, self.found.r
         p, n, d = *self.A.shape, r.shape[1]
         slopes = self.basis.slopes(at.xi)

@@ -1,6 +1,6 @@
 """Shape functions of facets: lines, triangles and quadrilaterals of any order, as polynomials with two derivatives.
 
-Nodes of every facet are put into one order, that of their places in the reference facet, so that one table serves all.
+Nodes of every facet are put into the order of their places in the reference facet, so that one table serves all facets.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Basis:
     kind : str
         "interval", "triangle" or "quadrilateral".
     nodes : shape (n, a)
-        In the reference facet, in lexicographic order.
+        Positions of the nodes in the reference facet, in lexicographic order.
     powers : shape (n, a)
         Exponents of the monomials.
     weights : shape (n, n)
@@ -83,7 +83,7 @@ class Basis:
         xi : Array
             Points, shape (p, a), dimensionless.
         slack : float
-            How far outside they may lie, dimensionless as the reference facet.
+            How far outside they may lie, in reference coordinates.
         """
         upper = xi.sum(axis=1) if self.kind == "triangle" else xi.max(axis=1)
         return np.asarray((xi.min(axis=1) >= -slack) & (upper <= 1.0 + slack))
@@ -114,7 +114,7 @@ class Basis:
         """Powers of the coordinates, shape (order + 1, p, a)."""
         table = np.ones((int(self.powers.max()) + 1, *xi.shape))
         for k in range(1, len(table)):
-            # One after the other: a general power takes ten times as long.
+            # By repeated products: a general power takes ten times as long.
             table[k] = table[k - 1] * xi
         return table
 
@@ -137,28 +137,29 @@ class Nearest:
     Attributes
     ----------
     xi : shape (p, a)
-        In the reference facet.
+        Their positions in the reference facet.
     free : shape (p, a, a)
-        Columns span the directions in which the point may move on; those of a point on an edge or at a corner are
-        fewer, and the rest is zero.
+        Columns span the directions in which the point may move; a point on an edge or at a corner has fewer of them,
+        and the other columns are zero.
     """
 
     xi: Array
     free: Array
 
 
-# Iterations of Newton's method for a point of a facet, and the last step in the reference facet: the error left is its
-# square.
+# Largest number of Newton iterations for a point of a facet, and length of the last step in reference coordinates: the
+# remaining error is of the order of its square.
 PROJECTIONS, CLOSE = 12, 1e-7
-# A place that is this far beyond the facet, over the distance from it, is given up: `cases.contact.search.BESIDE`.
+# Edges are not searched where the iterate lies beyond the facet by more than this times the point's distance from it:
+# `cases.contact.search.BESIDE` excludes such a point.
 ASIDE = 2.0
 
 
 def nearest(basis: Basis, nodes: Array, x: Array) -> Nearest:
     """Return where facets with these nodes (p, n, d) are nearest to points x (p, d).
 
-    Where that is not inside of a facet it is the best of its edges' nearest points; of points that are far beside a
-    facet, only roughly.
+    If that point is not inside a facet, it is the nearest of the nearest points of its edges; for points far beside a
+    facet, it is only approximate.
 
     Parameters
     ----------
@@ -218,12 +219,12 @@ def _newton(basis: Basis, nodes: Array, x: Array, start: Array, free: Array) -> 
         slope = dN @ own
         plain = reduced(slope @ slope.transpose(0, 2, 1), T)
         H = reduced(curvature(slope, np.einsum("pabn,pnd->pabd", ddN, own), r), T)
-        # Far from a curved facet the distance is not convex: then as if it were plane.
+        # Far from a curved facet the distance is not convex: the facet is then treated as plane.
         bad = ~(_least(H) > 0.2 * _least(plain))
         H[bad] = plain[bad]
         force = np.einsum("pab,pad,pd->pb", T, slope, r)
         step = np.einsum("pab,pb->pa", T, np.linalg.solve(H, force[..., None])[..., 0])
-        # A point beyond the neighbour facets is of no interest: it is not followed there.
+        # Points beyond the neighbouring facets do not matter: the iterate is kept near the facet.
         xi[busy] = np.clip(here + np.clip(step, -0.5, 0.5), -0.5, 1.5)
         busy = busy[np.abs(xi[busy] - here).max(axis=1) > CLOSE]
     return xi
@@ -247,7 +248,7 @@ def curvature(slope: Array, bend: Array, r: Array) -> Array:
     bend : Array
         Second derivatives, mm, shape (p, a, a, d).
     r : Array
-        From the place on the facet to the point, mm, shape (p, d).
+        Vector from the place on the facet to the point, mm, shape (p, d).
     """
     return np.asarray(slope @ slope.transpose(0, 2, 1) - np.einsum("pabd,pd->pab", bend, r))
 

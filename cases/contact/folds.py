@@ -1,8 +1,8 @@
-"""Pairs of facets that are so near to each other along the surface that the mesh cannot tell a fold between them.
+"""Pairs of facets so near to each other along the surface that the mesh cannot resolve a fold between them.
 
-Where a compressed surface creases, it folds within an element or two, whatever the mesh. Facets there lie in each other
-by half an element at once, and their contact would stop the march. Facets of a slot's two walls, which share its
-bottom, are as near; but they face each other in the body at rest, and meet.
+Where a compressed surface creases, it folds within one or two elements, however fine the mesh. The facets there
+penetrate each other by half an element at once, and their contact would stop the march. Facets on the two walls of a
+slot are as near to each other at its bottom; but they face each other in the body at rest, and they do meet.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from cases.contact.surface import normals
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Cosine of the normals of facets that may hold points that face each other; facets are curved.
+# Points of two facets may face each other if the cosine between the facets' normals is below this; facets are curved.
 MAYBE = -0.1
 
 
 def folds(bodies: Bodies) -> tuple[Ints, Ints]:
-    """Return the facets that each soft facet does not meet: those it shares a node with, and the next ones.
+    """Return the facets that each soft facet does not meet: those that share a node with it, and their neighbours.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def folds(bodies: Bodies) -> tuple[Ints, Ints]:
     start : shape (soft + 1,)
         Where the numbers of each facet begin in `others`.
     others : shape (n,)
-        Numbers of facets, in order for each.
+        Numbers of facets, sorted for each facet.
     """
     soft: list[list[int]] = [[int(node) for node in nodes] for nodes in bodies.facets[: bodies.soft]]
     around: dict[int, set[int]] = {}
@@ -52,7 +52,7 @@ def folds(bodies: Bodies) -> tuple[Ints, Ints]:
 
 
 def _upright(bodies: Bodies) -> Array:
-    """Outward unit normals of the soft facets in their middles, in the body at rest."""
+    """Outward unit normals at the centres of the soft facets, in the body at rest."""
     basis, soft = bodies.basis, bodies.soft
     middle = basis.slopes(basis.nodes.mean(axis=0)[None])[0]
     slopes = np.einsum("an,fnd->fad", middle, bodies.X[bodies.facets[:soft]])

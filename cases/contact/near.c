@@ -1,9 +1,9 @@
-/* Whether surfaces come near each other at all: what is asked after every step of a march, of every pair of facets. */
+/* Test whether any surfaces come near each other, over every pair of facets, after every step of a march. */
 
 #include <math.h>
 #include <stdint.h>
 
-/* Facets of a surface. The first `soft` are of the mesh; rigid ones, after them, face all. */
+/* Facets of a surface. The first `soft` belong to the mesh; the rigid ones after them count as facing all others. */
 typedef struct
 {
     long facets, soft;
@@ -12,11 +12,11 @@ typedef struct
     const double *sign, *breadth;      /* [facets] */
     const double *values, *slopes;     /* shape functions at the points: [points][nodes], [points][d - 1][nodes] */
     const double *middle;              /* slopes in the facet's middle: [d - 1][nodes] */
-    double *frame;                     /* room: [facets][FRAME] */
-    const int64_t *fold, *folded;      /* facets that each of the first does not meet: [soft + 1], and their numbers */
+    double *frame;                     /* workspace: [facets][FRAME] */
+    const int64_t *fold, *folded;      /* facets that each soft one does not meet: [soft + 1], and their numbers */
 } surface;
 
-/* Of a facet: centre, unit normal in the middle, radius, and its highest and lowest node along that normal. */
+/* Numbers for a facet: centre, unit normal there, radius, and its highest and lowest node along that normal. */
 #define FRAME 9
 
 /* Whether soft facet f does not meet facet m, because both are parts of a fold (`folds.py`). */
@@ -79,7 +79,7 @@ static void framed(const surface *s, long f, const double *x)
     }
 }
 
-/* Whether a point of facet f may be inside of facet m, no deeper than `deep`. */
+/* Whether a point of facet f may penetrate facet m, no deeper than `deep`. */
 static int enters(const surface *s, long f, long m, const double *x, double deep, double maybe)
 {
     const int d = s->d;
@@ -104,8 +104,8 @@ static int enters(const surface *s, long f, long m, const double *x, double deep
     return 0;
 }
 
-/* 1 where some point may be inside of another facet, no deeper than `reach` of their breadths; `maybe` is the cosine of
- * normals from where on they do not face each other. x: places of the nodes, [nodes][d]. */
+/* 1 if some point may penetrate another facet, no deeper than `reach` times their breadth. Facets whose normals have a
+ * cosine of `maybe` or more do not face each other. x: positions of the nodes, [nodes][d]. */
 int meeting(const surface *s, const double *x, double reach, double maybe)
 {
     for (long f = 0; f < s->facets; ++f)

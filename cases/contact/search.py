@@ -1,12 +1,12 @@
 """Search for points that penetrate other facets, and for the nearest points on these facets.
 
-Facets that come near to each other are listed with room to spare, and listed again once a node has moved half of it.
-Of those, few are left by tests of whole facets, and the nearest points of these few are computed anew at every state:
-the distance is a function of the state alone, and its derivatives are exact.
+Facets that come near to each other are listed with a margin, and listed again once a node has moved by half of it.
+Tests of whole facets leave few of them, whose nearest points are computed anew at every state: the distance is a
+function of the state alone, and its derivatives are exact.
 
-A point is inside where the facet nearest to it lies before it, no further than `REACH`, and both surfaces face each
-other. Rubber that lies between two surfaces, as in a thin wall or at a sharp edge, separates them: `THROUGH`. Facets
-within a fold of the surface do not meet (`cases.contact.folds`).
+A point is inside if it lies behind the facet nearest to it, no deeper than `REACH`, and both surfaces face each other.
+Surfaces with rubber between them, as in a thin wall or at a sharp edge, do not meet (`THROUGH`), nor do facets within a
+fold of the surface (`cases.contact.folds`).
 """
 
 from __future__ import annotations
@@ -27,21 +27,23 @@ from cases.kernels import loops, pointer
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Deepest penetration that is looked for, in breadths of the facets: deeper, the two sides of a bulge of a coarse mesh
-# would be taken for a fold. A step of the march that goes deeper is too long.
+# Deepest penetration that is sought, over the breadth of the facets: with a deeper one, the two sides of a bulge on a
+# coarse mesh would be taken for a fold. A step of the march that goes deeper is too long.
 REACH = 0.5
-# Room to spare of the list, in sizes of the facets.
+# Margin of the list, over the size of the facets.
 SKIN = 1.0
-# Cosine of the normals of surfaces that face each other.
+# Two surfaces face each other if the cosine between their normals is below this.
 FACING = -0.5
-# Where the way from one point to the other leads into the rubber, in the stress-free body, there is rubber between
-# them: with a cosine above the first at one end, or above the second at both. In a fold of a flat face they are zero.
+# There is rubber between two points if the line from one to the other leads into the rubber of the undeformed body: its
+# cosine to the inward normal exceeds the first value at one end, or the second at both. In a fold of a flat face the
+# cosines are zero.
 THROUGH, BOTH = 0.7, 0.3
-# Cosine between the way to the nearest point and the facet's normal; less at an edge means that the point is beside it.
+# Least cosine between the line to the nearest point and the facet's normal; at an edge, less means that the point lies
+# beside the facet.
 BESIDE = 0.7
-# Numbers that `near.c` keeps of a facet.
+# Numbers that `near.c` stores for each facet.
 FRAME = 9
-# Distances to an edge of two facets are one.
+# Relative size of the term that decides between two facets whose common edge is nearest to a point.
 TIE = 1e-6
 
 
@@ -52,15 +54,16 @@ class Inside:
     Attributes
     ----------
     facet, point : shape (p,)
-        Soft facet, and its point of quadrature.
+        Soft facet, and its quadrature point.
     other : shape (p,)
-        Facet that it is inside of.
+        Facet that the point penetrates.
     at : Nearest
-        Where on that one.
+        Nearest point on that facet.
     r : shape (p, d)
-        From there to the point, mm.
+        Vector from there to the point, mm.
     share : shape (p,)
-        Of the contact's energy: one half where the other facet has points that are inside of this one too.
+        Share of the contact's energy: one half where the other facet is soft, whose points are tested against this one
+        too.
     """
 
     facet: Ints
@@ -137,7 +140,7 @@ class Search:
         facing = np.einsum("pd,pd->p", normal, self._normals(self._slopes[point], x, facet)) < FACING
         good = (depth > 0.0) & (depth < reach * self._span(facet, other)) & (hard | facing)
         good[good] &= ~self._through(facet[good], point[good], other[good], at.xi[good])
-        # Of all that are near, the nearest one tells whether the point is inside, at an edge that which it is over.
+        # The nearest facet decides whether the point is inside; at a common edge, the facet that the point lies over.
         behind = -np.einsum("pd,pd->p", r, normal) / np.maximum(depth, 1e-300)
         best = _first_of(facet, point, hard, np.where(good, depth * (1.0 - TIE * np.abs(behind)), np.inf))
         chosen = best[good[best] & (behind[best] > BESIDE)]
@@ -162,7 +165,7 @@ class Search:
         return np.column_stack([s[near], m[near]])
 
     def _given(self) -> tuple[Any, Sequence[Any]]:
-        """The surface as `near.c` has it, and the arrays that have to live as long."""
+        """Return the surface as `near.c` reads it, and the arrays that have to live as long."""
         b = self.bodies
         points, nodes = self._N.shape
         tables = (b.sign, b.breadth, self._N, self._slopes, self._middle, np.zeros((len(b.facets), FRAME)))
@@ -173,11 +176,11 @@ class Search:
         sizes = (len(facets), b.soft, nodes, b.X.shape[1], points)
         return loops().ffi.new("surface *", (*sizes, *rows)), (facets, kept, rows)
 
-    # -- few of many ---------------------------------------------------------------------------------------------
+    # -- candidates ----------------------------------------------------------------------------------------------
 
     def _list(self, x: Array) -> None:
         """List the pairs of facets that come near to each other."""
-        from scipy.spatial import cKDTree  # 0.1 s: only where there is contact
+        from scipy.spatial import cKDTree  # takes 0.1 s: only where there is contact
 
         b = self.bodies
         centre, radius = self._spheres(x)
@@ -200,19 +203,19 @@ class Search:
         return centre, np.linalg.norm(nodes - centre[:, None], axis=2).max(axis=1)
 
     def _candidates(self, x: Array, reach: float) -> tuple[Ints, Ints, Ints]:
-        """Facet, other facet and point: those that may be inside, with all facets that they are near to."""
+        """Facet, other facet and point: points that may be inside, each with all facets that it is near to."""
         b = self.bodies
         s, m, normal = self._facing(x)
         centre, radius = self._spheres(x)
         height = np.einsum("fnd,fd->fn", x[b.facets] - centre[:, None], normal)
         top, bottom = height.max(axis=1), height.min(axis=1)
         slack = 0.1 * (top - bottom)
-        # Far above the other's highest point: none of the facet's own is near. It may hang down between its nodes.
+        # A facet far above the other's highest point has no point near it. It may sag between its nodes.
         above = np.einsum("pnd,pd->pn", x[b.facets[s]] - centre[m][:, None], normal[m])
         lowest = above.min(axis=1) - 0.3 * np.ptp(above, axis=1)
 
         def points(pairs: Ints, room: Array) -> tuple[Ints, Ints]:
-            """Pair and point of what is not further above than that."""
+            """Pair and point, for the points that are no further above the other facet than `room`."""
             s_, m_, deep = s[pairs], m[pairs], (reach * self._span(s[pairs], m[pairs]))[:, None]
             way = np.einsum("qn,pnd->pqd", self._N, x[b.facets[s_]]) - centre[m_][:, None]
             up = np.einsum("pqd,pd->pq", way, normal[m_])
@@ -237,13 +240,13 @@ class Search:
     def _turned(
         self, x: Array, s: Ints, m: Ints, normal: Array, pair: Ints, point: Ints
     ) -> tuple[Ints, Ints]:
-        """Pairs and points whose own normal is turned against the other facet's."""
+        """Pairs and points whose own normal opposes that of the other facet."""
         own = self._normals(self._slopes[point], x, s[pair])
         turned = (m[pair] >= self.bodies.soft) | (np.einsum("pd,pd->p", own, normal[m[pair]]) < MAYBE)
         return pair[turned], point[turned]
 
     def _facing(self, x: Array) -> tuple[Ints, Ints, Array]:
-        """Pairs of the list that may face each other, and the unit normals of all facets in their middles."""
+        """Pairs of the list that may face each other, and the unit normals at the centres of all facets."""
         b = self.bodies
         slopes = np.einsum("an,fnd->fad", self._middle, x[b.facets])
         normal = normals(slopes) * b.sign[:, None]
@@ -253,11 +256,11 @@ class Search:
         return s[face], m[face], normal
 
     def _span(self, s: Ints, m: Ints) -> Array:
-        """Breadth of the facets of pairs; of a rigid one that of the other."""
+        """Mean breadth of the facets of each pair; for a rigid facet, the breadth of the soft one."""
         size, soft = self.bodies.breadth, self.bodies.soft
         return np.asarray(0.5 * (size[s] + size[np.where(m < soft, m, s)]))
 
-    # -- which count ---------------------------------------------------------------------------------------------
+    # -- tests of points -----------------------------------------------------------------------------------------
 
     def _normals(self, slopes: Array, x: Array, facet: Ints) -> Array:
         """Outward unit normals where facets have shape functions with these slopes (p, a, n)."""
@@ -279,7 +282,7 @@ class Search:
 
 
 def _first_of(facet: Ints, point: Ints, hard: NDArray[np.bool_], depth: Array) -> Ints:
-    """Index of the least depth of each point, for soft and rigid facets apart."""
+    """Index of the least depth of each point, separately for soft and rigid facets."""
     order = np.lexsort((depth, hard, point, facet))
     keys = np.column_stack([facet, point, hard])[order]
     new = np.ones(len(order), dtype=bool)

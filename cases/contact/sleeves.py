@@ -1,8 +1,9 @@
 """Rigid sleeves beyond the bond: each continues from the edges of the bond along its tangent.
 
-A sleeve that is not meshed is known by its bond alone. Rubber that bulges over the bond's edge would else go where the
-metal is. The continuation moves as the bond does: its nodes are affine combinations of four of the bond's, which is
-exact for a rigid motion, so that the force on it is in the reactions, and its derivatives are in all others.
+A sleeve that is not meshed is known only by its bond. Without a continuation, rubber that bulges over the bond's edge
+would enter the metal. The continuation moves with the bond: its nodes are affine combinations of four of the bond's
+nodes, which is exact for a rigid motion. The force on it is thus part of the reactions, and its derivatives part of
+theirs.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Anchors:
-    """Nodes of a bond: unknowns (k, d), and where they are, as of `Patch`."""
+    """Nodes of a bond: unknowns (k, d), and the cells that have the nodes, as in `Patch`."""
 
     dofs: Ints
     where: Ints
@@ -39,15 +40,15 @@ class Strip:
     facets : shape (f, n)
         Numbers of the strip's own nodes.
     sign : shape (f,)
-        As of `Patch`; the normal points to where the rubber is.
+        As in `Patch`; the normal points to where the rubber is.
     X : shape (nodes, d)
-        mm.
+        Coordinates of the nodes, mm.
     anchors : Anchors
         Nodes of the bond.
     weights : shape (nodes, k)
         Displacement of a node by those of the anchors.
     name : str
-        Of the bond.
+        Name of the bond.
     """
 
     facets: Ints
@@ -66,7 +67,7 @@ def strip(
     Parameters
     ----------
     mesh, space, components
-        As of `patch`.
+        As in `patch`.
     bonded
         Numbers of the bond's facets.
     free
@@ -110,7 +111,7 @@ def _edges(bond: Patch, free: Patch) -> list[tuple[int, Ints]]:
 
 
 def _all_edges(of: Patch) -> list[tuple[int, frozenset[int], Ints]]:
-    """Facet, unknowns that name the edge, and nodes along it, of every edge of every facet."""
+    """Facet, unknowns that identify the edge, and nodes along it, for every edge of every facet."""
     found = []
     for start, along in dict.fromkeys((tuple(a), tuple(b)) for a, b in of.basis.edges):
         own = of.basis.nodes - np.array(start)
@@ -123,7 +124,7 @@ def _all_edges(of: Patch) -> list[tuple[int, frozenset[int], Ints]]:
 
 
 def _directions(bond: Patch, edges: list[tuple[int, Ints]]) -> dict[int, Array]:
-    """Unit tangent of the bond that leads out of it, at each node of its edges: the mean of its facets'."""
+    """Unit tangent of the bond that leads out of it, at each node of its edges: the mean over the node's facets."""
     total: dict[int, Array] = {}
     for facet, nodes in edges:
         own = bond.facets[facet]
@@ -143,7 +144,7 @@ def _directions(bond: Patch, edges: list[tuple[int, Ints]]) -> dict[int, Array]:
 
 
 def _middle(bond: Patch, facet: int) -> Array:
-    """Normal of a facet in its middle, by the order of its nodes."""
+    """Normal at the centre of a facet, with the sign that the order of its nodes gives."""
     slope = bond.basis.slopes(bond.basis.nodes.mean(axis=0)[None])[0]
     return normals(np.einsum("an,nd->ad", slope, bond.X[bond.facets[facet]])[None])[0]
 
@@ -160,13 +161,13 @@ def _cut(basis: Basis, grid: Array) -> list[Array]:
 
 
 def _anchored(bond: Array, places: Array) -> tuple[Ints, Array]:
-    """Nodes of a bond, and the weights with which a rigid motion of places follows from theirs."""
+    """Nodes of a bond, and the weights that give a rigid motion of other points from that of these nodes."""
     d = bond.shape[1]
     if d == 2:
         # In the half-plane a sleeve moves along the axis alone.
         return np.zeros(1, dtype=np.int64), np.ones((len(places), 1))
     affine = np.column_stack([bond, np.ones(len(bond))])
-    from scipy.linalg import qr  # 0.1 s: only where there is contact
+    from scipy.linalg import qr  # takes 0.1 s: only where there is contact
 
     _, _, order = qr(affine.T, mode="economic", pivoting=True)
     anchors = order[: d + 1].astype(np.int64)

@@ -23,7 +23,7 @@ from geometry.mesh import NamedMesh
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# Degree of the quadrature of contact: it is cut off where contact ends, which more points see better.
+# Degree of the quadrature of contact: contact ends within facets, which more points resolve better.
 DEGREE = 6
 
 
@@ -37,19 +37,19 @@ class Patch:
     facets : shape (f, n)
         Numbers of nodes, in the order of the basis.
     sign : shape (f,)
-        Of the normal that the order of the reference coordinates gives, to make it point outward.
+        Sign that makes the normal given by the order of the reference coordinates point outward.
     X : shape (nodes, d)
-        On the mesh, mm.
+        Coordinates on the mesh, mm.
     dofs : shape (nodes, d)
         Unknown of each component of a node's displacement, this rank's numbers.
     where : shape (nodes, 2)
-        A cell in `cells` that has the node, and its number among the element's.
+        Index in `cells` of a cell that has the node, and the number of the node in that cell.
     cells : shape (c,)
         Cells that the facets belong to.
     points : shape (m, d)
         Nodes of the displacement's element in the reference cell.
     names : shape (f,)
-        Of the boundary that each facet belongs to; empty where it has none.
+        Name of the boundary that each facet belongs to; empty where it has none.
     """
 
     basis: Basis
@@ -87,7 +87,7 @@ def tagged(mesh: NamedMesh, names: Iterable[str]) -> Ints:
 
 
 def on_rubber(mesh: NamedMesh, facets: Ints) -> Ints:
-    """Return those of some facets that belong to rubber.
+    """Return the facets, of those given, that belong to rubber.
 
     Parameters
     ----------
@@ -106,11 +106,11 @@ def patch(mesh: NamedMesh, space: Any, facets: Ints, components: tuple[int, ...]
     Parameters
     ----------
     mesh, space
-        The latter mixed, displacement first.
+        The mesh, and its mixed space with the displacement first.
     facets
-        Numbers.
+        Numbers of the facets.
     components
-        Of the displacement, one for each coordinate.
+        Components of the displacement, one for each coordinate.
     """
     d, kind = mesh.dimension, mesh.mesh.basix_cell()
     element = space.sub(0).element.basix_element
@@ -150,7 +150,7 @@ def _names(mesh: NamedMesh, facets: Ints) -> NDArray[np.str_]:
 
 
 def places(mesh: NamedMesh, of: Patch) -> Array:
-    """Where the nodes of a patch are on a mesh of the same elements, mm, shape (nodes, d).
+    """Return the positions of a patch's nodes on a mesh of the same elements, mm, shape (nodes, d).
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def places(mesh: NamedMesh, of: Patch) -> Array:
 
 
 def normals(slope: Array) -> Array:
-    """Normal of facets with tangents (f, a, d), as long as their measure; its sign is that of their order."""
+    """Normals of facets with tangents (f, a, d), as long as the facets' measure; the tangents' order gives the sign."""
     if slope.shape[-1] == 2:
         return np.stack([slope[:, 0, 1], -slope[:, 0, 0]], axis=-1)
     return np.asarray(np.cross(slope[:, 0], slope[:, 1]), dtype=np.float64)
@@ -177,7 +177,7 @@ def rule(basis: Basis) -> tuple[Array, Array]:
 
 
 def _owners(mesh: NamedMesh, facets: Ints) -> tuple[Ints, Ints]:
-    """Cell of each facet, and the facet's number among the cell's."""
+    """Cell of each facet, and the number of the facet within the cell."""
     topology, d = mesh.mesh.topology, mesh.dimension
     topology.create_connectivity(d, d - 1)
     up, down = topology.connectivity(d - 1, d), topology.connectivity(d, d - 1)
@@ -187,7 +187,7 @@ def _owners(mesh: NamedMesh, facets: Ints) -> tuple[Ints, Ints]:
 
 
 def _closures(element: Any, kind: Any, d: int, basis: Basis) -> Ints:
-    """For each facet of the reference cell: its nodes among the element's, in the order of the basis."""
+    """For each facet of the reference cell, the numbers of its nodes in the element, in the order of the basis."""
     corners, rows = basix.geometry(kind), []
     for vertices, nodes in zip(basix.topology(kind)[d - 1], element.entity_closure_dofs[d - 1], strict=True):
         origin = corners[vertices[0]]

@@ -1,4 +1,4 @@
-"""Which surfaces are pressed upon each other at a state, where, and how hard."""
+"""Surfaces in contact at a state: which they are, where they touch, and with what force."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Touch:
     Attributes
     ----------
     surfaces : tuple of str
-        Names of the boundaries, in alphabetical order; twice the same where one meets itself.
+        Names of the boundaries, in alphabetical order; the same name twice where a surface meets itself.
     force : float
         Pressure integrated over the area in contact of the modelled part, N.
     radius, height : float
@@ -33,12 +33,12 @@ class Touch:
 
 
 def touches(contact: Contact, state: Array) -> list[Touch]:
-    """Return what is in contact at a state, by pairs of boundaries.
+    """Return the contacts at a state, one for each pair of boundaries.
 
     Parameters
     ----------
     contact : Contact
-        Of the model, which has this state's parameters.
+        Contact of the model, whose parameters are those of the state.
     state : Array
         This rank's unknowns, shape (n,).
     """
@@ -47,7 +47,7 @@ def touches(contact: Contact, state: Array) -> list[Touch]:
         return []
     pressed, bodies = contact.pressed, contact.bodies
     found = pressed.found
-    # Of a pair of soft facets each holds half of the energy, and both have points: together they make one force.
+    # Each of two soft facets holds half of the energy, and both have points: the sum is one force.
     force = contact.shear_modulus * np.linalg.norm(pressed.own_forces(), axis=1)
     place = contact.places(found.facet, found.point)
     radius = place[:, 0] if place.shape[1] == 2 else np.hypot(place[:, 0], place[:, 1])

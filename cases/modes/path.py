@@ -1,7 +1,7 @@
 """Path: any of the six motions of the inner sleeve together, prescribed or free of force; q is the path's time.
 
-The mode that is found by name moves along a line in all six motions at once; `follow` makes that of a path of one's
-own. Q is the power, N mm/s: the reactions are the history's.
+The mode listed by name moves along a line in all six motions at once; `follow` returns the mode of any other path. Q is
+the power, N mm/s; the reactions are in the history.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from cases.mode import Array, Mode, Setting
 from cases.six import SixPath, displacement, twist_of, twists
 from geometry.shape import Mirrors
 
-# mm/s and rad/s: one of each kind, none like another.
+# mm/s and rad/s: all six motions, no two alike.
 LINE = SixPath(np.array([0.0, 1.0]), np.array([np.zeros(6), [0.4, -0.2, 0.5, 0.01, -0.015, 0.03]]))
 
 
 def setting(six: SixPath) -> Setting:
-    """The setting of a path; where motions are free, `motion` is that of what is prescribed."""
+    """The setting of a path; where motions are free, `motion` gives only the prescribed ones."""
 
     def motion(x: Array, q: float) -> Array:
         return displacement(x, six.pose(q))

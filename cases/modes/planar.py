@@ -1,4 +1,4 @@
-"""Planar coupon test: one direction stretched, one kept, the third free (pure shear)."""
+"""Planar coupon test: one direction stretched, one held, the third free (pure shear)."""
 
 from cases.coupon import coupon_mode
 

@@ -8,7 +8,7 @@ from forms.branch import Branch, Contribution, Internal, Step
 from forms.law import Scalar
 from forms.symmetric import Symmetric, cube_root
 
-# The knee at the slip strain is rounded over this share of it on both sides, for the tangent's sake.
+# The knee at the slip strain is rounded over this share of it on both sides, to keep the tangent continuous.
 ROUNDING = 0.01
 # Elastic strain (squared) below which its root is not taken: the root's slope is infinite at zero.
 TINY = 1e-12
@@ -17,17 +17,17 @@ TINY = 1e-12
 def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
     """Return the incremental energy of a neo-Hookean spring of modulus g mu that slips at the shear strain `slip`.
 
-    The stored energy is g mu / 2 (tr(C' Ci^-1) - 3) with the slider's unimodular tensor Ci, which yields where the
+    The stored energy is g mu / 2 (tr(C' Ci^-1) - 3) with the slider's unimodular tensor Ci, which yields when the
     deviator of C' Ci^-1 is as large as slip (half the trace of its square: slip^2; in simple shear at a shear of
     `slip`, in tension at a true stress of 3^(1/2) g mu slip) and then follows the flow of the Maxwell branch with a
     multiplier a in place of time: Ci_end = (Ci + a C') / D, D = (det(Ci + a C'))^(1/3). The incremental energy
 
         3 g mu / 2 (D - 1) / a + g mu / 2 slip^2 a
 
-    is stationary at the a that meets the yield condition. At small a, or small strain, that is a = f / slip - 1,
-    f^2 half the trace of the square, zero below (a parabola rounds the knee). Taking this closed form, in the
-    energy itself, keeps the step explicit and its tangent symmetric; it is first order in the step. The rounding is of
-    the step, not of the material: steps much shorter than `ROUNDING` of slip find the knee lower by that share.
+    is stationary at the a that meets the yield condition. At small a, or small strain, that is a = f / slip - 1, f^2
+    half the trace of the square, zero below (a parabola rounds the knee). Taking this closed form, in the energy
+    itself, keeps the step explicit and its tangent symmetric; it is first order in the step. The rounding belongs to
+    the step, not to the material: with steps much shorter than `ROUNDING` of slip, the knee is lower by that share.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def contribution(step: Step, *, g: Scalar, slip: Scalar) -> Contribution:
     inverse = step.internal["Ci"].adjugate()
     trace = ufl.variable(inverse.dot(step.metric))
     size = ufl.variable(_deviator(step.metric, inverse))
-    # All in quantities of the order of the spring's strain squared: beside 1 rounding would leave little of slip^2.
+    # All in quantities of the order of the spring's strain squared: added to 1, slip^2 would be lost to rounding.
     first, square = s * trace - 3, s * s * size
     second = 2 * first + first * first / 3 - square  # tr(Ci C'^-1) - 3, because det C' = det Ci = 1
     a = _multiplier(square, slip)

@@ -8,7 +8,7 @@ from forms.branch import Branch, Contribution, Internal, Step
 from forms.law import Scalar
 from forms.symmetric import Symmetric, cube_root
 
-# Below, the closed forms of the weights lose digits, and their series is exact to rounding.
+# Below this the closed forms of the weights lose digits, while their series is exact to rounding.
 SERIES_BELOW = 0.02
 # A step without duration: short enough to be elastic, long enough to divide by.
 SHORTEST = 1e-9
@@ -19,13 +19,13 @@ def contribution(step: Step, *, g: Scalar, tau: Scalar) -> Contribution:
 
     The stored energy is g mu / 2 (tr(C' Ci^-1) - 3), C' the isochoric right Cauchy-Green tensor and Ci the unimodular
     one of the dashpot, which follows Ci' = (C' - tr(C' Ci^-1) Ci / 3) / tau. That is a linear equation for a multiple
-    of Ci, M' = s C' / tau with s = (det M)^(1/3), so that with C' linear over the step
+    of Ci, M' = s C' / tau with s = (det M)^(1/3), so that, with C' linear over the step,
 
         M = N + a C'_end,   N = exp(-y) Ci + b C'_begin,   Ci_end = M / (det M)^(1/3),
 
     and a, b integrals of s = exp(k t / tau), k = tr(C' Ci^-1) / 3 at the beginning, over its value exp(y) at the end.
     The stress at the end, g mu / 2 Ci_end^-1, is the derivative of 3 g mu / (2 a) (det M)^(1/3): the step has a
-    potential. Second order in the step, exact for a hold at small strain, dissipation is never negative.
+    potential. The step is of second order, exact for a hold at small strain, and its dissipation is never negative.
 
     Parameters
     ----------

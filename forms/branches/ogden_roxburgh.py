@@ -9,19 +9,20 @@ import ufl
 from forms.branch import Branch, Contribution, Internal, Step
 from forms.law import Scalar
 
-# In a hold W is W_max but for rounding, which differs between residual, tangent and derivatives. Where all of them see
-# the virgin curve they agree; that the softening then begins this share of W_max lower changes the stress as little.
-# For the same reason W is a new W_max only beyond this share: kernels that decide a tie each in its own way would count
-# the derivative of both, or of neither (measured with DOLFINx 0.11: dW_max twice as large after a hold).
+# In a hold W equals W_max except for rounding, which differs between residual, tangent and derivatives. They agree if
+# all of them use the virgin curve there; softening therefore begins lower by this share of W_max, which changes the
+# stress by as little. For the same reason W becomes the new W_max only beyond this share: kernels that decided a tie
+# differently would count the derivatives of both, or of neither (measured with DOLFINx 0.11: dW_max twice as large
+# after a hold).
 TIE = 1e-8
 
 
 def contribution(step: Step, *, inverse_r: Scalar, m: Scalar, beta: Scalar) -> Contribution:
-    """Return what makes the stress eta dW/dF with eta = 1 - (1/r) erf((W_max - W) / (m + beta W_max)).
+    """Return the energy for the stress eta dW/dF with eta = 1 - (1/r) erf((W_max - W) / (m + beta W_max)).
 
     W is the law's isochoric energy, W_max the largest that the point has seen. Beyond it eta = 1: the virgin curve
     goes on. With x = (W_max - W) / s and s = m + beta W_max the integral of -(1/r) erf(x) over W is
-    (1/r) s (x erf x + (exp(-x^2) - 1) / sqrt(pi)). What that is at W = 0 has been dissipated, as the loop's area.
+    (1/r) s (x erf x + (exp(-x^2) - 1) / sqrt(pi)). Its value at W = 0 is the energy dissipated, the area of the loop.
 
     Parameters
     ----------

@@ -8,8 +8,8 @@ from forms.law import Law, Parameter, Scalar, Strain
 def energy(strain: Strain, *, mu: Scalar, Jm: Scalar) -> Scalar:
     """Return W = -mu Jm / 2 ln(1 - (I1 - 3) / Jm).
 
-    Beyond the locking limit I1 - 3 = Jm there is no energy: the logarithm gives NaN there, which the solver
-    takes as a step too far.
+    Beyond the locking limit I1 - 3 = Jm there is no energy: the logarithm gives NaN there, by which the solver
+    recognises a step that is too long.
 
     Parameters
     ----------

@@ -75,8 +75,8 @@ def _term(i: int, mu: float, alpha: float) -> tuple[Parameter, Parameter]:
 LAW = Law(
     name="ogden",
     summary="W = sum_i mu_i/alpha_i (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3), i = 1 to 3",
-    # Start: Ogden's (1972) set for Treloar's vulcanised natural rubber, the negative exponent second: two terms of one
-    # sign end in a valley when they are fitted to tests in tension and equibiaxial tension together.
+    # Start: Ogden's (1972) set for Treloar's vulcanised natural rubber, with the negative exponent second: a fit of two
+    # terms of the same sign to uniaxial and equibiaxial tests together ends in a valley.
     parameters=(*_term(1, 0.63, 1.3), *_term(2, -0.01, -2.0), *_term(3, 0.0012, 5.0)),
     energy=energy,
     shear_modulus=shear_modulus,

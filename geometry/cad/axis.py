@@ -1,7 +1,7 @@
 """The axis of a part: the line about which most of its curved area is a surface of revolution.
 
 The normals of a surface of revolution all meet its axis: in Pluecker coordinates this is one linear equation for each
-point, whose solutions are the axis (and more of them for cylinders, spheres and planes).
+point, whose solutions are the axis (and further lines for cylinders, spheres and planes).
 
 References
 ----------
@@ -20,7 +20,7 @@ from geometry.cad.sampling import Sampled
 
 #: Largest sine between a normal and the meridian plane at which a face counts as coaxial; exports have ten digits.
 COAXIAL = 1e-3
-#: Axes closer than this (sine; distance as a share of the part's size) are one.
+#: Axes closer than this (sine; distance as a share of the part's size) count as one.
 SAME_AXIS = 1e-3
 
 
@@ -35,7 +35,7 @@ class Axis:
 def find_axis(faces: Sequence[Sampled], size: float, centre: Array) -> Axis | None:
     """Return the axis shared by most of the curved area; None if no face is a surface of revolution about one line.
 
-    Spheres alone have none: they take that of a plane face through the centre of gravity (mm).
+    Spheres alone have none: the axis is then the normal of a plane face, through the centre of gravity (mm).
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def find_axis(faces: Sequence[Sampled], size: float, centre: Array) -> Axis | No
         return None
     best = candidates[int(np.argmax(shares))]
     direction = best.direction * np.sign(best.direction[np.argmax(np.abs(best.direction))])
-    # A direction that is a coordinate axis but for rounding is that axis.
+    # A direction that is a coordinate axis except for rounding is replaced by that axis.
     direction = np.where(np.abs(direction) < 1e-7, 0.0, direction)
     return Axis(best.point, direction / np.linalg.norm(direction))
 

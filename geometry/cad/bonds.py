@@ -20,13 +20,13 @@ BONDS = ("inner", "outer")
 SAME_RADIUS = 0.01
 #: A coaxial face counts as a bond where its normals have at least this radial part: not an end face, not a chamfer.
 RADIAL = 0.8
-#: Of faces found by themselves, those of one radius count with at least this share of the largest such area.
+#: Where bonds are found by position, faces of one radius count if their area is at least this share of the largest.
 LARGE = 0.5
 
 
 @dataclass(frozen=True)
 class Bonds:
-    """Name of every outer face of the meshed body, and in words how the bonds were found."""
+    """Name of every outer face of the meshed body, and a description of how each bond was found."""
 
     labels: dict[int, str]
     how: dict[str, str]
@@ -45,15 +45,15 @@ def find_bonds(
     Parameters
     ----------
     part, roles
-        Solids and what they are.
+        Solids of the file, and the role of each.
     meshed
         Solids that are meshed: the others are rigid.
     faces
         Sampled faces on the outside of the meshed solids.
     axis
-        Of the bushing.
+        Axis of the bushing.
     rules
-        Of the case, by bond.
+        Rules of the case, by bond.
     """
     labels = {face.tag: FREE for face in faces}
     how: dict[str, str] = {}
@@ -135,6 +135,6 @@ def _extreme(faces: Sequence[Sampled], axis: Axis, size: float, bond: str) -> li
         for tag, radius in radii.items()
     }
     sizes = {tag: sum(areas[other] for other in group) for tag, group in groups.items()}
-    # The rim of a collar is farther from the axis than the bond: small faces do not count.
+    # The rim of a collar is farther from the axis than the bond: small faces are ignored.
     large = [tag for tag, own in sizes.items() if own >= LARGE * max(sizes.values())]
     return groups[max(large, key=lambda tag: toward * radii[tag])]

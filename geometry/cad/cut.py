@@ -10,21 +10,21 @@ from geometry.blocks import Array
 from geometry.cad.found import FoundPart
 from geometry.session import model
 
-#: A face lies in a plane if its points are this near to it, as a share of the part's length.
+#: A face lies in a plane if its points are no farther from it than this share of the part's length.
 FLAT = 1e-6
 Faces = dict[str, dict[int, int]]
 """Boundary -> face of the cut part -> face of the whole one; 0 in a plane of symmetry."""
 
 
 def cut(found: FoundPart) -> tuple[dict[str, tuple[int, ...]], Faces]:
-    """Keep only what is meshed and lies at positive coordinates of the open part.
+    """Keep only the meshed solids of the open part, and of these the piece at positive coordinates.
 
     Returns
     -------
     regions
         Name -> solids.
     boundaries
-        Name -> faces, with that of the whole part which each is a piece of.
+        Name -> faces, each with the face of the whole part that it is a piece of.
     """
     occ = model().occ
     rigid = [(3, tag) for tag in found.roles if tag not in found.meshed]

@@ -27,7 +27,7 @@ from geometry.view import View
 from geometry.wall import Wall, cylindrical, wall_of
 
 Planes = frozenset[Literal["x", "y", "z"]]
-#: Principal moments in the plane normal to the axis that differ by more than this share have directions.
+#: If the principal moments in the plane normal to the axis differ by more than this share, their directions are used.
 LOPSIDED = 1e-3
 
 
@@ -57,7 +57,7 @@ class FoundPart:
     meshed : tuple of int
         Solids that are meshed; the others are rigid.
     labels : mapping
-        Face on the outside of what is meshed -> "inner", "outer", "free".
+        Face on the outside of the meshed solids -> "inner", "outer", "free".
     frame
         The bushing's place in the file.
     planes
@@ -65,9 +65,9 @@ class FoundPart:
     measures : mapping
         Volume of each region (mm^3) and area of each boundary (mm^2); bonds as "inner_bond".
     thickness, length
-        Of the rubber across and along the bonds, mm.
+        Size of the rubber across and along the bonds, mm.
     narrow : mapping
-        Face -> distance to the face opposite, where that is less than the thickness, mm.
+        Face -> distance to the opposite face, where that is less than the thickness, mm.
     curved : mapping
         Face -> its area (mm^2) and least radius of curvature, mm.
     edges
@@ -75,11 +75,11 @@ class FoundPart:
     scale
         mm per unit of the session.
     notes : tuple of str
-        What was found and how, in sentences.
+        Results of the interpretation and how they were found, in sentences.
     view
-        For a picture, in the bushing's coordinates.
+        Contents of a picture, in the bushing's coordinates.
     wall
-        The rubber between two coaxial sleeves; None where it has none.
+        The rubber between two coaxial sleeves; None where the part has no such rubber.
     """
 
     roles: Mapping[int, str]
@@ -254,7 +254,7 @@ def _wall(
 
 
 def _extent(tags: Sequence[int], axis: Axis, scale: float, along: Array) -> tuple[float, float]:
-    """Return where a bond begins and ends along the axis, from its vertices and edges, which samples do not include."""
+    """Return the least and largest position of a bond along the axis, from its edges too, which have no samples."""
     ends = [along.min(), along.max()]
     for _, curve in model().getBoundary([(2, tag) for tag in tags], combined=False, oriented=False):
         low, high = (float(bound[0]) for bound in model().getParametrizationBounds(1, curve))
@@ -272,7 +272,7 @@ def _frame(
     axis: Axis,
     centre: Array,
 ) -> tuple[Frame, Planes]:
-    """The bushing's place, turned to a plane of symmetry where nothing says how the load acts."""
+    """The bushing's frame, turned to a plane of symmetry where the case gives no direction of the load."""
     parts: dict[str, list[tuple[int, int]]] = {}
     for tag in meshed:
         parts.setdefault(f"region {roles[tag]}", []).append((3, tag))

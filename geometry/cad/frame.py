@@ -37,7 +37,7 @@ def frame_of(axis: Array, centre: Array, direction: Array | None) -> Frame:
     centre : Array
         Origin of the frame, shape (3,), mm.
     direction : Array | None
-        Vector that the x axis is to follow, shape (3,); None for the file's own x.
+        Vector whose part normal to the axis becomes x, shape (3,); None for the file's own x.
     """
     z = axis / np.linalg.norm(axis)
     if direction is None:

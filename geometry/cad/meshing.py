@@ -21,8 +21,8 @@ from geometry.session import model, refusing
 from geometry.shape import Mirrors, Names, Refinement
 from geometry.straight import straightened
 
-# Elements from bond to bond inside, longest over shortest, growth per distance from a bond's edge, elements on a full
-# circle, elements between two faces that are near to each other (benchmarks/README.md).
+# Elements from bond to bond in the interior, longest over shortest, growth per distance from a bond's edge, elements on
+# a full circle, elements between two faces that are near to each other (benchmarks/README.md).
 ACROSS, GRADING, GROWTH, PER_CIRCLE, BETWEEN = 2.4, 4.0, 1.0, 8.0, 1.2
 
 
@@ -34,7 +34,7 @@ def generate(
     Parameters
     ----------
     found : FoundPart
-        What was found in the file.
+        Interpretation of the file.
     path : Path
         The file.
     unit : Unit | None
@@ -61,7 +61,7 @@ def part_cells(found: FoundPart, mirrors: Mirrors, refinement: Refinement) -> fl
     Parameters
     ----------
     found : FoundPart
-        What was found in the file.
+        Interpretation of the file.
     mirrors : Mirrors
         Planes of symmetry at which the solid is cut, by their normals.
     refinement : Refinement
@@ -73,7 +73,7 @@ def part_cells(found: FoundPart, mirrors: Mirrors, refinement: Refinement) -> fl
     for face, (area, radius) in found.curved.items():
         around = 2.0 * math.pi * radius / (PER_CIRCLE * math.sqrt(factor))
         between = max(found.narrow.get(face, math.inf) / (BETWEEN * factor), 0.25 * inside)
-        # A face has an element at least, whatever its size.
+        # A face has at least one element, whatever its size.
         fine.append(Fine(2, area, max(min(around, between, math.sqrt(area)), 0.2 * inside / GRADING)))
     volume = sum(found.measures[name] for name in found.regions)
     cut = len(found.planes & mirrors)
@@ -90,7 +90,7 @@ def part_mesh(found: FoundPart, path: Path, unit: Unit | None, refinement: Refin
     Parameters
     ----------
     found : FoundPart
-        What was found in the file.
+        Interpretation of the file.
     path : Path
         The file.
     unit : Unit | None
@@ -127,14 +127,14 @@ def _flat(raw: RawMesh, points: np.ndarray) -> np.ndarray:  # type: ignore[type-
 def bond_edges(
     regions: Mapping[str, tuple[int, ...]], boundaries: Mapping[str, Mapping[int, int]]
 ) -> list[int]:
-    """Curves where rubber ends on what is bonded to it: the stress is singular there.
+    """Curves where rubber ends on a bond or on metal: the stress is singular there.
 
     Parameters
     ----------
     regions : Mapping[str, tuple[int, ...]]
         Solids of each region by name.
     boundaries : Mapping[str, Mapping[int, int]]
-        Faces of each boundary, with the solid behind each.
+        Faces of each boundary by name, each with the face of the whole part (`geometry.cad.cut`).
     """
     free = _curves(boundaries.get(FREE, {}))
     held = {c for name, faces in boundaries.items() if name in ("inner", "outer") for c in _curves(faces)}

@@ -16,9 +16,9 @@ from geometry.session import model, options, refusing, silent
 STEP, BREP = (".step", ".stp"), (".brep", ".brp")
 Unit = Literal["mm", "cm", "m", "inch"]
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
-#: Sizes of a bushing, mm; beyond them the unit is wrong.
+#: Least and largest size of a bushing, mm; beyond them the unit must be wrong.
 SMALLEST, LARGEST = 2.0, 3000.0
-#: What Gmsh says of a face without a colour.
+#: Colour that Gmsh returns for a face without one.
 NO_COLOUR = (0, 0, 255, 0)
 
 
@@ -29,11 +29,11 @@ class Part:
     Attributes
     ----------
     solids : dict of int to str
-        Name of each, or empty.
+        Name of each solid, or empty.
     face_names : dict of int to str
-        Of faces that have one.
+        Names of the faces that have one.
     colours : dict of int to (r, g, b)
-        Of faces whose colour is not their solid's.
+        Colours of the faces whose colour is not that of their solid.
     size
         Largest extent, mm.
     scale
@@ -69,7 +69,7 @@ def open_part(path: Path, unit: Unit | None) -> Part:
     solids = [int(tag) for _, tag in model().getEntities(3)]
     if not solids:
         raise _no_solid(path)
-    # OpenCASCADE has brought STEP to mm; BREP has no unit.
+    # OpenCASCADE has converted STEP to mm; BREP has no unit.
     scale = 1.0 if unit is None else MILLIMETRES[unit] / (text.unit or 1.0)
     size = _size(path, scale)
     named = [_name(tag) for tag in solids]

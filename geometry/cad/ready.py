@@ -26,7 +26,7 @@ from geometry.wall import Wall, cylindrical, wall_of
 Ints = NDArray[np.int64]
 Vector = tuple[float, float, float]
 SUFFIXES = (".msh", ".inp")
-#: Types of cells in meshio's words.
+#: Types of cells by meshio's names.
 KINDS = {"tetra": TETRAHEDRON4, "tetra10": TETRAHEDRON10, "hexahedron": HEXAHEDRON8}
 #: Nodes of the facets of a cell: corners first, then the middles of the sides, then the centre.
 _TETRAHEDRON = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 9, 7), (1, 2, 3, 5, 8, 9), (0, 3, 2, 7, 8, 6))
@@ -34,7 +34,7 @@ _HEXAHEDRON = ((0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7,
 FREE, RUBBER = "free", "rubber"
 #: Spread of the normals along the axis, over that across it, up to which an inner bond is a cylinder.
 UPRIGHT = 0.15
-#: A fitted axis whose direction cosine is this near to 1 is taken for a coordinate axis (2.5 degrees): facets are flat.
+#: A fitted axis with a direction cosine this near to 1 (2.5 degrees) is replaced by a coordinate axis: facets are flat.
 ALONG = 1e-3
 
 
@@ -150,7 +150,7 @@ def _read(path: Path) -> Any:
     import meshio
 
     try:
-        # meshio prints what it leaves out.
+        # meshio prints messages about what it leaves out.
         with (
             contextlib.redirect_stdout(io.StringIO()),
             contextlib.redirect_stderr(io.StringIO()),
@@ -164,7 +164,7 @@ def _read(path: Path) -> Any:
                 known.write_text(re.sub(r"(type\s*=\s*)CP[SE]6", r"\1STRI65", text, flags=re.I))
             return meshio.read(known)
     except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AssertionError, SystemExit) as error:
-        # meshio leaves by `exit(1)` where it knows no form that fits.
+        # meshio calls `exit(1)` where no format fits.
         words = "" if isinstance(error, SystemExit) else str(error).strip()
         raise GeometryError(str(path), f"cannot be read as a mesh{words and f': {words}'}") from None
 
@@ -193,7 +193,7 @@ def _regions(mesh: Any, kind: str) -> dict[str, Ints]:
                 named.setdefault(name, []).append(block.data[inside])
     rubber = [block.data[~taken[i]] for i, block in blocks]
     found = {RUBBER: rubber} | named
-    # meshio has the order of VTK: Gmsh has the last two sides of a tetrahedron the other way round.
+    # meshio has the order of VTK, in which the last two sides of a tetrahedron are exchanged against Gmsh.
     order = [*range(8), 9, 8] if kind == "tetra10" else slice(None)
     return {name: np.concatenate(parts).astype(np.int64)[:, order] for name, parts in found.items()}
 
@@ -250,7 +250,7 @@ def _nodes_of(mesh: Any, name: str) -> Ints:
 
 
 def _volume(points: Array, cells: Ints) -> float:
-    """Of cells with flat sides, mm^3; curved ones differ a little."""
+    """Volume of cells with flat sides, mm^3; that of curved ones differs a little."""
     corners = points[cells[:, :4]] if cells.shape[1] in (4, 10) else None
     if corners is not None:
         a, b, c = (corners[:, k] - corners[:, 0] for k in (1, 2, 3))

@@ -31,9 +31,9 @@ def sample(face: int, size: float, scale: float) -> Sampled:
     Parameters
     ----------
     face
-        Tag.
+        Tag of the face.
     size
-        Of the part, mm.
+        Size of the part, mm.
     scale
         mm per unit of the session.
     """

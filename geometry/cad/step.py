@@ -1,7 +1,7 @@
 """Contents of a STEP file that Gmsh does not pass on: its unit of length, and the names of solids and faces.
 
-Read from the text, in the order in which OpenCASCADE numbers what it reads; names are used only where the number of
-faces and the type of every surface agree with what was read.
+They are read from the text, in the order in which OpenCASCADE numbers the entities; names are used only where the
+number of faces and the type of every surface agree with those of OpenCASCADE.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ _SURFACES = {
 
 @dataclass(frozen=True)
 class StepText:
-    """Of a STEP file.
+    """Unit and names in a STEP file.
 
     Attributes
     ----------
     unit : float or None
-        Of length, mm; None where the file does not say.
+        Unit of length, mm; None where the file does not state it.
     solids : tuple of str
         Names of the solids, in the file's order.
     faces : tuple of (str, str)

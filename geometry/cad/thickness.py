@@ -1,4 +1,4 @@
-"""Local thickness of a part: the diameter of the ball that touches a face and the face opposite.
+"""Local thickness of a part: the diameter of the ball that touches a face and the opposite face.
 
 References
 ----------
@@ -16,12 +16,12 @@ from geometry.cad.sampling import Sampled
 
 #: Two faces are opposite where the cosine of their normals is below this.
 OPPOSITE = -0.5
-#: Share of a face's points that are this near to another face before it counts as narrow.
+#: Share of a face's points that must be near another face for the face to count as narrow.
 SHARE = 0.5
 
 
 def local_thickness(faces: Sequence[Sampled], thickness: float) -> dict[int, float]:
-    """Distance to the face opposite (mm) of those faces where it is less than the thickness.
+    """Distance to the opposite face (mm), for the faces where it is less than the thickness.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ def view_of(labels: Mapping[int, str]) -> View | None:
     box = np.array(model().getBoundingBox(-1, -1)).reshape(2, 3)
     options().setNumber("Mesh.MeshSizeMax", SIDE * float(np.max(box[1] - box[0])))
     options().setNumber("Mesh.MeshSizeFromCurvature", 24)
-    # A picture is not worth an error: what can be meshed is shown.
+    # A picture is not worth an error: the faces that can be meshed are shown.
     with contextlib.suppress(Exception):
         model().mesh.generate(2)
     tags, coordinates, _ = model().mesh.getNodes()

@@ -1,6 +1,6 @@
 """One block of quadrilaterals over a section with four sides: bond, free end, bond, free end.
 
-Blended from its sides (Coons); where that makes an element too skew, the section is left to triangles.
+The block is blended from its sides (Coons); where that makes an element too skew, triangles are used instead.
 
 References
 ----------
@@ -22,11 +22,11 @@ from geometry.section.outline import RUBBER
 from geometry.session import model
 from geometry.shape import Refinement
 
-#: Elements across (half-plane, solid), longest over shortest across and along, length over width inside.
+#: Elements across (half-plane, solid), longest over shortest across and along, length over width in the interior.
 ACROSS, GRADING, LONG = (6, 4), (2.0, 4.0), 1.5
 #: Least sine of the angles at the corners of an element.
 LEAST_SINE = 0.35
-#: Points by which a side is followed.
+#: Number of points along each curve of a side.
 POINTS = 400
 
 
@@ -46,12 +46,12 @@ class _Side:
 
     @property
     def length(self) -> float:
-        """In mm."""
+        """Length of the side, mm."""
         return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
 
 
 def block(drawn: Drawn, refinement: Refinement, solid: bool) -> RawMesh | None:
-    """Mesh of a section that has four sides, with elements that are none too skew; None for any other.
+    """Return the mesh of a section with four sides; None for any other, or if an element would be too skew.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def block(drawn: Drawn, refinement: Refinement, solid: bool) -> RawMesh | None:
     refinement
         Elements of the whole bushing; "along" counts both halves.
     solid
-        Whether it will be revolved: fewer elements.
+        Whether it will be revolved, for which there are fewer elements.
     """
     if set(drawn.regions) != {RUBBER} or len(drawn.regions[RUBBER]) != 1:
         return None

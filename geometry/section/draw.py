@@ -131,7 +131,7 @@ def _regions(made: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, 
     there = {tag for _, tag in model().getEntities(2)}
     regions: dict[str, tuple[int, ...]] = {RUBBER: ()}
     taken: set[int] = set()
-    # A plate drawn into the rubber takes its place: what both cover is the plate's.
+    # A plate drawn into the rubber takes its place: the area that both cover belongs to the plate.
     for number in sorted(range(len(names)), key=lambda i: names[i] == RUBBER):
         found = [int(tag) for _, tag in made[number] if tag in there and tag not in taken]
         taken |= set(found)
@@ -142,7 +142,7 @@ def _regions(made: Sequence[Any], names: Sequence[str]) -> dict[str, tuple[int, 
 def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]:
     """Curves on the outside by the names of the edges that they lie on.
 
-    By their place, because cutting faces at each other leaves edges with other numbers.
+    They are found by position, because cutting faces at each other gives edges other numbers.
     """
     lines = [(curve.name, polyline(curve)) for loop in loops for curve in loop.curves]
     size = max(float(np.ptp(line, axis=0).max()) for _, line in lines)
@@ -156,7 +156,7 @@ def _boundaries(loops: Sequence[Loop], half: bool) -> dict[str, tuple[int, ...]]
         if half and np.abs(points[:, 1]).max() < CLOSE * size:
             name = "mirror_z"
         else:
-            # Of edges that lie on each other, the one with a name counts.
+            # Among edges that lie on each other, the named one is used.
             name = min(lines, key=lambda item: (round(_apart(points, item[1]) / size, 6), item[0] == FREE))[0]
         boundaries[name] = (*boundaries.get(name, ()), int(tag))
     return boundaries

@@ -12,11 +12,11 @@ import numpy as np
 from geometry.errors import GeometryError
 from geometry.section.outline import FREE, RUBBER, Curve, Loop
 
-#: $INSUNITS -> mm; 0 is "no unit", which drawings of parts have for mm.
+#: $INSUNITS -> mm; 0 is "no unit", which in drawings of parts means mm.
 UNITS = {0: 1.0, 1: 25.4, 4: 1.0, 5: 10.0, 6: 1000.0}
 #: Layers that name no boundary.
 UNNAMED = ("0", "free", "rubber", "outline", "void", "defpoints")
-#: What drawings leave between the ends of two entities, as a share of their size.
+#: Largest gap that drawings leave between the ends of two entities, as a share of their size.
 GAP = 1e-4
 
 
@@ -34,7 +34,7 @@ def read_dxf(path: Path, changed: float) -> tuple[Loop, ...]:
     Raises
     ------
     GeometryError
-        It cannot be read, holds what is no outline, or an outline is open.
+        It cannot be read, it contains no curves, or an outline is open.
     """
     import ezdxf
 
@@ -76,7 +76,7 @@ def _curves(entity: Any, scale: float) -> Iterator[Curve]:
 def _arc(entity: Any, start: float, angle: float, scale: float, name: str) -> Curve:
     turns = np.radians(start + angle * np.array([0.0, 0.5, 1.0]))
     centre, radius = entity.dxf.center, entity.dxf.radius
-    # Drawings made from the other side have their axis turned round.
+    # In drawings made from the other side the axis is reversed.
     sign = -1.0 if entity.dxf.extrusion.z < 0 else 1.0
     points = [(sign * (centre.x + radius * np.cos(a)), centre.y + radius * np.sin(a)) for a in turns]
     return Curve("arc", tuple((float(x) * scale, float(y) * scale) for x, y in points), name)
@@ -124,7 +124,7 @@ def _loops(curves: Sequence[Curve], where: str) -> tuple[Loop, ...]:
 
 
 def _chained(curves: Sequence[Curve], gap: float) -> tuple[list[tuple[Curve, ...]], list[Curve]]:
-    """Closed chains of curves, and what is left."""
+    """Closed chains of curves, and the curves that are left."""
     waiting, closed, left = list(curves), [], []
     while waiting:
         chain = [waiting.pop(0)]

@@ -39,7 +39,7 @@ class FoundSection:
     symmetric
         Whether the half below z = 0 is the mirror image of the half above.
     thickness, length
-        Of the rubber across and along the bonds, mm: twice its volume over the bonds' area, and the longer bond.
+        Size of the rubber across and along the bonds, mm: twice its volume over the bonds' area, and the longer bond.
     smallest_radius
         mm; 0 where the section touches the axis.
     areas : mapping
@@ -47,9 +47,9 @@ class FoundSection:
     curved : tuple of (float, float)
         Length and least radius of curvature of every edge, mm.
     view
-        For a picture, in the plane (r, 0, z).
+        Contents of a picture, in the plane (r, 0, z).
     wall
-        The rubber between two coaxial sleeves; None where it has none.
+        The rubber between two coaxial sleeves; None where the section has no such rubber.
     """
 
     loops: tuple[Loop, ...]

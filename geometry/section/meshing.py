@@ -1,4 +1,4 @@
-"""A found section -> mesh: one block of quadrilaterals where it allows, else graded triangles; or both revolved."""
+"""A found section -> mesh: one block of quadrilaterals where possible, else graded triangles; or either revolved."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from geometry.section.outline import RUBBER
 from geometry.session import model, options, refusing
 from geometry.shape import Mirrors, Names, Refinement
 
-# Elements from bond to bond inside, shortest over longest, growth per distance from a bond's edge, elements on a full
-# circle of the outline; with which sections of the references are within 1 % (benchmarks/README.md).
+# Elements from bond to bond in the interior, longest over shortest, growth per distance from a bond's edge, elements on
+# a full circle of the outline; with these, sections of the references are within 1 % (benchmarks/README.md).
 ACROSS, GRADING, GROWTH, PER_CIRCLE = 4.0, 6.0, 0.35, 10.0
 # The same where the section is revolved, and elements around a full circle.
 SOLID_ACROSS, SOLID_GRADING, SOLID_GROWTH, AROUND = 3.0, 4.0, 0.6, 12
@@ -34,7 +34,7 @@ def generate(
     Parameters
     ----------
     found : FoundSection
-        What was found in the file.
+        Interpretation of the file.
     where : str
         File or key of the case, for messages.
     dimension : int
@@ -76,7 +76,7 @@ def section_cells(found: FoundSection, dimension: int, mirrors: Mirrors, refinem
     Parameters
     ----------
     found : FoundSection
-        What was found in the file.
+        Interpretation of the file.
     dimension : int
         2 for the half-plane, 3 for the solid.
     mirrors : Mirrors
@@ -91,13 +91,13 @@ def section_cells(found: FoundSection, dimension: int, mirrors: Mirrors, refinem
     factor = refinement.factor * (1.0 if refinement.across is None else refinement.across / across)
     inside = found.thickness / (across * factor)
     per_circle = PER_CIRCLE * math.sqrt(factor)
-    # Four ends of bonds: a section with more has as many cells in its plates.
+    # Four ends of bonds: the finer elements at further ends, those of plates, are not counted.
     fine = [Fine(0, 4.0, inside / grading)]
     for length, radius in found.curved:
         size = min(2.0 * math.pi * radius / per_circle, length)
         fine.append(Fine(1, length, max(size, 0.2 * inside / grading)))
     total = triangles(found.areas[RUBBER], inside, growth, fine)
-    # Plates have sizes of their own, between these (`_narrow`).
+    # Elements of plates have other sizes, between these (`_narrow`).
     total += sum(
         triangles(area, 0.5 * inside, growth, ()) for name, area in found.areas.items() if name != RUBBER
     )
@@ -114,7 +114,7 @@ def section_mesh(
     Parameters
     ----------
     found : FoundSection
-        What was found in the file.
+        Interpretation of the file.
     where : str
         File or key of the case, for messages.
     refinement : Refinement
@@ -133,7 +133,8 @@ def section_mesh(
     sizes = Sizes(inside, inside / grading, growth, PER_CIRCLE * math.sqrt(factor), _narrow(drawn, inside))
     grade(2, bond_ends(drawn), sizes)
     if quadrilaterals:
-        # Blossom recombination leaves some triangles, which a subdivision makes quadrilaterals of: it halves all sizes.
+        # Blossom recombination leaves some triangles, from which a subdivision makes quadrilaterals: it halves all
+        # sizes.
         options().setNumber("Mesh.RecombineAll", 1)
         options().setNumber("Mesh.RecombinationAlgorithm", 1)
         options().setNumber("Mesh.SubdivisionAlgorithm", 1)
@@ -146,7 +147,7 @@ def section_mesh(
 
 
 def bond_ends(drawn: Drawn) -> list[int]:
-    """Points where rubber ends on what is bonded to it: the stress is singular there."""
+    """Points where rubber ends on a bond or on metal: the stress is singular there."""
     free = _points([t for name, tags in drawn.boundaries.items() if not _held(name) for t in tags])
     bonded = _points([t for name, tags in drawn.boundaries.items() if _held(name) for t in tags])
     metal = _points(
@@ -179,7 +180,7 @@ def _is_mirror(curve: int) -> bool:
 
 
 def _narrow(drawn: Drawn, inside: float) -> dict[int, float]:
-    """Curves that bound a thin plate: some elements must fit."""
+    """Sizes on the curves around thin plates, into which some elements must fit."""
     sizes: dict[int, float] = {}
     for name, faces in drawn.regions.items():
         if name == RUBBER:

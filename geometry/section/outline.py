@@ -13,9 +13,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from geometry.blocks import Array
 from geometry.errors import GeometryError
 
-#: What ends nearer to each other than this share of the section's size is one point.
+#: Ends nearer to each other than this share of the section's size are one point.
 CLOSE = 1e-6
-#: The name of edges and bodies that have none.
+#: Names of edges and bodies that are given none.
 FREE, RUBBER = "free", "rubber"
 
 
@@ -62,9 +62,9 @@ class Curve:
         "line", "arc" (three points), "spline" (through all points) or "nurbs" (control points).
     points : tuple of (r, z), mm
     name
-        Of the boundary.
+        Name of the boundary.
     degree, knots, weights
-        Of a "nurbs".
+        Degree, knots and weights of a "nurbs".
     """
 
     kind: Literal["line", "arc", "spline", "nurbs"]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from geometry.errors import GeometryError
 from geometry.section.outline import FREE, Curve, Loop
 
-#: Names of edges that are no plates.
+#: Names of edges that do not name a plate.
 KNOWN = ("inner", "outer", FREE)
 #: Thinner than this share of its length, a plate cannot be meshed.
 THINNEST = 1e-3
@@ -27,7 +27,7 @@ def with_plates(loops: Sequence[Loop], where: str) -> tuple[Loop, ...]:
     Raises
     ------
     GeometryError
-        A name stands on one chain of edges only, or on more than two; or the plate has no thickness.
+        A name is given to one chain of edges only, or to more than two; or the plate has no thickness.
     """
     drawn = {loop.body for loop in loops}
     names = dict.fromkeys(
@@ -44,7 +44,7 @@ def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
     if len(chains) != 2:
         raise GeometryError(
             where,
-            f'the name "{name}" stands on {len(chains)} row{"s" * (len(chains) > 1)} of edges: a plate is bonded to '
+            f'the name "{name}" is given to {len(chains)} row{"s" * (len(chains) > 1)} of edges: a plate is bonded to '
             "rubber on two sides",
             f'"inner", "outer", no name for a free edge, or a plate drawn as an outline with body = "{name}"',
         )
@@ -65,7 +65,7 @@ def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
 
 
 def _area(points: Sequence[tuple[float, float]]) -> float:
-    """Of the polygon through the points (shoelace formula), mm^2."""
+    """Area of the polygon through the points (shoelace formula), mm^2."""
     return 0.5 * abs(sum(r * points[i - 1][1] - points[i - 1][0] * z for i, (r, z) in enumerate(points)))
 
 

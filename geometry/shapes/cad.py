@@ -22,7 +22,7 @@ SUFFIXES = (".step", ".stp", ".brep", ".brp", *MESHES)
 
 
 class BondRules(BaseModel):
-    """``[geometry.bonds]``: which faces are bonded, where that is not to be found."""
+    """``[geometry.bonds]``: which faces are bonded, where that cannot be found."""
 
     model_config = ConfigDict(frozen=True, defer_build=True, extra="forbid")
 

@@ -13,9 +13,10 @@ from typing_extensions import override
 from geometry.blocks import Array, Blocks, Interval
 from geometry.shape import Mirrors, Refinement, Shape
 
-# Elements from plate to plate, from bore to flank, around; all of one size. Compression makes the surface of the bore
-# crease (Biot's instability): finer meshes, and meshes graded toward the edges, follow creases of their own size and
-# stop early. Eight even elements give the force up to half the height within 0.5 % of thirty (test_mount.py).
+# Elements from plate to plate, from bore to flank, and around; all of one size. Compression makes the surface of the
+# bore crease (Biot's instability): finer meshes, and meshes graded toward the edges, resolve creases of the size of
+# their elements and stop early. Eight even elements give the force up to half the height within 0.5 % of thirty
+# (test_mount.py).
 SECTION = (8, 8)
 SOLID = (8, 6, 12)
 
@@ -60,7 +61,7 @@ class Mount(Shape):
     @property
     @override
     def mirror_planes(self) -> Mirrors:
-        # Only one of the plates is driven: nothing mirrors the load about the mid-plane.
+        # Only one of the plates is driven: the load is not symmetric about the mid-plane.
         return frozenset({"x", "y"})
 
     def flank(self, z: Array) -> Array:

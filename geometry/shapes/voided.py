@@ -21,7 +21,7 @@ class Voided(Tapered):
 
     name: ClassVar[str] = "voided"
     summary: ClassVar[str] = (
-        "two opposite kidney voids in a plain (length) or tapered (inner_length, outer_length) one"
+        "two opposite kidney voids in a plain (length) or tapered (inner_length, outer_length) bushing"
     )
     axisymmetric: ClassVar[bool] = False
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = tuple(

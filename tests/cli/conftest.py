@@ -1,4 +1,4 @@
-"""The command line as a user has it: a process, its two streams and its exit code."""
+"""The command line as a user runs it: a process, its two streams and its exit code."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def cli() -> Cli:
 
 @pytest.fixture
 def small(tmp_path: Path) -> Path:
-    """A small case with one recording, in a folder of its own."""
+    """A small case with one recording, in its own folder."""
     shutil.copy(EXAMPLE / "axial.csv", tmp_path)
     case = tmp_path / "case.toml"
     case.write_text(SMALL, encoding="utf-8")

@@ -18,7 +18,7 @@ TRUTH = json.loads((ROOT / "examples" / "cad" / "truth" / "truth.json").read_tex
 
 
 def commands(text: str) -> list[str]:
-    """The lines that a reader types."""
+    """Return the lines that a reader types."""
     blocks = re.findall(r"```console\n(.*?)```", text, re.DOTALL)
     return [line[2:] for block in blocks for line in block.splitlines() if line.startswith("$ ")]
 
@@ -46,7 +46,7 @@ def test_the_readme_goes_from_a_part_to_a_curve_in_five_commands(tmp_path: Path)
 
 
 def test_the_file_is_the_part_of_the_truth(tmp_path: Path) -> None:
-    """By its own formula: a ring less two kidneys with round ends."""
+    """Its volume is that of a formula: a ring less two kidneys with round ends."""
     d = TRUTH["drawn"]
     r, R = d["void_inner_radius"], d["void_outer_radius"]
     kidney = 0.5 * np.radians(d["void_angle"]) * (R**2 - r**2) + np.pi * (0.5 * (R - r)) ** 2

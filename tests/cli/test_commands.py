@@ -28,7 +28,7 @@ def test_every_command_has_help_and_says_what_it_does() -> None:
 
 
 def test_help_needs_none_of_the_finite_element_stack() -> None:
-    # --help answers at once because nothing heavy is imported; time itself is not tested.
+    # --help is fast because nothing heavy is imported; the time is not tested.
     code = (
         "import sys\nfrom click.testing import CliRunner\nfrom bushcli.cli import main\n"
         "assert CliRunner().invoke(main, ['--help']).exit_code == 0\n"
@@ -50,7 +50,7 @@ def test_direct_gives_json_on_stdout_and_nothing_else_there(cli: Cli, small: Pat
     assert set(axial["stiffness"]) >= {"initial", "secant"}
     recording = axial["recording"]
     assert {"rms_percent", "peak_percent", "stiffness_measured", "stiffness_simulated"} <= recording.keys()
-    # The recording is of another batch, 0.56 times as stiff: the direct method's answer is about 1/0.56 = 1.79.
+    # The recording is of a batch 0.56 times as stiff, so the direct method is too stiff by about 1/0.56 = 1.79.
     assert recording["stiffness_simulated"] / recording["stiffness_measured"] == pytest.approx(1.78, abs=0.04)
     assert recording["within_10_percent"] is False
 
@@ -279,7 +279,7 @@ def test_check_says_a_fatal_fault_with_its_remedy(
     assert result["problems"] == [
         {"name": "faulty_data", "message": f"axial: {fault['where']}", "remedy": fault["remedy"]}
     ]
-    # The key that the remedy names mends it.
+    # With the key that the remedy names, the fault is gone.
     key = "recordings.0." + ('reverse=["force"]' if kind == "sign" else 'units.force="kN"')
     assert cli("check", small, "--strict", "--set", key).returncode == 0
 

@@ -33,7 +33,7 @@ def check(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> None:
         q, force = curves[mode]
         tops, bottoms = (force[np.isclose(q, sign * reach)] for sign in (1.0, -1.0))
         assert (len(tops), len(bottoms)) == (6, 6)
-        # Without memory all cycles are one, and contact without friction loses no work.
+        # Without memory all cycles are the same curve, and contact without friction dissipates nothing.
         np.testing.assert_allclose(tops, tops[0], rtol=1e-5)
         np.testing.assert_allclose(bottoms, -tops[0], rtol=1e-3)
         assert q[-1] == 0.0

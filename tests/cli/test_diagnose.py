@@ -1,4 +1,4 @@
-"""`bushcli diagnose` with the work replaced: options, streams, exit codes and files."""
+"""`bushcli diagnose` with the calculation replaced: options, streams, exit codes and files."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def called(small: Path, capsys: pytest.CaptureFixture[str]) -> Any:
 
 @pytest.fixture
 def run(called: Any, diagnoses: ModuleType, monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The same with a driver that gives a diagnosis made by hand and keeps what it was asked."""
+    """Like `called`, with a driver that returns a diagnosis made by hand and records its arguments."""
 
     def command(*arguments: object, kind: str = "missing_physics") -> SimpleNamespace:
         asked: dict[str, Any] = {}
@@ -213,7 +213,7 @@ def test_resume_needs_a_folder(run: Any) -> None:
     ],
 )
 def test_wrong_names_end_with_2_and_the_nearest(called: Any, arguments: list[str], words: list[str]) -> None:
-    # With the real driver, which looks before it works.
+    # With the real driver, which checks names before it calculates.
     done = called(*arguments)
     assert done.code == 2
     for word in words:
@@ -225,7 +225,7 @@ def test_all_wrong_names_are_told_at_once(called: Any) -> None:
     assert done.code == 2
     assert '"mullins"' in done.err
     assert '"friction"' in done.err
-    # The list of those that there are is long: once.
+    # The list of valid names is long, so it is printed once.
     assert done.err.count("swaging") == 1
 
 
@@ -305,7 +305,7 @@ def test_an_output_folder_has_a_name(called: Any) -> None:
 
 
 def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) -> Any:
-    """The next test and the map of a diagnosis whose one or other is stopped."""
+    """The next test and the map of a diagnosis, one of which is stopped by an error."""
 
     def stop(*_: Any) -> None:
         raise error
@@ -332,7 +332,7 @@ def extras(monkeypatch: pytest.MonkeyPatch, stopped: str, error: BaseException) 
             "the proposed test or the map of the bushing is missing",
         ),
         ("_maps", KeyboardInterrupt(), "interrupted", "the map of the bushing is missing"),
-        # As PETSc's callbacks have it.
+        # The form in which an interruption leaves PETSc's callbacks.
         ("_maps", RuntimeError("KeyboardInterrupt"), "interrupted", "the map of the bushing is missing"),
         ("_maps", unsolved("at 2 mm"), "no_map", "at 2 mm"),
     ],
@@ -359,7 +359,7 @@ def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Pa
     small.write_text(text + '[[recordings]]\nmode = "axial"\nfile = "axial.csv"\n')
 
     def stopped(sent: signal.Signals, *more: str) -> dict[str, int]:
-        """Stop after the plain law; what is kept then, and when it was written."""
+        """Stop after the plain law; return the files that were kept, and when each was written."""
         arguments = [
             "-m",
             "bushcli.cli",
@@ -371,7 +371,7 @@ def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Pa
             "offset",
             *more,
         ]
-        # A session of its own, so that a signal to its group goes to all its processes, as Ctrl-C does.
+        # In a new session, so that a signal to its group reaches all its processes, as Ctrl-C does.
         with subprocess.Popen(
             [sys.executable, *arguments],
             env=os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"},
@@ -388,7 +388,7 @@ def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Pa
             os.killpg(process.pid, sent)
             # Pipes are closed when the last of its processes has ended.
             _, said = process.communicate(timeout=60)
-        # What is known when the search is stopped is an answer; the exit code says that it is not the last word.
+        # A stopped search still gives an answer; the exit code says that it is not final.
         assert process.returncode == 130
         assert "Traceback" not in said
         result = json.loads((out / "result.json").read_text())
@@ -398,5 +398,5 @@ def test_a_signal_ends_the_command_and_leaves_what_resume_goes_on_with(small: Pa
 
     kept = stopped(signal.SIGINT, "--workers", "2")
     assert kept
-    # The plain law is not fitted again, with another number of workers.
+    # The plain law is not fitted again, although the number of workers has changed.
     assert kept.items() <= stopped(signal.SIGTERM, "--resume").items()

@@ -1,4 +1,4 @@
-"""What the options of `bushcli diagnose` ask for; nothing is solved."""
+"""The options of `bushcli diagnose` reach the diagnosis; nothing is solved."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`bushcli export`: from a case file, from the folders of other commands, and what is refused."""
+"""`bushcli export` from a case file and from the folders of other commands, and the exports that it refuses."""
 
 import json
 from pathlib import Path
@@ -200,7 +200,7 @@ def test_a_direct_curve_is_without_the_rig(cli, case):
     force = json.loads(plain)["curves"][0]["force"]
     found = json.loads(with_gain.stdout)
     assert found["curves"][0]["force"] == pytest.approx(force, rel=1e-3)
-    assert found["remarks"] == ["without what the rig does: gain"]
+    assert found["remarks"] == ["without effects of the rig: gain"]
 
 
 PATH = """
@@ -218,10 +218,10 @@ uz = [0.0, 2.0]
 def test_a_path_of_six_motions_is_no_curve_and_that_is_said(cli, case, tmp_path, program):
     target = tmp_path / "bushing"
     case.write_text(CASE + PATH)
-    for _ in range(2):  # a table or an FMU of our own is replaced
+    for _ in range(2):  # a table or an FMU that bushcli wrote is replaced
         done = cli("export", case, "--to", program, "-o", target)
         assert done.returncode == 0, done.stderr
-    assert "without path: several motions at once make no curve of one" in done.stderr
+    assert "without path: a path of several motions gives no curve of one" in done.stderr
     if program == "csv":
         assert {line.split(",")[0] for line in target.read_text().splitlines()} == {"channel", "axial"}
     else:
@@ -229,7 +229,7 @@ def test_a_path_of_six_motions_is_no_curve_and_that_is_said(cli, case, tmp_path,
     case.write_text(CASE.partition("[[load_cases]]")[0] + PATH)
     done = cli("export", case, "--to", program, "-o", target)
     assert done.returncode == 2
-    assert "has none but paths of six motions" in done.stderr
+    assert "has only paths of six motions" in done.stderr
 
 
 def test_an_fmu_without_a_file_is_refused_before_anything_is_simulated(cli, case):

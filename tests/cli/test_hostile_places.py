@@ -1,4 +1,4 @@
-"""A full disk, no HOME, a cache that is a file: a sentence and exit code 2, and what was computed is printed."""
+"""A full disk, no HOME, a cache that is a file: one message, exit code 2, and computed results are still printed."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def test_a_part_is_meshed_shown_and_computed_from(cli: Cli, folder: Path) -> Non
     checked = cli("check", "part/case.toml", cwd=folder)
     assert checked.returncode == 0, checked.stderr
     assert "axis found" in checked.stdout
-    # What somebody has worked on is not written over.
+    # A file that somebody has edited is not overwritten.
     (folder / "part" / "case.toml").write_text(written.replace("C10 = 0.5", "C10 = 0.7"))
     assert cli("mesh", "kidney.step", "-o", "part", cwd=folder).returncode == 0
     assert "C10 = 0.7" in (folder / "part" / "case.toml").read_text()

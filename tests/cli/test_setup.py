@@ -1,4 +1,4 @@
-"""The one list of packages serves all ways of setting up; set-up says what is wrong in one sentence."""
+"""All ways of setting up use one list of packages; set-up says in one sentence what is wrong."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_dolfinx_is_bounded_to_the_releases_that_were_tried():
     (major, minor), (last_major, last_minor) = TRIED
     bounds = f">={major}.{minor},<{last_major}.{last_minor + 1}"
     assert ["python3-dolfinx-real", f"fenics-dolfinx{bounds}"] in ROWS
-    # The shell and the probe of interpreters read them there.
+    # The shell script and the check of interpreters read the bounds there.
     script = f'source "{CHECKOUT}/setup/lib.sh"; echo ">=$oldest_dolfinx,<$next_dolfinx"'
     run = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == bounds
@@ -73,7 +73,7 @@ def test_an_interpreter_with_another_dolfinx_is_refused(tmp_path, version, tried
         check=False,
     )
     assert (run.returncode == 0) is tried
-    assert tried or f"DOLFINx {version} is not one that was tried: fenics-dolfinx>=" in run.stderr
+    assert tried or f"DOLFINx {version} is not a tested release: fenics-dolfinx>=" in run.stderr
 
 
 def set_up(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -173,7 +173,7 @@ def test_nothing_is_installed_that_is_not_verified():
     texts = {path: path.read_text() for path in [*(CHECKOUT / "setup").iterdir(), CHECKOUT / "Dockerfile"]}
     for path, text in texts.items():
         assert not re.search(r"unauthenticated|trusted=|no-check-gpg|trusted-host|AllowInsecure", text), path
-    # pip installs what a hash was given for, or this checkout without its requirements.
+    # pip installs only packages whose hash is given, or this checkout without its requirements.
     installs = re.findall(r"pip_install (?!\(\))(.*)", texts[CHECKOUT / "setup" / "venv.sh"])
     assert installs
     assert all("--no-deps" in line for line in installs)
@@ -195,7 +195,7 @@ def test_what_is_there_is_not_taken_from_the_lock_file():
 
 
 def test_an_installed_bushcli_has_its_optional_parts():
-    """What `make install` and the container ask for is what the messages of the program promise."""
+    """`make install` and the container request the optional parts that the messages of the program name."""
     extras = PROJECT["optional-dependencies"]
     script = (CHECKOUT / "setup" / "venv.sh").read_text()
     named = re.search(r"extras=\$\{EXTRAS-([\w,]+)\}", script)[1]
@@ -211,9 +211,9 @@ def test_what_the_lock_file_lacks_is_said():
 
 
 def test_what_is_missing_is_taken_with_all_it_needs(tmp_path):
-    """In an environment that sees nothing: the same versions and hashes, and no more than is needed."""
+    """In an empty environment: the same versions and hashes, and no more packages than needed."""
     venv.create(tmp_path / "empty", system_site_packages=False, with_pip=False)
-    # The script reads versions with what pip carries.
+    # The script reads versions with a library that pip bundles.
     code = "import sys, runpy; sys.path.append(sys.argv.pop(1)); runpy.run_path(sys.argv.pop(1), run_name='__main__')"
     script = str(CHECKOUT / "setup" / "locked.py")
     (tmp_path / "pip").symlink_to(Path(pip.__file__).parent)

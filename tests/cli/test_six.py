@@ -67,7 +67,7 @@ def test_a_path_has_six_motions_and_reactions(cli: Cli, case: Path, tmp_path: Pa
     assert found["force"].keys() == set(REACTIONS)
     assert all(len(values) == count for values in (*found["motion"].values(), *found["force"].values()))
     assert [found["motion"][name][-1] for name in ("ux", "uz", "rz")] == pytest.approx([1.0, 3.0, 8.0])
-    # A free tilt moves, and no moment holds it.
+    # A free tilt moves, without a moment.
     assert abs(found["motion"]["ry"][-1]) > 0.1
     assert max(map(abs, found["force"]["my"])) < 1e-6 * found["force"]["mz"][-1]
     for name in ("stiffness_matrix_start", "stiffness_matrix_at", "stiffness_matrix"):
@@ -100,7 +100,7 @@ def test_a_mode_has_the_stiffness_matrix_too(cli: Cli, tmp_path: Path) -> None:
     assert found["mode"] == "radial"
     K0, K1 = (np.array(found[name]) for name in ("stiffness_matrix_start", "stiffness_matrix"))
     assert K0[0, 0] == pytest.approx(K0[1, 1], rel=1e-6)
-    # Across the load it is the secant; the force is that of a quarter, which is meshed a little otherwise.
+    # Across the load the stiffness is the secant; the force is from a model of a quarter, whose mesh differs a little.
     assert K1[1, 1] == pytest.approx(found["force"][-1] / 1.0, rel=5e-3)
     assert abs(K1[2, 4]) > 100.0
     shown = cli("direct", file, "--stiffness-matrix")
@@ -201,7 +201,7 @@ def test_a_recorded_path_is_compared_reaction_by_reaction(recorded: Path) -> Non
     )
     assert done.exit_code == 0, done.output
     found = {one["name"]: one for one in json.loads(done.stdout)["load_cases"]}
-    # my has no motion of its own: ry is held.
+    # my has no recorded motion: ry is held.
     assert found.keys() == {"path.fx", "path.fz", "path.mz"}
     for one in found.values():
         assert one["recording"]["rms_percent"] == pytest.approx(100 * NOISE, rel=0.5)
@@ -211,7 +211,7 @@ def test_a_recorded_path_is_compared_reaction_by_reaction(recorded: Path) -> Non
 
 
 def test_the_law_is_identified_from_a_recorded_path(recorded: Path) -> None:
-    """All reactions together; C20 and C30 of so small a travel are known together only, as the result says."""
+    """From all reactions together; so small a travel determines only a combination of C20 and C30, as is reported."""
     start = "material.parameters={C10 = 0.7, C20 = -0.02, C30 = 0.01}"
     arguments = [
         "inverse",

@@ -1,4 +1,4 @@
-"""What a command loads before it answers: libraries that it does not need take longer than most of its work."""
+"""The modules that a command loads: libraries that it does not need would take longer than most of its work."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ mode = "axial"
 amplitude = 8.0
 steps = 20
 """
-# Runs a command, and says which modules are loaded when it has answered.
+# Runs a command, and prints which modules are loaded at its end.
 PROBE = """
 import json, sys
 from pathlib import Path
@@ -42,7 +42,7 @@ except SystemExit as end:
     code = end.code or 0
 Path(sys.argv[1]).write_text(json.dumps([code, sorted(sys.modules)]))
 """
-# What every simulation has to load: the process that speeds are measured against (benchmarks/README.md).
+# What every simulation has to load: the process to which times are compared (benchmarks/README.md).
 STACK = "from mpi4py import MPI; import dolfinx.fem.petsc, gmsh"
 REPORTS = ("matplotlib", "jinja2", "ezdxf", "meshio", "pandas", "bushcli.diagnosis")
 STATISTICS = ("scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.special", "scipy.sparse")
@@ -57,7 +57,7 @@ def plain(tmp_path):
 
 
 def loaded(tmp_path: Path, *arguments: object) -> set[str]:
-    """Return the modules that are loaded when a command has ended well."""
+    """Return the modules that are loaded when a command has succeeded."""
     out = tmp_path / "modules.json"
     command = [sys.executable, "-c", PROBE, str(out), *map(str, arguments)]
     run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
@@ -84,7 +84,7 @@ def test_lists_load_no_finite_elements(tmp_path, kind):
 def test_check_loads_no_finite_elements(tmp_path, plain):
     unwanted = ("pint", "bushcli.inverse.identify", *FINITE_ELEMENTS, *REPORTS, *STATISTICS)
     assert not present(loaded(tmp_path, "check", BATCH), (*unwanted, "ufl", "cffi"))
-    # The law's stability is judged by a kernel, which is compiled by now; UFL declares it.
+    # The law's stability is judged by a kernel, which has been compiled before; UFL declares it.
     loaded(tmp_path, "check", plain)
     assert not present(loaded(tmp_path, "check", plain), unwanted)
 
@@ -94,8 +94,8 @@ def test_direct_loads_what_it_solves_with(tmp_path, plain):
     assert not present(modules, ("rich", "pint", "bushcli.inverse.identify", *REPORTS, *STATISTICS))
     probe = f"{STACK}; import json, sys; print(json.dumps(sorted(sys.modules)))"
     run = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
-    # 319 when this was written (some 30 more with Python 3.14 and its pydantic), two thirds bushcli's own; twice
-    # as many before any was left out.
+    # 319 when this was written (some 30 more with Python 3.14 and its pydantic), two thirds of them bushcli's own; once
+    # twice as many.
     assert len(modules - set(json.loads(run.stdout))) < 380
 
 
@@ -106,7 +106,7 @@ def test_a_case_with_a_section_loads_its_shape_alone(tmp_path, plain):
 
 
 def test_nothing_is_left_to_the_environment(tmp_path, plain):
-    """pydantic's own settings, which a command changes to start faster, leave those that are given."""
+    """A command changes settings of pydantic to start faster, but keeps those that the user has set."""
     code = "from bushcli.cli import main\ntry:\n    main(['--help'])\nexcept SystemExit:\n    pass\n"
     code += "import os; print(os.environ['PYDANTIC_DISABLE_PLUGINS'])"
     run = subprocess.run(
@@ -121,7 +121,7 @@ def test_nothing_is_left_to_the_environment(tmp_path, plain):
 
 def test_every_name_of_the_reports_is_where_it_is_looked_for():
     assert set(report.__all__) == report._HOME.keys()
-    # A module of the same name would take the function's place as soon as it is loaded.
+    # A module of the same name would replace the function as soon as it is loaded.
     modules = {path.stem for path in Path(report.__file__).parent.glob("*.py")}
     assert not modules & set(report.__all__)
     assert not [name for name in report.__all__ if isinstance(getattr(report, name), ModuleType)]

@@ -1,4 +1,4 @@
-"""Studies and designs as a user has them: a process, its files and its exit code."""
+"""Studies and designs as a user runs them: a process, its files and its exit code."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_a_grid_is_what_single_runs_are(cli, case, tmp_path):
     )
     assert rows[3]["axial.force"] == pytest.approx(channel["force"], rel=1e-8)
     assert rows[3]["axial.displacement"] == channel["displacement"]
-    # The curve is nearly straight there.
+    # `pull` is twice the tangent at 2 mm to 10 %, because the curve is nearly straight there.
     assert rows[3]["pull"] == pytest.approx(2.0 * rows[3]["axial.tangent@2"], rel=0.1)
     page = (out / "report.html").read_text()
     assert "Curves of all designs" in page
@@ -116,7 +116,7 @@ def test_tolerances_of_the_case_are_varied_by_themselves(inside, case, tmp_path)
 
 
 def test_few_designs_say_no_more_than_they_can(inside, case):
-    """One has its answers; two do not tell two keys apart, nor does a rank correlation of three mean anything."""
+    """One design has answers; two cannot separate two keys, and a rank correlation of three designs means nothing."""
     options = ["--answer", "axial.initial", "--workers", 1, "-q"]
     one = inside("study", case, "--vary", "geometry.length=34", *options)
     assert "1 design (grid), all with a result." in one.output
@@ -163,7 +163,7 @@ def test_answers_from_lists_of_a_path_of_six_motions(inside, case):
     done = inside("study", case, *answers, *options)
     found = json.loads(done.stdout)["answers"]
     end = found["end"]["worst"]
-    # 30 and 34 mm long: radially more, in torsion as the lengths.
+    # 30 and 34 mm long: torsional stiffness grows as the length, radial stiffness more.
     assert end["highest"]["value"] > 1.1 * end["lowest"]["value"]
     twist = found["load_cases.path.force.mz.-1"]["worst"]
     assert twist["highest"]["value"] / twist["lowest"]["value"] == pytest.approx(34 / 30, rel=0.02)
@@ -267,7 +267,7 @@ def test_sobol_indices(inside, case, tmp_path):
     )
     assert done.exit_code == 0, done.output
     result = json.loads(done.output)
-    # Three keys: those two and the toleranced radius; 16 times five designs.
+    # Three keys, the two given and the toleranced radius: 16 times five designs.
     assert result["designs"] == 80
     influences = result["answers"]["axial.initial"]["influences"]
     assert influences["material.parameters.C10"]["total"] > 0.8
@@ -290,7 +290,7 @@ def test_a_design_has_its_target_rates(inside, case, tmp_path):
         "geometry.outer_radius",
         "hardness",
     }
-    # The same from another command: a march to 0.02 mm.
+    # The same rate from `direct`: a march to 0.02 mm.
     options = [option for text in result["set"] for option in ("--set", text)]
     options += ["--set", "load_cases.0.amplitude=0.02"]
     direct = json.loads(inside("direct", case, *options, "--json", "-q").output)
@@ -373,7 +373,7 @@ def test_the_manual_has_every_command_and_option(cli):
         for parameter in command.params:
             for option in (one for one in parameter.opts if one.startswith("--")):
                 assert option.replace("-", "\\-") in run.stdout
-    # A line that begins with a dot is a macro: only those of man(7).
+    # A line that begins with a dot is a macro; only macros of man(7) are allowed.
     macros = {line.split()[0] for line in run.stdout.splitlines() if line.startswith((".", "'"))}
     assert macros <= {'.\\"', ".TH", ".SH", ".SS", ".PP", ".TP", ".B", ".I"}
 

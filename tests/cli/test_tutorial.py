@@ -21,7 +21,7 @@ PAGE = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 
 
 def commands() -> list[str]:
-    """The lines that a reader types."""
+    """Return the lines that a reader types."""
     blocks = re.findall(r"```console\n(.*?)```", PAGE, re.DOTALL)
     return [line[2:] for block in blocks for line in block.splitlines() if line.startswith("$ ")]
 

@@ -1,4 +1,4 @@
-"""What every path-dependent branch must do; a new file in forms/branches is tested without a line here."""
+"""What every path-dependent branch must do; a new file in forms/branches needs no change here to be tested."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def test_without_amplitude_the_response_is_the_plain_one(name, mode, model):
 @pytest.mark.parametrize("mode", COUPONS)
 @pytest.mark.parametrize("name", NAMES)
 def test_dissipation_is_never_negative(name, mode, seed, model):
-    """Work less the rise of the stored energy, pair of steps by pair, on six random legs at random rates."""
+    """Work minus the rise of the stored energy, for each pair of steps, on six random legs at random rates."""
     rng, pairs = np.random.default_rng(seed), 20
     corners = np.concatenate([[0.0], rng.uniform(-0.3, 0.8, 6)])
     rates = 10.0 ** rng.uniform(-2, 1, 6)
@@ -105,16 +105,16 @@ def test_dissipation_is_never_negative(name, mode, seed, model):
     # Simpson's rule.
     work = (Q[:-2:2] + 4 * Q[1:-1:2] + Q[2::2]) * (q[2::2] - q[:-2:2]) / 6
     dissipated = work - np.diff(energy[::2])
-    # Far more than the rounding of the energies, so that there is something to judge.
+    # Far more than the rounding of the energies; otherwise the next assertion would say nothing.
     assert dissipated.sum() > 0.05 * energy.max()
-    # Across a knee the rule itself errs: by 1.3e-4 of all that is dissipated (slider, equibiaxial), a quarter of it
-    # with half the steps.
+    # Across a knee Simpson's rule is inexact: by 1.3e-4 of all that is dissipated (slider, equibiaxial), with half the
+    # step by a quarter of that.
     assert dissipated.min() > -2e-4 * dissipated.sum()
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_step_that_is_cut_back_leaves_the_memory_as_it_was(name, model):
-    """Chains that lock (Gent) refuse a large twist; the march by its accepted steps alone gives the same."""
+    """Locking chains (Gent) force the march to cut steps back; a march by the accepted steps alone gives the same."""
     locking = model((name,), "torsional", "gent")
     locking.set_parameters({"mu": 1.0, "Jm": 1.0})
     end, seconds = 0.59, 3.0
@@ -135,7 +135,7 @@ def test_a_step_that_is_cut_back_leaves_the_memory_as_it_was(name, model):
 
 
 def test_branches_add_up(model):
-    """In an incompressible coupon the deformation is given, and stresses add: all branches, and one a second time."""
+    """In an incompressible coupon the deformation is given and stresses add: all branches, and one of them twice."""
     names = (*NAMES, "maxwell")
 
     def incompressible(of):
@@ -167,9 +167,10 @@ def test_branches_add_up(model):
 def test_a_march_begins_with_virgin_rubber(name, model):
     one = model((name,), "axial")
     first, second = (curve(one, program("axial")) for _ in range(2))
-    # To rounding: sums in the factorisation depend on where the memory lies. A memory left over would show at once.
+    # Equal to rounding, since sums in the factorisation depend on memory addresses; a remembered state would show at
+    # once.
     np.testing.assert_allclose(first.force, second.force, rtol=1e-11)
-    # The path ends at displacements that it has passed before, with other forces: there is a memory to forget.
+    # The path ends at displacements that it has passed before with other forces, so that there is a memory to forget.
     assert abs(first.force[-1] - np.interp(0.6, CYCLE[:2], first.force[:2])) > 0.01 * first.force.max()
 
 
@@ -195,7 +196,7 @@ def _differences(model, steps, values, directions):
 
 
 def _agree(exact, differences, scale):
-    """Six digits over two neighbouring steps of the difference."""
+    """Whether six digits agree at two successive steps of the difference."""
     good = np.abs(differences - exact) < 1e-6 * scale
     return bool(np.any(np.all(good[1:] & good[:-1], axis=-1)))
 
@@ -210,7 +211,7 @@ def test_each_derivative_matches_differences(name, mode, model):
     for column, parameter in enumerate(names):
         found = exact.sensitivity[:, column] * values[parameter]
         differences = _differences(one, program(mode), values, {parameter: values[parameter]})
-        # Forces are exact to about 1e-12 of the largest, differences to that over the step.
+        # Forces are exact to about 1e-12 of the largest force, differences to this divided by the step.
         scale = max(np.abs(found).max(), 1e-4 * np.abs(exact.force).max())
         assert _agree(found, differences, scale), (parameter, np.abs(differences - found).max(axis=1) / scale)
 
@@ -250,7 +251,7 @@ def test_newton_converges_quadratically_in_a_step_with_a_past(name, mode, model)
         solver.snes.solve(None, solver.x)
     finally:
         solver.destroy()
-    # Iterates above what rounding leaves, and the exponent by which each reduces the one before.
+    # Residuals above rounding, and the exponent by which each step reduces them.
     logs = np.log([norm for norm in norms if norm > 10 * max(norms[-5:])])
     drops = np.diff(logs)
     assert len(drops) >= 3

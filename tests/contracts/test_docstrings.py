@@ -1,4 +1,4 @@
-"""Docstrings and sizes: what takes arguments says what they are, and nothing grows past what one can read.
+"""Docstrings describe the arguments of functions; functions and files stay short enough to be read.
 
 The source is parsed, not imported: the check needs neither DOLFINx nor a mesh.
 """
@@ -20,7 +20,7 @@ LINES_OF_FILE = 350
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
-# A number or an array needs a unit, a shape or the word that says why it has none.
+# A number or an array needs a unit, a shape, or a word that says why it has none.
 NUMERIC = re.compile(r"\b(float|Array|ndarray|NDArray|Floats)\b")
 UNIT_OR_SHAPE = re.compile(
     r"""(?<!['’])\b(N|mm|MPa|kPa|s|rad|radians|degrees|deg|kg|g|Hz|K|percent|px|pixels|unit|units|dimensionless|

@@ -1,7 +1,7 @@
-"""What every effect must do; a new file in bushcli/effects/library is tested without a line here.
+"""What every effect must do; a new file in bushcli/effects/library needs no change here to be tested.
 
-Effects of the rig are tested on a curve with a known formula; what acts on the finite-element model is tested where
-that is solved.
+Effects of the rig are tested on a curve with a known formula; `test_features.py` tests those of the finite-element
+model.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ RIG = [one for one in ALL if one.rig is not None]
 LAW = ("k", "c")
 K, C = 290.0, 1.5  # N/mm, N/mm^3: the axial stiffness of a bushing of 10, 20, 40 mm and some stiffening
 
-# Values away from the off value that fit the travel below, mm and N; what is not here has its start value.
+# Values other than `off` that fit the travel below, mm and N; parameters not listed here have their start value.
 TYPICAL = {
     "bump_stop.gap": 2.43,
     "bump_stop.stiffness": 400.0,
@@ -98,7 +98,7 @@ def check_derivatives(active: list[ActiveEffect]) -> None:
         step = {"rig_compliance.compliance": 1e-9, "time_lag.lag": 1e-7}.get(column, step)
         up, down = moved(active, column, step), moved(active, column, -step)
         exact, difference = slope[:, number], (up - down) / (2 * step)
-        # Six digits of the largest, and of the rounding of the force in the difference.
+        # Six digits of the largest derivative, plus the rounding of the force in the difference.
         noise = 1e-15 * np.abs(force).max() / step
         # Samples within a step of a knee have no derivative; there are at most a few of them.
         wrong = np.abs(exact - difference) > 1e-6 * np.abs(exact).max() + 20 * noise
@@ -124,7 +124,7 @@ def test_derivatives_where_it_is_off(one: Effect) -> None:
 @pytest.mark.parametrize("one", RIG, ids=lambda one: one.name)
 def test_derivatives_where_it_acts(one: Effect) -> None:
     active = [typical(one)]
-    # It does act: otherwise the derivatives are those of nothing.
+    # The effect does act; otherwise its derivatives would mean nothing.
     assert np.abs(response(active)[0] - cubic(travel().displacement)[0]).max() > 1.0
     check_derivatives(active)
 
@@ -174,7 +174,7 @@ def test_parameters_are_within_their_bounds(one: Effect) -> None:
             assert parameter.reciprocal[0] not in {p.name for p in one.parameters}
 
 
-# Of a recording of 100 s to 5 mm on a bushing of 9 mm of rubber that carries 2 kN.
+# Scales of a recording of 100 s to 5 mm and 2 kN, of a bushing with 9 mm of rubber.
 SCALES = {
     "duration": 100.0,
     "interval": 0.1,
@@ -193,9 +193,9 @@ def test_every_parameter_has_a_prior_with_its_source(one: Effect) -> None:
     for parameter in one.parameters:
         prior = parameter.prior
         assert prior is not None, parameter.name
-        # A reference, a standard, or a confession.
+        # Long enough to be a reference, a standard, or the statement that there is none.
         assert len(prior.source) > 20, parameter.name
-        # What is known must not contradict itself: where a fit begins, what is usual and what is admitted.
+        # Start value, range of the prior and bounds must not contradict each other.
         assert parameter.of_mesh or not parameter.choices
         assert len(parameter.choices) == (prior.low if prior.shape == "choice" else 0)
         assert prior.tail(parameter.start, SCALES) > 1e-4, parameter.name
@@ -252,4 +252,4 @@ def test_values_and_time_are_asked_for_where_they_are_needed() -> None:
     require_values([one.started()], "case.toml")
     with pytest.raises(InputError, match=r"axial\.csv: has no time, which the effect viscoelasticity needs"):
         require_time([one], "axial", "axial", "axial.csv")
-    require_time([one], "torsional", "torsional", "torsional.csv")  # it has no such effect
+    require_time([one], "torsional", "torsional", "torsional.csv")  # the effect does not act in this mode

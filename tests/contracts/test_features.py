@@ -1,7 +1,7 @@
-"""What every effect on rubber or assembly must do to the finite-element model: nothing when off, and with exact slopes.
+"""Every effect on rubber or assembly leaves the finite-element model unchanged when off, and has exact slopes.
 
-A new file in bushcli/effects/library is tested without a line here: in a radial load where it needs one to be seen,
-else in an axial one.
+A new file in bushcli/effects/library needs no change here to be tested: under radial load where the effect shows only
+there, else under axial load.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from forms.law import law
 from geometry.shape import Refinement, shapes
 
 COARSE = Refinement(across=2, along=4, around=8)
-# On knees a difference has an error of the first order in its step; the rounding of stiff metal and bonds is 1e-5 of
-# what small parameters change.
+# Digits where more are not possible: at knees a difference has an error of first order in its step, and the rounding of
+# stiff metal and bonds is 1e-5 of the change by a small parameter.
 DIGITS = {"friction": 1e-5, "sleeve_compliance": 2e-5, "debonding": 5e-5}
-# A bond that begins to give is a new way to move, whose slope changes within 1e-5 mm: less than differences resolve.
+# Where a bond begins to open, the slope changes within 1e-5 mm, which differences do not resolve: begin beyond that.
 BARELY_ON = {"debonding": {"length": 0.1}}
-# Rigid metal is metal 240 times as stiff as steel, which gives by so much of the force (`sleeve_compliance.RIGID`).
+# Rigid sleeves are 240 times as stiff as steel (`sleeve_compliance.RIGID`) and change the force by this share.
 NOT_QUITE_OFF = {"sleeve_compliance": 4e-6}
-# Each effect with each of its choices.
+# Each effect with each combination of its choices.
 FEATURES = [
     (one, dict(zip((p.name for p in choices), words, strict=True)))
     for one in effects().values()
@@ -41,7 +41,7 @@ FEATURES = [
     for words in product(*(p.choices for p in choices))
 ]
 RUBBER = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 500.0)
-# Springs that hold a bond, and metal, leave more rounding than rubber does.
+# Tolerance of the march: the springs of a bond and metal cause more rounding than rubber does.
 SHARP = 1e-10
 # Shares of a parameter's typical value by which it is changed: large ones err by truncation, small ones by rounding.
 STEPS = 10.0 ** np.arange(0.0, -5.0, -0.5)
@@ -65,7 +65,7 @@ def model_with(active: list[ActiveEffect], mode: str) -> Model:
 
 
 def full(one: Effect, values: dict[str, float]) -> dict[str, float]:
-    """By full names, without choices: the model is made for them."""
+    """Values by full names, without choices, which are fixed when the model is made."""
     return {f"{one.name}.{key}": value for key, value in values.items() if not one.parameter(key).choices}
 
 
@@ -95,7 +95,7 @@ class Prepared:
 
     @property
     def free(self) -> list[str]:
-        """Parameters that can be changed without another mesh."""
+        """Parameters that can be changed without a new mesh."""
         return [p.name for p in self.one.parameters if p.name in self.typical and not p.of_mesh]
 
 
@@ -136,7 +136,8 @@ def check_slopes(case: Prepared, at: dict[str, float], digits: float) -> None:
     scale_of_force = np.abs(case.force(at)).max()
     for column, name in enumerate(case.free):
         size = case.typical[name]
-        # The force that a change of the parameter by its typical value is worth; none of a shape parameter when off.
+        # Size of the derivative; a floor of 1e-7 of the force per typical value for shape parameters of an effect that
+        # is off.
         scale = max(np.abs(exact[:, column]).max(), 1e-7 * scale_of_force / size)
         found, good = [], []
         for h in STEPS:

@@ -1,4 +1,4 @@
-"""What every hyperelastic law must do; a new file in forms/laws is tested without a line here."""
+"""What every hyperelastic law must do; a new file in forms/laws needs no change here to be tested."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_declared_shear_modulus_is_that_of_the_energy(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_declared_shear_modulus_can_be_differentiated_by_a_complex_step(name):
-    """Branches and bonds are made of it, and so are their derivatives by the law's parameters."""
+    """Branches and bonds scale with it, so that their derivatives by the law's parameters contain its derivative."""
     one, start = probe(name).law, probe(name).start
     for parameter, value in start.items():
         h = 1e-6 * max(abs(value), 1.0)
@@ -230,7 +230,7 @@ def test_half_an_ogden_term_is_refused(given):
 
 
 def test_ogden_exponent_may_pass_through_zero():
-    """mu/alpha (sum l^alpha - 3) tends to mu alpha/2 sum ln^2 l; a fit may step on alpha = 0."""
+    """mu/alpha (sum l^alpha - 3) tends to mu alpha/2 sum ln^2 l; a fit may hit alpha = 0."""
     at, F = probe("ogden"), deformations()
     single = {"mu2": 0.0, "mu3": 0.0, "mu1": 1.0}
     near, there = (at(F, **single, alpha1=a) for a in (1e-4, 0.0))

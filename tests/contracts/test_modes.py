@@ -1,4 +1,4 @@
-"""What every deformation mode must do; a new file in cases/modes is tested without a line here."""
+"""What every deformation mode must do; a new file in cases/modes needs no change here to be tested."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SETTINGS = [
 BUSHING_SETTINGS = [case for case in SETTINGS if case.values[0].specimen == "bushing"]
 # Large enough that a linearised motion would show, small enough for the coarse mesh.
 LARGE = 0.3
-# Equilibrium as sharp as rounding allows, where forces are compared with each other.
+# Tolerance close to rounding, for tests that compare forces with each other.
 SHARP = 1e-11
 
 
@@ -118,13 +118,13 @@ def test_force_works_against_the_motion(mode, dimension, model):
     )
     assert there.force[0] > 0 > back.force[0]
     if mode.reversed_by is not None:
-        # The plain bushing is symmetric about all planes: it does not know one direction from the other.
+        # The plain bushing is symmetric about all planes: forces in opposite directions are equal.
         assert back.force[0] == pytest.approx(-there.force[0], rel=1e-8)
 
 
 @pytest.mark.parametrize(("mode", "dimension"), BUSHING_SETTINGS)
 def test_both_sleeves_together_meet_no_resistance(mode, dimension, model, rubber):
-    """A rigid motion of the whole bushing, for rotations a finite one."""
+    """The whole bushing moves rigidly; rotations are finite."""
     both = replace(mode, driven=dict(mode.driven) | dict(mode.held), held={})
     if dimension == 3:
         both = replace(both, section=None)
@@ -143,7 +143,7 @@ def test_force_is_the_derivative_of_the_energy(mode, dimension, model):
     history = march(model(mode.name, dimension), Program(q), tolerance=SHARP)
     E, step = history.energy, 1e-3 * amplitude(mode)
     slope = (8 * (E[2] - E[1]) - (E[3] - E[0])) / (12 * step)
-    # Rounding of the energy over the step, about 1e-16 / 1e-3, times some tens.
+    # Some tens of times the rounding of the energy over the step, about 1e-16 / 1e-3.
     assert slope == pytest.approx(history.force[4], rel=1e-8)
 
 
@@ -153,7 +153,7 @@ def test_force_is_the_derivative_of_the_energy(mode, dimension, model):
     ids=lambda m: m.name,
 )
 def test_the_closed_form_of_a_mode_holds_what_is_solved(mode, model):
-    """Incompressible Yeoh rubber at a small displacement; its law's shear modulus makes the unit."""
+    """Incompressible Yeoh rubber at a small displacement; stiffness is compared per unit of the law's shear modulus."""
     solved = model(mode.name, 3 if mode.section is None else 2)
     if mode.specimen == "coupon":
         low = high = mode.unit_slope
@@ -166,7 +166,7 @@ def test_the_closed_form_of_a_mode_holds_what_is_solved(mode, model):
     shear = solved.law.shear_modulus(
         **{name: float(solved.constants[name].value) for name in solved.parameters.law_names}
     )
-    # The rubber of these models yields in volume (50 MPa), and the mesh is coarse: a tenth.
+    # A tenth is allowed, because the rubber of these models is compressible (50 MPa) and the mesh is coarse.
     assert 0.9 * low <= stiffness / shear <= 1.1 * high
 
 
@@ -174,7 +174,7 @@ def test_the_closed_form_of_a_mode_holds_what_is_solved(mode, model):
     "mode", [mode for mode in modes().values() if mode.specimen == "bushing"], ids=lambda m: m.name
 )
 def test_a_mode_says_how_far_it_moves_the_sleeve_sideways(mode):
-    """So much that a load stops before the sleeves meet: as the motion of a point of the axis says."""
+    """`sideways`, which keeps the sleeves from meeting, is the displacement of a point of the axis per unit of q."""
     centre = np.zeros((3, 1))
     moved = np.linalg.norm((mode.solid.motion(centre, 0.5) - mode.solid.motion(centre, 0.0))[:2])
     assert mode.sideways == pytest.approx(0.0 if mode.rotational else moved / 0.5)

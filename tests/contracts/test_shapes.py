@@ -1,4 +1,4 @@
-"""What every shape must do; a new file in geometry/shapes is tested on its `examples` without a line here."""
+"""What every shape must do; a new file in geometry/shapes is tested on its `examples`, without a change here."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MODES = [mode for mode in modes().values() if mode.specimen == "bushing"]
 
 
 def cuts(shape):
-    """Return dimension and mirror planes of every model that some mode asks of the shape, and the whole solid."""
+    """Return dimension and mirror planes of every model that some mode needs of the shape, and of the whole solid."""
     found = {(3, frozenset())}
     for mode in modes().values():
         if mode.specimen == shape.specimen:
@@ -68,11 +68,11 @@ def test_volumes_and_bond_areas_are_those_of_the_formula(shape):
             if name in meshes[0].region:
                 found = [measure(mesh, name) for mesh in meshes]
             elif shape.elastic_sleeves:
-                continue  # the bond is then inside the mesh; its area is tested on the rigid twin
+                continue  # the bond is then inside the mesh; its area is tested with rigid sleeves
             else:
                 found = [measure(mesh, bond, facets=True) for mesh in meshes]
             coarse, fine = (abs(v / value - 1) for v in found)
-            # Elements of free meshes are halved on average only.
+            # Elements of unstructured meshes are halved only on average.
             order = 3.5 if shape.structured else 2.0
             assert fine < 1e-11 or np.log2(coarse / fine) > order, (name, dimension, set(mirrors))
             assert fine < 2e-3
@@ -150,7 +150,7 @@ def test_every_mode_meets_resistance(shape, mode, rubber):
     assert history.force[0] > 0 > history.force[1]
     if mode.reversed_by in shape.mirror_planes:
         assert history.force[1] == pytest.approx(-history.force[0], rel=1e-7)
-    # Half the product of force and displacement: at this size the response is linear to a percent.
+    # Half the product of force and displacement: at this displacement the response is linear to a percent.
     assert history.energy[0] == pytest.approx(0.5 * q * history.force[0], rel=0.01)
 
 
@@ -172,7 +172,7 @@ def test_sleeves_approach_rigid_ones_as_they_stiffen(mode, rubber):
         )
         for E in (1e4, 1e5)
     ]
-    # Far stiffer than the rubber (mu = 1 MPa), a sleeve yields in proportion to 1 / E.
+    # A sleeve that is far stiffer than the rubber (mu = 1 MPa) deforms in proportion to 1 / E.
     assert 0 < short[0] < 0.02 * rigid
     assert short[0] / short[1] == pytest.approx(10.0, rel=0.02)
 

@@ -1,4 +1,4 @@
-"""A diagnosis is of the specimen: units, order of channels, sense of the path and workers do not change it."""
+"""A diagnosis does not depend on units, the order of channels, the sense of the path or the number of workers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bushcli.diagnosis.diagnose import diagnose
 # MPa; permanent set of a soft filled rubber.
 C10, C20, SET = 0.5, -0.02, 0.05
 NOISE = 0.003
-# Units of the files, and what a value in MPa, s and stretch is multiplied with.
+# Units of the files, and the factors from MPa, s, N and mm to them.
 STRESS = {"MPa": 1.0, "kPa": 1e3}
 TIME = {"s": 1.0, "min": 1.0 / 60.0}
 FORCE = {"N": 1.0, "kN": 1e-3}
@@ -31,7 +31,7 @@ FEW = settings(
 
 
 def cycles(*ends: float, per_way: int = 20, rate: float = 0.02) -> tuple[Any, Any]:
-    """Time (s) and displacement from zero through the ends."""
+    """Time (s) and displacement from zero through the turning points `ends`."""
     q, t = [0.0], [0.0]
     for end in ends:
         way = np.linspace(q[-1], end, per_way + 1)[1:]
@@ -56,7 +56,7 @@ def table(file: Path, names: list[str], columns: list[Any]) -> None:
 
 
 def answer(found: Any) -> dict[str, Any]:
-    """What a diagnosis says, in numbers of the specimen."""
+    """The values of a diagnosis that must not depend on how the data are written."""
     return {
         "verdict": found.verdict,
         "effects": sorted(one.name for one in found.effects),
@@ -67,7 +67,7 @@ def answer(found: Any) -> dict[str, Any]:
 
 
 def alike(one: dict[str, Any], other: dict[str, Any]) -> None:
-    """Equal to what rounding in a file of twelve digits leaves of a fit that ends at a thousandth."""
+    """Check that two answers are equal to the fit's tolerance of a thousandth; the files have twelve digits."""
     assert one["verdict"] == other["verdict"]
     assert one["effects"] == other["effects"]
     assert one["probability"] == pytest.approx(other["probability"], abs=1e-3)
@@ -108,7 +108,7 @@ def usual(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 def test_what_is_concealed_is_found(usual: dict[str, Any]) -> None:
-    """Else all answers below might be equal and empty."""
+    """Otherwise all answers below might be equal because all are empty."""
     assert usual["effects"] == ["permanent_set"]
     assert usual["probability"]["permanent_set"] > 0.95
 
@@ -141,12 +141,12 @@ bulk_modulus = 2000.0
 
 
 def axial(folder: Path, force: str, length: str, sense: int, both: bool) -> dict[str, Any]:
-    """A bushing with play of 0.1 mm in the rig; `sense` -1 turns the axis round, or of the force alone, declared."""
+    """A bushing with play of 0.1 mm in the rig; `sense` -1 reverses `both` columns, or the force alone as declared."""
     time, q = cycles(3.0, -3.0, 4.0, -4.0, 0.0, per_way=16, rate=0.5)
     inner = np.sign(q) * np.maximum(np.abs(q) - 0.1, 0.0)
     recorded = 340.0 * inner + 1.0 * inner**3
     recorded = recorded + NOISE * np.ptp(recorded) * np.random.default_rng(1).normal(size=len(q))
-    # Where only the force's sense is another one, the case says so.
+    # Where only the force is reversed, the case declares it.
     turned = 'reverse = ["force"]' if sense < 0 and not both else ""
     travel = (sense if both else 1) * q
     names = ["time_s", f"displacement_{length}", f"force_{force}"]

@@ -1,4 +1,4 @@
-"""Whatever a case file or a recording holds: a result or a sentence, never a traceback, and in a stated time."""
+"""Whatever a case file or recording contains, a command prints a result or a message, never a traceback, in time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bushcli.cli import main
 
 #: Documented exit codes; 70, an error in bushcli, is not one of them.
 CODES = {0, 1, 2, 3, 130}
-#: Seconds of work for a file that is refused, imports aside.
+#: Seconds of work within which a file must be refused, without imports.
 PROMPT = 2.0
 CASE = {
     "title": "made by a test",
@@ -91,7 +91,7 @@ class Ended:
 
 
 def call(*arguments):
-    """Run the command line in this process; an exception other than its exit goes through."""
+    """Run the command line in this process; any exception other than SystemExit propagates."""
     out, err = io.StringIO(), io.StringIO()
     code = 0
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -103,7 +103,7 @@ def call(*arguments):
 
 
 def run(folder, command, case, *options, axial=AXIAL):
-    """Run a command in this process; anything but a documented end fails."""
+    """Run a command in this process; fail if its exit code is not a documented one."""
     (folder / "case.toml").write_bytes(case if isinstance(case, bytes) else case.encode())
     (folder / "axial.csv").write_bytes(axial if isinstance(axial, bytes) else axial.encode())
     (folder / "uniaxial.csv").write_text(UNIAXIAL)
@@ -120,7 +120,7 @@ def document(case):
 
 
 def places(value, at=()):
-    """Yield the path of everything in a case."""
+    """Yield the path of every value in a case."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, inner in items:
         yield (*at, key)
@@ -305,7 +305,7 @@ def test_what_is_no_file_is_refused_promptly(tmp_path, device):
         result = call(*arguments)
         assert result.exit_code == 2
         assert "is a device or a pipe" in result.stderr
-    # A pipe waits without working: here the clock on the wall counts, on a machine that may be busy.
+    # Reading a pipe waits without using the processor, so wall clock is limited here, generously for a busy machine.
     assert time.perf_counter() - start < 10 * PROMPT
 
 

@@ -22,7 +22,7 @@ from geometry.shape import Refinement, shapes
 
 TRUTH = {"C10": 0.5, "C20": -0.04, "C30": 0.007}
 DIMENSIONS = {"inner_radius": 9.0, "outer_radius": 18.0, "length": 34.0}
-# Largest displacement of each recording, mm or rad: 0.67, 0.22 of the rubber's thickness; 15 degrees.
+# Largest displacement of each recording, mm or rad: 0.67 and 0.22 of the rubber's thickness, and 15 degrees.
 REACH = {"axial": 6.0, "radial": 2.0, "torsional": np.radians(15.0)}
 FINER = {"axial": 1.5, "torsional": 1.5, "radial": 1.0}
 SAMPLES = 60

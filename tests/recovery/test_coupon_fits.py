@@ -1,4 +1,4 @@
-"""Laws fitted to Treloar's tests: the published Ogden set is reproduced or beaten, and every law gets an answer."""
+"""Laws fitted to Treloar's tests: the fit is at least as good as the published Ogden set, and every law is fitted."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_three_term_ogden_is_as_good_as_the_published_set(treloar, weighting):
 
 @pytest.mark.parametrize("name", ["permanent_set", "rig_compliance", "viscoelasticity"])
 def test_effects_are_the_bushings_and_not_the_coupons(treloar, name):
-    # The coupons have no time, which viscoelasticity needs, and are not pulled by the bushing's rig.
+    # The coupons have no time, which viscoelasticity would need, and were not tested in the bushing's rig.
     having = replace(treloar, effects=(ActiveEffect(effect(name)).started(),))
     with_it, without = fit_coupons(having, "neo_hookean"), fit_coupons(treloar, "neo_hookean")
     assert with_it.parameters == without.parameters
@@ -61,5 +61,5 @@ def test_every_law_is_fitted(treloar, name):
     assert len(fit.curves) == 3
     for estimate in fit.parameters.values():
         assert estimate.lower <= estimate.value <= estimate.upper
-    # No law starts better than it ends.
+    # No fit ends worse than it starts.
     assert fit.cost == min(e.cost for e in fit.evaluations if np.isfinite(e.cost))

@@ -1,4 +1,4 @@
-"""Whole diagnoses of recordings whose secret is known: made here with other steps and noise, on a small mesh."""
+"""Whole diagnoses of recordings with known concealed effects, made here with other steps and noise on a small mesh."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from cases.simulate import Rubber
 from forms.law import law
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "concealed"
-# MPa; a bushing's law that stiffens by its third constant.
+# MPa; a law that stiffens through its third constant.
 YEOH = {"C10": 0.4, "C20": -0.03, "C30": 0.012}
 NOISE = 0.003
 TEXT = """
@@ -56,7 +56,7 @@ def path() -> tuple[Any, Any]:
 
 
 def case(folder: Path, secret: dict[str, dict[str, float]], model: str = "yeoh", change: Any = None) -> Case:
-    """A case whose recording conceals effects; `change` does something to the force that no effect does."""
+    """A case whose recording conceals effects; `change` alters the force in a way that no effect does."""
     (folder / "case.toml").write_text(TEXT.format(law=model))
     (folder / "axial.csv").write_text("time_s,displacement_mm,force_N\n0,0,0\n1,1,1\n2,2,2\n3,3,3\n4,2,2\n")
     shaped = load_case(folder / "case.toml", ())
@@ -69,7 +69,7 @@ def case(folder: Path, secret: dict[str, dict[str, float]], model: str = "yeoh",
         Rubber(law("yeoh"), YEOH, 2000.0),
         shaped.mesh.refinement,
         acting(active, "axial", "axial"),
-        # Four steps from sample to sample: the truth must not have errors of its own.
+        # Four steps per sample, so that the truth has no error by its steps.
         np.interp(fine, np.arange(len(time)), time),
         np.interp(fine, np.arange(len(q)), q),
         None,
@@ -89,8 +89,8 @@ def names(found: Any) -> list[str]:
 
 
 def adds_up(found: Any) -> None:
-    """What every answer has: probabilities of models that sum to one, and those of effects within them."""
-    # Down to a model of a thousandth.
+    """Check that the models' probabilities sum to one, and that those of effects are sums over models."""
+    # Models are listed down to a probability of a thousandth.
     assert 0.95 < sum(one.probability for one in found.models) < 1.0 + 1e-9
     for name, probability in found.probability.items():
         shown = sum(
@@ -119,7 +119,7 @@ def test_a_poor_law_is_named_before_any_physics(tmp_path: Path) -> None:
     )
     assert found.verdict == "law_too_poor"
     assert not found.effects
-    # Which of the laws with two parameters and more, the posterior says: the true one is in the set of 95 %.
+    # The posterior decides among the laws with two or more parameters: the true one is in the credible set.
     assert sum(one.probability for one in found.models if one.law == "yeoh") > 0.05
     assert found.channels[0].after_percent < 1.2 * 100 * NOISE < found.channels[0].before_percent
     adds_up(found)
@@ -137,23 +137,23 @@ def test_two_effects_are_found_one_after_the_other(tmp_path: Path) -> None:
     )
     assert found.verdict == "missing_physics"
     assert sorted(names(found)) == sorted(secret)
-    # Both do as much to this recording; what one of them leaves is more than its formula may be wrong by.
+    # Both change this recording equally; the misfit that either leaves alone exceeds the error of form.
     assert min(found.probability[name] for name in secret) > 0.9
     adds_up(found)
     assert found.channels[0].after_percent < 1.3 * 100 * NOISE < found.channels[0].before_percent
-    # Three standard deviations: the test's seed was not chosen for it.
+    # Within three standard deviations; the seed was not chosen to fit.
     for one in found.effects:
         for key, truth in secret[one.name].items():
             assert abs(one.parameters[key].value - truth) < 3 * one.parameters[key].std
 
 
 def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_path: Path) -> None:
-    """The derivative by a debonded length is that of the bond's corner at zero, and has the other sign here."""
+    """At zero, the derivative by the debonded length is that of the bond's corner, which has the opposite sign here."""
     found = diagnose(
         case(tmp_path, {"debonding": {"length": 3.0}}), effects=["debonding", "offset"], maps=False
     )
     assert names(found) == ["debonding"]
-    # Which of the four bonds has come off, an axial recording hardly tells; each is a model of its own.
+    # An axial recording hardly tells which of the four bonds has come off; each is a separate model.
     assert found.effects[0].parameters["bond"].word in (
         "inner_top",
         "inner_bottom",
@@ -165,7 +165,7 @@ def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_p
 
 
 def with_torsion(folder: Path, secret: dict[str, dict[str, float]], zero: float = 0.0) -> Case:
-    """An axial recording with a secret, and one of torsion in another rig: N mm, not zero at rest, over degrees."""
+    """An axial recording with a concealed effect, and torsion in another rig: N mm (not zero at rest) over degrees."""
     whole = case(folder, secret)
     time, q = path()
     turn = np.radians(2.0) * q
@@ -204,7 +204,7 @@ def test_both_rigs_may_be_off_zero_each_by_its_own(tmp_path: Path) -> None:
     for one in found.effects:
         assert one.channels is not None
         force = one.parameters["force"]
-        # Force and displacement at rest are hardly told apart: 25 N are 0.13 mm of this bushing.
+        # Offsets of force and displacement are hard to distinguish: 25 N are 0.13 mm of this bushing.
         assert abs(force.value - zeros[one.channels[0]]) < 3 * force.std
         assert one.plausible
     for channel in found.channels:
@@ -212,12 +212,12 @@ def test_both_rigs_may_be_off_zero_each_by_its_own(tmp_path: Path) -> None:
     document = diagnosis_json(found, {})
     assert [one["name"] for one in document["effects"]] == ["offset", "offset"]
     assert document["probability"]["offset"] > 0.95
-    # The second one's parameters are told by its rig, in the order of the channels' names.
+    # The second offset's parameters carry the name of its rig, in the order of the channels' names.
     assert {"offset.force", "offset@torsional.force"} <= set(document["parameters"])
 
 
 def test_what_is_in_no_catalogue_is_unexplained_and_located(tmp_path: Path) -> None:
-    """A tear: from the middle of the recording on the bushing is softer by a quarter, all at once."""
+    """A tear: in the middle of the recording the bushing suddenly becomes softer by a quarter."""
 
     def torn(time: Any, q: Any, force: Any) -> Any:
         late = np.arange(len(q)) > np.argmax(time > 0.55 * time[-1])
@@ -229,7 +229,7 @@ def test_what_is_in_no_catalogue_is_unexplained_and_located(tmp_path: Path) -> N
     assert found.missing is not None
     assert found.missing.share > 0.9
     assert found.missing.text
-    # Too stiff where the bushing has become softer: the second half, cycles 3 and later.
+    # The model is too stiff where the bushing has become softer: in the second half, from cycle 3 on.
     assert any(one.sign == "too_stiff" and one.cycle[1] >= 3 for one in found.location.mismatch)
 
 
@@ -242,7 +242,7 @@ def test_a_channel_that_is_held_out_is_predicted_and_took_part_in_nothing(tmp_pa
     held = found.channels[1]
     assert held.held_out
     assert not found.channels[0].held_out
-    # The law of the axial recording predicts the torsional one: axial and torsional are shear of one rubber.
+    # The law of the axial recording predicts the torsional one, since both shear the same rubber.
     assert held.after_percent < held.before_percent + 0.1
     assert held.after_percent < 5.0
 

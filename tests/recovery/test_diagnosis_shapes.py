@@ -1,4 +1,4 @@
-"""A concealed effect is found on a path of six motions and on a section of revolution; small meshes, the tool's own."""
+"""A concealed effect is found on a path of six motions and on a section of revolution, with small meshes."""
 
 from __future__ import annotations
 
@@ -100,20 +100,20 @@ def check(found: Any) -> None:
     assert found["probability"]["viscoelasticity"] > 0.95
     for name, true in (("g1", 0.3), ("tau1", 3.0)):
         one = found["effects"][0]["parameters"][name]
-        # A straight line between the steps of the truth is off by less than the noise, but not by nothing.
+        # Between the steps of the truth its curve is a straight line, off by less than the noise.
         assert one["value"] == pytest.approx(true, rel=0.1)
     for channel, before in found["misfit"]["before"].items():
         assert found["misfit"]["after"][channel] < 0.25 * before
 
 
 def test_an_effect_concealed_on_a_path_of_six_motions_is_found(tmp_path: Path) -> None:
-    """Beside two that are not there: the whole catalogue takes some minutes in three dimensions."""
+    """Only two absent effects are offered beside it: the whole catalogue takes some minutes in three dimensions."""
     case = made(tmp_path, PLAIN, PATH, ("ux_mm", "uz_mm", "fx_N", "fz_N"), 97)
     check(diagnosed(case, "--effects", "viscoelasticity,mullins,rig_compliance", "--no-maps"))
 
 
 def test_an_effect_concealed_on_a_section_is_found(tmp_path: Path) -> None:
-    """Its mesh is of triangles; so is the map of the rubber, which is drawn and written."""
+    """The mesh consists of triangles, and so does the map of the rubber, which is drawn and written."""
     check(diagnosed(made(tmp_path, SECTION, CYCLES, ("displacement_mm", "force_N"), 121)))
     assert (tmp_path / "out" / "axial-bushing-map.png").stat().st_size > 10_000
     assert 'Name="stiffness_change"' in (tmp_path / "out" / "axial-bushing-map.vtu").read_text(

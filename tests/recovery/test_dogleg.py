@@ -1,4 +1,4 @@
-"""The literature's loop, kept as a baseline: it works from a friendly start, and has neither bounds nor rescue."""
+"""The literature's loop, a baseline: it works from a good start, and has neither bounds nor a remedy for failures."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ def test_recovers_from_a_friendly_start_at_a_higher_price(experiment):
     start = {"C10": 0.4, "C20": -0.03, "C30": 0.005}
     best = identify(Task(case, "yeoh", start=start))
     found = identify(Task(case, "yeoh", start=start, method="dogleg"))
-    # Its differences have a step of 1e-3 MPa, a seventh of C30; measured agreement 3e-5.
+    # Its differences use a step of 1e-3 MPa, a seventh of C30; measured agreement 3e-5.
     assert values(found) == pytest.approx(values(best), rel=1e-3)
-    # Four simulations an iteration against one: 21 against 6 measured.
+    # Four simulations per iteration against one; measured: 21 against 6.
     assert found.forward_solves > 2 * best.forward_solves
 
 
 def test_from_a_poor_start_it_ends_where_the_bounded_search_does_not(experiment):
-    """Ten times too stiff: what the baseline ends with and why may vary; that it says so may not."""
+    """From ten times too stiff the baseline may end with any values for any reason, but it must report the failure."""
     case = experiment("axial")
     start = {"C10": 5.0, "C20": -0.4, "C30": 0.07}
     best = identify(Task(case, "yeoh", start=start))

@@ -1,4 +1,4 @@
-"""Effects identified together with the law, from recordings made with other steps; and what `direct` makes of them."""
+"""Effects identified together with the law, from recordings made with other steps; and simulated by `direct`."""
 
 from __future__ import annotations
 

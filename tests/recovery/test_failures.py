@@ -1,4 +1,4 @@
-"""What goes wrong on the way is counted, and does not end the search; instability is no way out."""
+"""Failed simulations are counted and do not end the search; a law that goes unstable does not escape them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def failing(monkeypatch):
     return arrange
 
 
-# Regions close to the answer (0.4993, -0.0396, 0.0069) that the undisturbed search from the start steps into.
+# Regions near the answer (0.4993, -0.0396, 0.0069) through which the undisturbed search from the start passes.
 @pytest.mark.parametrize(
     ("method", "start", "condition"),
     [
@@ -55,7 +55,7 @@ def test_a_law_that_fails_in_part_of_the_space_is_identified_all_the_same(
     failing(condition)
     fit = identify(Task(case, "yeoh", start=start, method=method))
     assert fit.failed_solves > 0
-    # The failures are evaluations like others, without a cost.
+    # Failures are recorded as evaluations without a cost.
     assert sum(not np.isfinite(e.cost) for e in fit.evaluations) == fit.failed_solves
     assert fit.converged
     assert values(fit) == pytest.approx(values(best), rel=1e-4)
@@ -67,13 +67,14 @@ def test_one_channel_that_fails_is_enough_to_step_back(experiment, failing):
     failing(lambda p: p["C10"] > 0.51, "torsional")
     fit = identify(Task(case, "yeoh", start={"C10": 0.3, "C20": -0.1, "C30": 0.02}))
     assert fit.failed_solves > 0
-    # The pair leaves C30 to the mesh's error (leverage 15 % for 1 %), so ends of searches differ a little more.
+    # With this pair the mesh error determines C30 (leverage 15 % for 1 %), so that ends of searches differ a little
+    # more.
     assert values(fit) == pytest.approx(values(best), rel=1e-3)
 
 
 @pytest.mark.usefixtures("no_profiles")
 def test_an_answer_behind_a_wall_of_failures_is_not_made_up(experiment, failing):
-    """The minimum itself cannot be solved: the search ends on this side of it, with parameters that were solved."""
+    """The minimum itself cannot be solved: the search ends before it, at parameters that were solved."""
     case = experiment("axial")
     failing(lambda p: p["C10"] > 0.45)
     fit = identify(Task(case, "yeoh", start={"C10": 0.3, "C20": -0.01, "C30": 0.01}))
@@ -81,7 +82,7 @@ def test_an_answer_behind_a_wall_of_failures_is_not_made_up(experiment, failing)
     assert fit.parameters["C10"].value <= 0.45
     assert np.isfinite(fit.cost)
     assert fit.curves[0].rms_percent > 0.1
-    # It is no minimum, and that is said.
+    # The result says that it is not a minimum.
     assert not fit.converged
     assert fit.conditions[0].name == "beside_failure"
 
@@ -94,7 +95,7 @@ def test_a_start_that_cannot_be_solved_at_all_ends_the_run_with_a_sentence(exper
 
 
 def test_a_law_that_has_no_equilibrium_from_the_start_begins_nearer_to_its_own(experiment):
-    """Not forced: a Yeoh law without stiffness beyond small strain."""
+    """Without forced failures: a Yeoh law that has no stiffness beyond small strain."""
     case = experiment("axial")
     best = identify(Task(case, "yeoh"))
     fit = identify(Task(case, "yeoh", start={"C10": 0.05, "C20": -0.4, "C30": 0.0}))
@@ -114,7 +115,7 @@ def no_profiles(monkeypatch):
 
 
 def falling(peak: float, stop: float) -> Curve:
-    """A force that falls beyond its peak, as no stable rubber's does in a bushing."""
+    """A force that falls beyond its peak, which is impossible for stable rubber in a bushing."""
     q = np.linspace(0.0, stop, 60)
     return Curve("axial", q, 420.0 * np.sin(0.5 * np.pi * q / peak))
 
@@ -127,14 +128,14 @@ def test_curves_that_ask_for_an_unstable_law_get_the_nearest_stable_one(experime
     task = Task(case, "yeoh")
     problem, _ = task.problem()
     assert stable(task.law, fit.material.parameters, problem.states).all()
-    # It is not the law's failure to be fitted: the curves cannot be met, and that is said.
+    # The fit converges; the result says that no stable law meets the curves.
     assert fit.curves[0].rms_percent > 1.0
 
 
 @pytest.mark.usefixtures("no_profiles")
 @pytest.mark.parametrize("seed", range(2))
 def test_noise_that_pulls_to_instability_gives_a_stable_law(experiment, seed):
-    """Two parameters more than a short recording can tell: 10 % of noise would make C20 or C30 anything."""
+    """A short recording cannot determine the other two parameters: with 10 % noise C20 or C30 could be anything."""
     case = experiment("axial", noise=10.0, seed=seed)
     task = Task(case, "yeoh")
     fit = identify(task)
@@ -144,7 +145,7 @@ def test_noise_that_pulls_to_instability_gives_a_stable_law(experiment, seed):
 
 @pytest.mark.usefixtures("no_profiles")
 def test_robust_loss_resists_outliers(experiment, monkeypatch):
-    """Outliers that nothing recognises as spikes."""
+    """Outliers that are not recognised as spikes."""
     monkeypatch.setattr(channel, "bad_samples", lambda one: np.zeros(len(one.force), dtype=bool))
     case = experiment("axial", noise=0.3)
     best = identify(Task(case, "yeoh"))

@@ -13,17 +13,17 @@ NOISE = 0.1
 
 
 def test_standard_errors_from_white_noise(experiment, monkeypatch):
-    # Standard errors are tested; profiles take most of the time.
+    # Only standard errors are tested; profiles would take most of the time.
     monkeypatch.setattr(profile, "parameters_to_profile", lambda *_: [])
-    # Against what noise-free curves give: intervals speak of noise, not of the mesh's 0.13 %.
+    # Compared with the fit to noise-free curves, since intervals describe noise, not the mesh's 0.13 %.
     truth = identify(Task(experiment("axial"), "yeoh")).parameters
     fits = [identify(Task(experiment("axial", noise=NOISE, seed=s), "yeoh")) for s in range(SEEDS)]
     for name, true in truth.items():
         found = [fit.parameters[name] for fit in fits]
         inside = sum(abs(e.value - true.value) < 1.96 * e.std for e in found)
-        # At 95 % each, 16 or more of 20 are inside with probability 0.997 (binomial); with intervals half as wide, that
-        # hold the truth in 67 %, with 0.17.
+        # At 95 % each, 16 or more of 20 are inside with probability 0.997 (binomial); intervals half as wide, which
+        # hold the truth in 67 %, would pass with probability 0.17.
         assert inside >= 0.8 * SEEDS, name
-        # Neither are they too wide: the scatter of 20 is known to 16 %, here to three of those.
+        # Nor are they too wide: the scatter of 20 values is known to 16 %; three times that is allowed.
         scatter = np.std([e.value for e in found], ddof=1)
         assert 0.5 < scatter / np.mean([e.std for e in found]) < 1.6, name

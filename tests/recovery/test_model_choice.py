@@ -15,7 +15,7 @@ MESH = "[mesh]\nelements_across = 2\nelements_along = 4\n"
 
 @pytest.mark.parametrize(
     "models",
-    # Ogden's six parameters on one curve take most of the time of all laws together.
+    # Ogden's six parameters on one curve would take longer than all other laws together.
     ["neo_hookean,gent,yeoh", "all"],
 )
 def test_laws_are_ranked_by_the_channel_held_out(experiment, models):
@@ -27,7 +27,7 @@ def test_laws_are_ranked_by_the_channel_held_out(experiment, models):
     ranked = result["models"]
     assert {model["law"] for model in ranked} == set(laws() if models == "all" else models.split(","))
     assert result["law"] == ranked[0]["law"]
-    # By the prediction of what no law had seen.
+    # Ranked by the prediction of the channel that no fit has used.
     held_out = [
         model["held_out"]["torsional"] for model in ranked if model["converged"] and model["held_out"]
     ]

@@ -1,4 +1,4 @@
-"""Recordings by another code, with other elements, meshes and noise: data/README.md says whose."""
+"""Recordings computed by another code, with other elements, meshes and noise (data/README.md)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ bulk_modulus = 2000.0
 
 @pytest.fixture
 def recorded(tmp_path):
-    """Make a case of some of the recordings."""
+    """Make a case from some of the recordings."""
 
     def make(kind, *modes):
         text = CASE + "".join(
@@ -43,7 +43,7 @@ def named(fit):
 
 
 def test_cycles_of_a_path_independent_rubber_are_one_curve(recorded):
-    """383 samples over nine cycles with holds: solved once over the range, met to the noise, the truth found."""
+    """383 samples over nine cycles with holds: one sweep over the range serves all, the misfit is the noise."""
     fit = identify(Task(recorded("cycles", "axial"), "yeoh"))
     assert fit.converged
     assert fit.sweeps <= 10
@@ -53,12 +53,12 @@ def test_cycles_of_a_path_independent_rubber_are_one_curve(recorded):
     for name, truth in {"C10": 0.38, "C20": -0.025, "C30": 0.004}.items():
         found = fit.parameters[name]
         low, high = found.interval or (found.value - 1.96 * found.std, found.value + 1.96 * found.std)
-        # The mesh behind the recording errs by some tenths of a percent: C10 bears that beside its standard error.
+        # The mesh behind the recording errs by some tenths of a percent, which C10 takes up beyond its standard error.
         assert low - 0.005 * abs(truth) < truth < high + 0.005 * abs(truth), name
 
 
 def test_a_mesh_that_is_four_percent_too_stiff_is_survived_and_said(recorded, monkeypatch):
-    """No law meets both channels to their noise: the truth is outside the standard errors, and that is said."""
+    """No law meets both channels to their noise: the truth is outside the standard errors, which the result says."""
     monkeypatch.setattr(profile, "parameters_to_profile", lambda *_: [])
     fit = identify(Task(recorded("coarse", "axial", "radial"), "yeoh"))
     assert fit.converged

@@ -1,4 +1,4 @@
-"""Known parameters are found again: from curves of other elements, from poor starts, and with a channel held out."""
+"""Known parameters are recovered: from curves of other elements, from poor starts, and with a channel held out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bushcli.recording.curve import Curve
 
 # The law of the pseudo-experiments, MPa (conftest.py).
 TRUTH = {"C10": 0.5, "C20": -0.04, "C30": 0.007}
-# What the default mesh errs against third-order elements: 0.13 % axially, 0.2 % radially (docs/method.md).
+# Error of the default mesh against third-order elements: 0.13 % axially, 0.2 % radially (docs/method.md).
 MESH_ERROR = 0.2
 # Sweeps that an identification may take, and misfit in percent of the force range.
 SWEEPS, MISFIT = 10, 0.5
@@ -43,7 +43,7 @@ def test_axial_and_radial_together(experiment):
     for name in ("C20", "C30"):
         allowed = MESH_ERROR * sum(100 * abs(changes[name]) for changes in fit.leverage.values())
         assert found[name] < allowed
-    # ... which is more than a factor of ten of the force's own error, and is said.
+    # ... that is more than ten times the force's own error, of which the result warns.
     told = {condition.name: condition.message for condition in fit.conditions}
     assert "C20" in told["delicate"]
     assert "C30" in told["delicate"]
@@ -79,10 +79,10 @@ def test_all_channels_together(experiment):
 
 
 def test_noise_is_the_misfit_left(experiment, monkeypatch):
-    # No profiles: they take most of the time.
+    # Without profiles, which would take most of the time.
     monkeypatch.setattr(profile, "parameters_to_profile", lambda *_: [])
     fit = identify(Task(experiment("axial", noise=1.0), "yeoh"))
-    # 1 % of the peak force; 60 samples estimate a standard deviation to 1/sqrt(120) = 9 %, here to three of those.
+    # 1 % of the peak force; 60 samples estimate a standard deviation to 1/sqrt(120) = 9 %; three times that is allowed.
     for curve in fit.curves:
         assert curve.rms_percent == pytest.approx(1.0, rel=0.3)
         assert curve.noise_percent == pytest.approx(1.0, rel=0.5)
@@ -100,7 +100,7 @@ def known():
 
 @pytest.fixture
 def reference(experiment, known):
-    """The axial recording, and what it is identified as from the law's own start; found once."""
+    """The axial recording, and the law identified from it with the law's own start values; computed once."""
     case = experiment("axial")
     if "axial" not in known:
         known["axial"] = identify(Task(case, "yeoh"))
@@ -119,15 +119,15 @@ def test_a_poor_scale_costs_nothing_but_the_scaling(reference, factor, method):
     fit = from_start(case, {name: factor * value for name, value in TRUTH.items()}, method)
     assert values(fit) == pytest.approx(values(best), rel=1e-4)
     at_truth = from_start(case, TRUTH, method)
-    # The scaling's own sweep, and one for the sake of rounding.
+    # One more sweep for the scaling, and one as a margin for rounding.
     assert fit.sweeps <= at_truth.sweeps + 2
-    # After the scaling: nothing but the recording's 0.1 % of mesh error and rubber's compressibility is left.
+    # After the scaling only the recording's mesh error of 0.1 % and the rubber's compressibility remain.
     assert fit.evaluations[1].cost < 1e-3 * fit.evaluations[0].cost
 
 
 @pytest.mark.parametrize("factors", list(product((0.1, 10.0), repeat=3)), ids=str)
 def test_start_a_factor_of_ten_off_in_every_parameter(reference, factors):
-    """Each by its own; three of them soften to nothing and begin nearer to the law's own start."""
+    """Each parameter by its own factor; three starts lose all stiffness and are moved towards the law's own start."""
     case, best = reference
     start = {name: f * value for f, (name, value) in zip(factors, TRUTH.items(), strict=True)}
     fit = from_start(case, start)
@@ -183,8 +183,8 @@ def test_the_bulk_modulus_shows_in_a_radial_recording(experiment):
     fit = identify(Task(case, "yeoh", start=start, fixed=("C20", "C30"), bulk_modulus=True))
     assert fit.converged
     assert set(fit.parameters) == {"C10", "compliance"}
-    # The recordings' kappa is 2000 MPa, the start's 200. A force error of 0.2 % by the mesh counts by the leverage of
-    # both channels.
+    # The recordings' kappa is 2000 MPa, the start's 200. The mesh's force error of 0.2 % is amplified by the leverage
+    # of both channels.
     allowed = MESH_ERROR * sum(100 * abs(changes["compliance"]) for changes in fit.leverage.values())
     assert abs(2000.0 * fit.parameters["compliance"].value - 1) < allowed / 100
     assert fit.material.bulk_modulus == pytest.approx(1 / fit.parameters["compliance"].value)
@@ -210,7 +210,7 @@ def test_a_channel_held_out_is_predicted(experiment, known, other, limit):
     assert curves[other].held_out
     assert curves[other].rms_percent < limit
     assert "held_out_not_predicted" not in named(fit)
-    # It had no say in the parameters.
+    # It had no influence on the parameters.
     alone = identify(Task(experiment(known), "yeoh"))
     assert values(fit) == pytest.approx(values(alone), rel=1e-9)
 
@@ -227,7 +227,7 @@ def test_torsion_alone_leaves_a_direction_open_that_axial_closes(experiment):
 
 
 def test_a_channel_that_something_else_happened_to_is_not_predicted(experiment, truth_curves):
-    """A radial recording of a bushing 40 % stiffer: rms 16 % of its range, beyond the accepted 10 %."""
+    """A radial recording of a bushing that is 40 % stiffer: rms 16 % of its range, beyond the accepted 10 %."""
     case = experiment("axial", "radial")
     radial = truth_curves["radial"]
     write_curve_csv(case.recordings[1].file, Curve("radial", radial.displacement, 1.4 * radial.force))

@@ -1,4 +1,4 @@
-"""A run that is killed or interrupted goes on, and ends with the same answer to the bit."""
+"""A run that was killed or interrupted is resumed and ends with the same answer to the bit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import pytest
 from bushcli.errors import InputError
 from bushcli.inverse import Task, identify
 
-# Kills itself, as an empty battery would, when the given evaluation is done.
+# Kills itself without warning when the given evaluation is done, like a power failure.
 KILLED = """
 import os, signal, sys
 from pathlib import Path
@@ -42,7 +42,7 @@ def test_resumes_after_a_kill_with_the_same_answer(experiment, tmp_path, after):
     assert len(list(journal.glob("*.npz"))) == after
     solved = []
     resumed = identify(Task(case, "yeoh"), journal=journal, resume=True, progress=solved.append)
-    # Exactly: the kept answers are those that would have been computed.
+    # Exactly equal: the saved answers are those that would have been computed.
     assert values(resumed) == values(whole)
     assert resumed.sweeps == whole.sweeps
     assert [e.cost for e in resumed.evaluations] == [e.cost for e in whole.evaluations]
@@ -61,7 +61,7 @@ def test_history_of_another_case_is_refused(experiment, tmp_path):
     other = replace(case, geometry=case.geometry.model_copy(update={"length": 35.0}))
     with pytest.raises(InputError, match="another case, law or option"):
         identify(Task(other, "yeoh"), journal=journal, resume=True)
-    # A recording that was changed in between makes another case, too.
+    # A recording that was changed in between makes it another case, too.
     file = case.recordings[0].file
     file.write_text(file.read_text(encoding="utf-8") + "6.01,500\n", encoding="utf-8")
     with pytest.raises(InputError, match="another case, law or option"):
@@ -87,7 +87,7 @@ def test_an_interrupted_profile_leaves_the_minimum_found(experiment):
 
     case = experiment("axial", noise=1.0, seed=3)
     fit = identify(Task(case, "yeoh"), progress=interrupt)
-    # C30 is poorly determined at this noise, so there are profiles to be interrupted.
+    # C30 is poorly determined at this noise, so that there are profiles to interrupt.
     assert fit.profile_sweeps == 1
     assert fit.converged
     assert fit.conditions[0].name == "interrupted"
@@ -115,8 +115,8 @@ def test_a_signal_ends_the_command_with_the_best_so_far(experiment, tmp_path, se
     with subprocess.Popen(
         command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     ) as process:
-        # Two evaluations of six: the others take more than a second, the signal comes within hundredths. The first
-        # may have to wait for kernels that other tests are compiling.
+        # After two of six evaluations: the others take more than a second, the signal comes within hundredths. The
+        # first may have to wait for kernels that other tests are compiling.
         end = time.monotonic() + 300
         while time.monotonic() < end and process.poll() is None:
             if len(list(journal.glob("*.npz"))) >= 2:

@@ -28,7 +28,7 @@ def test_differential_evolution_ends_at_the_same_minimum(case, monkeypatch):
     fit = identify(Task(case, "yeoh", globally=True, seed=2))
     assert values(fit) == pytest.approx(values(best), rel=1e-4)
     assert len(fit.end_points) == 2
-    # The second one began somewhere else.
+    # The second search began elsewhere.
     begun = [end.start["C20"] / end.start["C10"] for end in fit.end_points]
     assert abs(begun[0] / begun[1] - 1) > 0.01
     assert {e.start for e in fit.evaluations} == {0, 1}
@@ -36,7 +36,7 @@ def test_differential_evolution_ends_at_the_same_minimum(case, monkeypatch):
 
 
 def test_the_number_of_workers_makes_no_difference(case, monkeypatch):
-    """To the bit: end points, evaluations, and their order."""
+    """End points, evaluations and their order are equal to the bit."""
     alone = identify(Task(case, "yeoh", starts=3, seed=4))
     told = []
     shared = identify(Task(case, "yeoh", starts=3, seed=4, workers=2), progress=told.append)
@@ -56,7 +56,7 @@ def test_a_pool_of_processes_makes_no_difference(case):
 
 
 def test_a_hopeless_start_is_given_up_and_listed(case, monkeypatch):
-    """A valley with no way out: the second start meets nothing that helps it."""
+    """A valley with no way out: the second start cannot improve."""
     solve = Channel.solve
 
     def stuck(self, parameters, names):

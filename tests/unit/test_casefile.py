@@ -1,4 +1,4 @@
-"""Case files: every key is validated, every error says what, where, what was expected, the nearest."""
+"""Case files: every key is validated; errors say what is wrong, where, what was expected, and the nearest value."""
 
 import json
 import math
@@ -86,7 +86,7 @@ def problems(folder: Path, text: str | bytes = CASE, *overrides: str) -> list[st
 
 
 def outcome(path: Path, *overrides: str) -> tuple[Case | None, str]:
-    """The case, or the words with which it is refused; any other exception is a failure."""
+    """Return the case, or the message with which it is refused; any other exception fails the test."""
     try:
         return load_case(path, overrides), ""
     except CaseError as error:
@@ -332,7 +332,7 @@ def test_terms_choose_the_parameters_to_fit(folder):
     ],
 )
 def test_each_mistake_is_told(folder, override, message):
-    """All that is found concerns the override, and is attributed to it."""
+    """All problems concern the override, and are attributed to it."""
     found = problems(folder, CASE, override)
     assert any(message in problem for problem in found), found
     assert all(problem.startswith((f"--set {override}: ", "case.toml: ")) for problem in found)
@@ -370,7 +370,7 @@ def test_volumetric_needs_a_compressible_rubber(folder):
 
 def test_an_unstable_rubber_is_refused(folder):
     found = problems(folder, CASE, "material={law = 'mooney_rivlin', parameters = {C10 = 0.1, C01 = -0.3}}")
-    # mu = 2 (C10 + C01) = -0.4 MPa; depending on the law's bounds one of the two is told.
+    # mu = 2 (C10 + C01) = -0.4 MPa; the law's bounds decide which of the two problems is reported.
     assert "initial shear modulus of -0.4 MPa" in found[0] or "out of bounds" in found[0]
 
 
@@ -581,7 +581,7 @@ def test_effects_are_read_by_their_own_names_in_internal_units(folder):
     assert mullins.values == {"inverse_r": 1 / 3.2, "m": 0.025, "beta": 0.22}
     assert mullins.channels is None
     assert mullins.acts_on("axial-1", "axial")
-    # N mm per degree in the case file, as everywhere outside.
+    # N mm per degree in the case file, as in all input and output.
     assert stop.values == pytest.approx({"stiffness": 300 * 180 / math.pi, "gap": -math.pi / 9})
     assert stop.acts_on("torsional", "torsional")
     assert not stop.acts_on("axial", "axial")
@@ -641,7 +641,7 @@ def test_a_choice_is_a_word_with_a_usual_one(folder):
         assert case.effects[0].values == {"length": 2.0, "bond": code}
         assert case.effects[0].lacking == ()
         assert resolved(case)["effects"][0]["parameters"]["bond"] == ("inner_bottom" if code else "inner_top")
-    # The bond on an elastic sleeve has no model, that on the other has.
+    # Debonding is not modelled on an elastic sleeve, but on the other one it is.
     outer = one.replace("BOND", ", bond='outer_top'")
     assert load(folder, CASE, outer).effects[0].values["bond"] == 2.0
     assert "there is no model of it with an elastic outer_sleeve" in str(problems(folder, rigid, outer))

@@ -1,4 +1,4 @@
-"""Concealed effects: what is drawn, what the runner keeps, and what the scorer makes of made-up results."""
+"""Concealed effects: what is drawn, what the runner saves, and how the scorer judges invented results."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_channels_serve_the_effects(seed: int) -> None:
 
 
 def test_every_effect_of_a_pair_acts_on_a_channel() -> None:
-    """A longer set of channels that one effect asks for may leave out the only one that the other acts on."""
+    """The longer of two sets of channels may lack the only channel on which the other effect acts."""
     for plan in map(draw.concealed, range(2000, 2200)):
         for name in plan.names:
             assert any(effects()[name].acts_on(channel) for channel in plan.channels), plan
@@ -89,7 +89,7 @@ def test_only_stable_laws_are_drawn() -> None:
     rng = np.random.default_rng(11)
     drawn = [draw.stable_law(rng) for _ in range(12)]
     assert all(draw.stable(name, values) for name, values in drawn)
-    # Softens without end: C20 alone pulls the tangent of W below zero (2 C20 (I1 - 3) outweighs C10).
+    # Softens without limit: C20 alone makes the tangent of W negative (2 C20 (I1 - 3) outweighs C10).
     assert not draw.stable("yeoh", {"C10": 0.5, "C20": -0.2, "C30": 0.0})
 
 
@@ -141,16 +141,16 @@ def test_a_law_that_is_moved_far_may_do_what_it_cannot_to_first_order() -> None:
     target = np.exp(2.5 * q) + 0.1 * np.cos(20.0 * q)
     first, free = curves(np.ones(1)), np.full(1, np.inf)
     assert strength(target - first[0], [first[1]]) > 3.0
-    # What no law can do is left: the wave, but for what of it is along the slope.
+    # What no law can imitate remains: the wave, less its component along the slope.
     _, slope = curves(np.full(1, 2.5))
     wave = strength(target - np.exp(2.5 * q), [slope])
     assert refit.left(curves, target, np.ones(1), -free, free) == pytest.approx(wave, rel=0.02)
-    # Within bounds, to the nearest of them.
+    # With bounds, the fit ends at the nearest bound.
     bound = refit.left(curves, target, np.ones(1), np.zeros(1), np.full(1, 2.0))
     assert bound == pytest.approx(np.linalg.norm(target - np.exp(2.0 * q)), rel=0.02)
 
 
-# -- truths and results that are made up -------------------------------------------------------------------------
+# -- invented truths and results -------------------------------------------------------------------------
 
 
 SPECIMEN = Specimen("plain", {"inner_radius": 10.0}, "yeoh", {"C10": 0.5}, np.inf, {"axial": 5.0})
@@ -254,10 +254,10 @@ def test_targets_count_what_they_say() -> None:
     assert rich.count == outright.count
     assert (among.count.good, among.count.all) == (1, 1)
     assert (alarms.count.good, alarms.count.all) == (1, 2)
-    # 0.6 % of misfit over 0.5 % of noise; no result is no success.
+    # 0.6 % of misfit over 0.5 % of noise; a missing result counts as a failure.
     assert (reached.count.good, reached.count.all) == (4, 5)
     assert (held_out.count.good, held_out.count.all) == (3, 3)
-    # g1 = 0.21 in 0.18..0.22; tau1 was not said.
+    # g1 = 0.21 in 0.18..0.22; the result has no tau1.
     assert (inside.count.good, inside.count.all) == (1, 1)
     assert outside.count.all == 0
     assert [t.reached for t in (right, alarms, held_out, outside)] == [False, False, True, None]

@@ -94,8 +94,7 @@ def test_a_loop_is_not_interpolated_but_its_backbone_is():
 )
 def test_stiffness_of_an_exact_curve(q):
     curve = Curve("axial", q, response(q))
-    # What the cubic leaves out, 0.08 q^5 within 15 % or five points of the range, is below 0.1 % of the
-    # slope.
+    # The term 0.08 q^5, which a cubic lacks, is below 0.1 % of the slope within 15 % or five points of the range.
     assert curve.initial_stiffness() == pytest.approx(200, rel=1e-3)
     # Means over the last 1 % of the range move the chord by less than 1 % of its change, here 3 N/mm per mm.
     assert curve.secant_stiffness() == pytest.approx(195.68, rel=2e-3)
@@ -107,7 +106,7 @@ def test_the_initial_stiffness_ignores_an_offset():
 
 
 def test_initial_stiffness_is_of_the_first_loading():
-    """Softened in the second cycle: only the first counts."""
+    """The curve is softer in the second cycle; only the first counts."""
     leg = np.linspace(0, 4, 41)
     q = np.concatenate([leg, leg[::-1][1:], leg[1:], leg[::-1][1:]])
     force = np.where(np.arange(len(q)) < 41, 200 * q, 120 * q)
@@ -118,7 +117,7 @@ def test_initial_stiffness_is_of_the_first_loading():
 
 @pytest.mark.parametrize("mode", ["axial", "conical"])
 def test_stiffness_of_noisy_cycles(mode):
-    """Noise of 0.3 % of the peak, as of a load cell; cycles of growing amplitude; an outlier."""
+    """Cycles of growing amplitude with noise of 0.3 % of the peak, as from a load cell, and an outlier."""
     corners = [0, 2, 0, 4, 0, 6, 0, -5, 0]
     q = np.concatenate([np.linspace(a, b, 40 * abs(b - a))[1:] for a, b in pairwise(corners)])
     initial, secant = [], []
@@ -130,8 +129,8 @@ def test_stiffness_of_noisy_cycles(mode):
         initial.append(curve.initial_stiffness())
         secant.append(curve.secant_stiffness())
     exact = (response(6.0) - response(-5.0)) / 11.0
-    # The rule stops at a standard error of 1 % at most: four of these for each, a third for the mean of
-    # twenty.
+    # The rule stops at a standard error of 1 % at most: four times that is allowed for each, a third of that for the
+    # mean of twenty.
     np.testing.assert_allclose(initial, 200, rtol=0.04)
     assert np.mean(initial) == pytest.approx(200, rel=0.01)
     np.testing.assert_allclose(secant, exact, rtol=0.01)

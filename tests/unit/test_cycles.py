@@ -1,4 +1,4 @@
-"""Energy, stiffness and relaxation of curves whose answer is known on paper, and of recordings with a known truth."""
+"""Energy, stiffness and relaxation of curves with closed-form answers, and of recordings with a known truth."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -40,7 +40,8 @@ def test_an_ellipse_takes_pi_a_b_a_turn(samples):
     found = cycles(sine(samples))
     assert [cycle.number for cycle in found] == [1, 2, 3, 4]
     assert all(cycle.closed for cycle in found)
-    # The trapezoidal rule takes the polygon inscribed in the ellipse, m points a turn: sin(x) / x of its area.
+    # The trapezoidal rule gives the polygon inscribed in the ellipse, with sin(x) / x of its area at 2 pi / x points a
+    # turn.
     x = 2 * np.pi / ((samples - 1) / 2)
     polygon = np.pi * 4.0 * 30.0 * np.sin(x) / x
     assert found[0].energy.value + found[1].energy.value == pytest.approx(polygon)
@@ -76,7 +77,7 @@ def test_loss_is_the_share_of_the_work_done_while_loading():
 
 
 def test_cycles_of_growing_amplitude_each_have_their_own():
-    """Friction of 5 N on a spring: the parallelogram of an excursion to a takes 2 x 5 a."""
+    """Friction of 5 N on a spring: an excursion to a dissipates the parallelogram 2 x 5 a."""
     time, q = ramps(0.0, 1.0, 0.0, 2.0, 0.0, 4.0, 0.0)
     friction = 5.0 * np.sign(np.diff(q, prepend=-0.05))
     found = cycles(Curve("axial", q, 50.0 * q + friction, time))
@@ -88,7 +89,7 @@ def test_cycles_of_growing_amplitude_each_have_their_own():
 
 
 def test_a_cycle_after_others_that_are_left_out_sets_out_from_its_own_first_sample():
-    # At 0.1 mm/s throughout; between the second cycle and the sixth there are 160 s that the file has and nobody reads.
+    # At 0.1 mm/s throughout; between the second cycle and the sixth the file has 160 s that are not used.
     time, q = ramps(0, 4, 0, 4, 0)
     late = np.where(np.arange(len(q)) > len(q) // 2, time + 160.0, time)
     path = Curve("axial", q, 100.0 * q, late)
@@ -101,7 +102,7 @@ def test_a_cycle_after_others_that_are_left_out_sets_out_from_its_own_first_samp
 
 
 def test_an_open_cycle_says_so_and_has_the_net_work():
-    """A spring taken to 4 mm and back to 3 mm keeps 100 * 9 / 2 N mm."""
+    """A spring that is loaded to 4 mm and returns to 3 mm still stores 100 * 9 / 2 N mm."""
     _, q = ramps(0.0, 4.0, 3.0)
     (found,) = cycles(Curve("axial", q, 100.0 * q))
     assert not found.closed
@@ -262,7 +263,8 @@ def test_mullins_takes_energy_only_where_the_amplitude_is_new(practice):
     """0-2 mm three times, 0-4 mm three times, 0-6 mm, -5 mm and 4 mm."""
     found = cycles(practice["mullins"], noise_of(practice["mullins"]))
     assert [cycle.number for cycle in found if sure(cycle.energy)] == [1, 4, 7]
-    # What the truth gives as softening at 2 and 4 mm of the 6 mm loading: the fourth amplitude is 4 mm after 6 mm.
+    # The ninth cycle goes to 4 mm after the seventh has softened the rubber to 6 mm; the sixth, to 4 mm, came before
+    # that.
     assert found[8].secant.value < 0.75 * found[5].secant.value
     held, _ = holds(practice["mullins"], noise_of(practice["mullins"]))
     assert not sure(held.relaxation)

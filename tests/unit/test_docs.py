@@ -1,4 +1,4 @@
-"""The documentation against the code: keys, units, commands and links, so that neither drifts from the other."""
+"""The documentation against the code: keys, units, commands and links, so that they stay in agreement."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_columns_and_units_are_documented_with_their_other_names(model):
 
 
 def test_top_level_keys_are_documented():
-    # The message for an unknown key lists those that there are.
+    # The message for an unknown key lists the valid ones.
     refused = CliRunner().invoke(main, ["check", str(EXAMPLE), "--set", "nonsense=1"])
     known = re.search(r"\(([\w, ]+)\)\s*$", refused.output)
     assert known, refused.output
@@ -159,7 +159,7 @@ def test_documented_column_names_are_understood():
     for kind, names in documented.items():
         for name in names:
             assert match_quality(name, kind) >= 3, (kind, name)
-        # The first is the project's own.
+        # The first name of each is the project's own.
         assert match_quality(names[0], kind) == 4, (kind, names[0])
 
 
@@ -183,7 +183,7 @@ NAMED = {
     "channels": "CHANNEL", "by_channel": "CHANNEL", "rms_percent_before": "CHANNEL", "rms_percent_after": "CHANNEL",
     "relaxation_percent_after": "SECONDS", "relaxation_percent_after_std": "SECONDS",
 }  # fmt: skip
-# What a result holds only where there is something to say.
+# Keys that a result has only where they apply.
 SOMETIMES = {
     "problems[].name", "problems[].message", "problems[].remedy",
     "identifiability.undetermined[].text", "identifiability.undetermined[].weights.NAME",
@@ -194,10 +194,10 @@ SOMETIMES = {
 }  # fmt: skip
 
 
-# The same of an identification.
+# `NAMED` for an identification.
 IDENTIFIED = NAMED | {"leverage": "CHANNEL", "start": "NAME", "held_out": "MODE"}
 
-# The same of a diagnosis.
+# `NAMED` for a diagnosis.
 DIAGNOSED = {
     "versions": "NAME", "timings_s": "NAME", "parameters": "NAME", "derived": "NAME",
     "probability": "NAME", "untestable": "NAME", "percent": "CHANNEL",
@@ -245,7 +245,7 @@ def test_every_key_of_an_identification_is_documented():
     laws = ["--model", "yeoh,neo_hookean", "--hold-out", "radial"]
     done = CliRunner().invoke(main, ["inverse", str(EXAMPLE), "--json", "-q", *options, *laws])
     assert done.exit_code == 0, done.output
-    # Loops and holds are those of `direct`, which are tested below.
+    # Loops and holds have the keys of those of `direct`, which are tested below.
     lists = re.compile(r"^(channels\.CHANNEL\.(cycles|holds))\[\].*")
     whole = json.loads(done.output)
     found = {lists.sub(r"\1", key) for key in keys(whole, names=IDENTIFIED)}
@@ -266,7 +266,7 @@ def test_every_key_of_a_result_is_documented(results, command):
     # The keys of `coupons` are documented as those of `recordings`.
     found = {re.sub(r"^coupons\[\]", "recordings[]", key) for key in keys(results[command])}
     documented = documented_keys(command)
-    # A container is documented beside what it holds where it may be empty.
+    # A container that may be empty is documented in addition to its contents.
     containers = {
         key for key in documented if any(other.startswith((f"{key}.", f"{key}[]")) for other in documented)
     }
@@ -276,7 +276,7 @@ def test_every_key_of_a_result_is_documented(results, command):
 
 def test_every_key_of_a_diagnosis_is_documented(diagnoses):
     result = diagnosis_json(diagnoses.rivalling(load_case(EXAMPLE)), {"total": 1.0})
-    # What remains has the keys of what was there before.
+    # The remaining misfit has the keys of the misfit before.
     found = {key for key in keys(result, names=DIAGNOSED) if not key.startswith("remaining")}
     documented = documented_keys("diagnose") - {"remaining"}
     containers = {
@@ -326,7 +326,7 @@ def test_the_path_of_six_motions_shown_is_valid(tmp_path):
 @pytest.mark.parametrize(("number", "mode"), [(0, "axial"), (1, "torsional"), (2, "uniaxial")])
 def test_the_recordings_shown_can_be_read(tmp_path, number, mode):
     lines = blocks(DOCS / "recordings.md", "csv")[number].splitlines()
-    # Two rows are shown of the five that are needed.
+    # The page shows two rows of the five that a recording needs.
     last = [float(field) for field in lines[-1].split(",")]
     lines += [",".join(str(value + step) for value in last) for step in (1, 2, 3)]
     file = tmp_path / "shown.csv"

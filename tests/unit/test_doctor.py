@@ -1,4 +1,4 @@
-"""The doctor recognises what slows the program down or stops it."""
+"""The doctor recognises conditions that slow the program down or stop it."""
 
 from __future__ import annotations
 

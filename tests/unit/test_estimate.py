@@ -1,4 +1,4 @@
-"""The number of cells of a free mesh: foreseen before the mesher starts, and refused where it is too large."""
+"""The number of cells of a free mesh is estimated before the mesher starts, and refused where it is too large."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_the_integrals_are_those_of_the_density() -> None:
         3 * 0.5 * np.pi * per_angle[1] * base[1], rel=1e-6
     )
     assert tetrahedra(0.0, h, g, [Fine(2, 3.0, e)]) == pytest.approx(3 * per_measure[1] * base[1], rel=1e-6)
-    # What is no finer than the inside adds nothing.
+    # A boundary that is no finer than the inside adds no cells.
     assert tetrahedra(5.0, h, g, [Fine(2, 3.0, 9.0)]) == tetrahedra(5.0, h, g, ())
 
 

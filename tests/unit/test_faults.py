@@ -1,4 +1,4 @@
-"""Faults of the data: each kind is found where it was put in, and nothing is found where there is none."""
+"""Faults of the data: each kind is found where it was introduced, and sound data have none."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from geometry.shape import shapes
 
 ROOT = Path(__file__).parents[2]
 PRACTICE = ROOT.parent / "shared" / "recordings" / "practice"
-if not PRACTICE.is_dir():  # a worktree stands one folder deeper
+if not PRACTICE.is_dir():  # a git worktree is one folder deeper
     PRACTICE = ROOT.parents[1] / "shared" / "recordings" / "practice"
 FILES = {"axial": "axial", "radial": "radial", "torsional": "torsion", "conical": "conical"}
 # Stiffness at rest of the bushing below, mu = 1 MPa: N/mm and N mm/rad. Axial and torsional from the closed forms,
@@ -179,7 +179,7 @@ def test_spikes_are_found_and_only_they(what, correlation):
         found = masks(faults, spiked)
         hit, wrong, there = hit + (found & bad).sum(), wrong + (found & ~bad).sum(), there + bad.sum()
     assert wrong == 0
-    # Beside a reversal a peak of the force may be the rubber's own.
+    # Some spikes may be missed: next to a reversal a peak of the force may come from the rubber.
     assert hit >= 0.75 * there
 
 
@@ -341,7 +341,7 @@ def sensed(sensor: str, q, force, rng):
 @pytest.mark.parametrize("path", [*PROGRAMS, "sine", "steps"])
 @pytest.mark.parametrize("n", [200, 400])
 def test_physics_and_sound_sensors_are_no_fault(path, n):
-    """Knees, reversals, steps, free play, coarse converters, hum and noise; a twentieth of the samples lost in half."""
+    """Knees, reversals, steps, free play, coarse converters, hum and noise; half of the cases lose 5 % of samples."""
     case, alarms = bushing(), []
     for number, (body, sensor, lost) in enumerate(product(BODIES, SENSORS, (False, True))):
         rng = np.random.default_rng([n, number])

@@ -1,4 +1,4 @@
-"""Bad samples take no part in a fit: `bushcli inverse` and `bushcli fit` leave them out as a diagnosis does."""
+"""Bad samples do not enter a fit: `bushcli inverse` and `bushcli fit` leave them out as a diagnosis does."""
 
 import numpy as np
 

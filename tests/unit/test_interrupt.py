@@ -1,4 +1,4 @@
-"""An interruption is recognised however it comes, and leaves no kernel that others would wait for."""
+"""An interruption is recognised in every form, and leaves no kernel for which other processes would wait."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from bushcli.runtime.interrupt import (
     listen,
     meet,
     ranks_started,
-    told_as_such,
+    unwrapped_interrupts,
 )
 
 
 @pytest.fixture
 def listening():
-    """Listen for signals by a clock that stands still unless it is set."""
+    """Listen for signals with a clock that stands still unless it is set."""
     before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)}
     now = [100.0]
     listen(lambda: now[0])
@@ -36,7 +36,7 @@ def listening():
 def test_signals_that_come_together_are_one_interruption(listening, sent):
     with pytest.raises(KeyboardInterrupt):
         os.kill(os.getpid(), sent)
-    # What passes Ctrl-C on may send another signal.
+    # A launcher that passes Ctrl-C on may send a second signal.
     os.kill(os.getpid(), signal.SIGTERM)
     listening[0] += 1.1 * SAME
     with pytest.raises(KeyboardInterrupt):
@@ -55,7 +55,7 @@ class Ranks:
 
 @pytest.fixture
 def together():
-    """Listen as one of the ranks that work together."""
+    """Listen for signals as one of several cooperating ranks."""
     before = {one: signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)}
     now = [100.0]
     listen(lambda: now[0], together=True)
@@ -112,7 +112,7 @@ def test_an_interruption_in_a_callback_of_petsc_is_one():
     x = PETSc.Vec().createSeq(1)
     snes.setFunction(interrupt, x.duplicate())
     snes.setUseMF(True)
-    # As Newton's method of a simulation calls it; the exception may come out as either.
+    # Called as by Newton's method of a simulation; the exception may appear as either.
     with pytest.raises((PETSc.Error, KeyboardInterrupt)) as raised:
         snes.solve(None, x)
     assert is_interrupt(raised.value)
@@ -130,9 +130,9 @@ def test_an_interruption_in_a_conversion_of_ctypes_is_one():
 
 
 def test_an_interruption_in_another_form_is_raised_as_such():
-    with pytest.raises(KeyboardInterrupt), told_as_such():
+    with pytest.raises(KeyboardInterrupt), unwrapped_interrupts():
         raise ctypes.ArgumentError("argument 1: KeyboardInterrupt: ")
-    with pytest.raises(ValueError, match="another"), told_as_such():
+    with pytest.raises(ValueError, match="another"), unwrapped_interrupts():
         raise ValueError("another")
 
 
@@ -166,7 +166,7 @@ def test_the_source_of_an_unfinished_kernel_is_removed(compiler, tmp_path):
         file.touch()
     compiler.compile_forms([], tmp_path, lambda: abandon_compilation(sys._getframe()))
     assert not mine.exists()
-    # Another process compiles that one.
+    # Another process is compiling this kernel.
     assert other.exists()
 
 

@@ -1,4 +1,4 @@
-"""What a killed compilation leaves in the kernels' folder does not stop later runs."""
+"""The files that a killed compilation leaves in the kernels' folder do not stop later runs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ time.sleep(60)
 
 @pytest.fixture
 def left(tmp_path, monkeypatch):
-    """A source without a kernel, and one with it; locks are given back after the test."""
+    """A source without a kernel, and one with a kernel; locks are released after the test."""
     opened = []
 
     def kept(*given):
@@ -123,7 +123,7 @@ def test_truncated_kernels_are_compiled_anew(tmp_path):
     assert jit.damaged(folder) == []
     sizes = [library.stat().st_size for library in whole]
     for library in whole:
-        # A page of it, as a disk that is full leaves it.
+        # Only the first page is left, as after a full disk.
         os.truncate(library, 4096)
     assert jit.damaged(folder) == whole
     assert run() == whole
@@ -132,7 +132,7 @@ def test_truncated_kernels_are_compiled_anew(tmp_path):
 
 
 def test_what_is_under_way_is_left_alone(tmp_path):
-    """A source without the mark of its end belongs to a process that compiles it."""
+    """A source without its end mark belongs to a process that is compiling it."""
     (tmp_path / "libffcx_one.c").write_text("")
     (tmp_path / f"libffcx_one{jit.sysconfig.get_config_var('EXT_SUFFIX')}").write_bytes(b"half")
     jit.remove_damaged(tmp_path, "libffcx_one")

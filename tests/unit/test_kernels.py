@@ -1,4 +1,4 @@
-"""Kernels of a point: one for each law, branch and kinematics, and no more for their combinations."""
+"""Kernels of a point: one for each law, branch and kinematics; their combinations need no further kernels."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_a_combination_of_effects_needs_the_usual_kernels_only(monkeypatch, refe
     march(model, program, sensitivity=("C10", "compliance", "a.tau", "b.m", "c.slip"))
     needed = set(kernels._KERNELS)
     assert needed <= {function.key for function in functions()}
-    # Kinematics, law, volumetric part, and three branches: the second Maxwell branch brings nothing.
+    # Kinematics, law, volumetric part, and three branches: the second Maxwell branch needs no kernel of its own.
     assert len(needed) <= 4 + 3 + 3 + 3 * 7
 
 
@@ -58,7 +58,7 @@ def test_laws_with_terms_are_compiled_with_one_after_the_other():
 def test_rates_with_an_old_factorisation_are_those_of_a_fresh_one(
     mode, reach, reference_bushing, rubber, monkeypatch
 ):
-    """To what `cases.rates` says of the derivatives: 4e-7 of their largest value."""
+    """`cases.rates` states an error of 4e-7 of the largest derivative; 2e-6 is allowed here."""
     chosen = rubber("yeoh", 2000.0)
     model = prepare(reference_bushing, modes()[mode], chosen, COARSE)
     program = Program(np.linspace(0, reach, 9)[1:])
@@ -71,7 +71,7 @@ def test_rates_with_an_old_factorisation_are_those_of_a_fresh_one(
 
 
 def test_springs_of_a_bond_follow_the_law_s_shear_modulus(rubber):
-    """A bond's springs are stiff in units of it; Ogden's is made of two parameters."""
+    """A bond's springs are stiff in units of it; Ogden's modulus depends on two parameters."""
     from bushcli.case.catalogue import effects
     from bushcli.effects.active import ActiveEffect
     from bushcli.effects.assembly import installed
@@ -97,7 +97,7 @@ def own_energy(strain, *, C1):
 
 @pytest.fixture
 def compiled(monkeypatch, tmp_path):
-    """A function that was compiled in a folder of its own, and the notes in there; compiling again is an error."""
+    """A function that was compiled in a new folder, and the records there; compiling it again is an error."""
     monkeypatch.setenv("BUSHCLI_CACHE", str(tmp_path))
     jit.options.cache_clear()
     function = answers.volumetric_slopes(SETTINGS["axisymmetric"])
@@ -143,7 +143,7 @@ def test_a_note_counts_for_one_revision_of_the_mathematics(compiled, monkeypatch
 
 
 def test_a_law_from_elsewhere_has_no_note(compiled):
-    """Its text is not covered by the revision: another energy under the same name must not find the old library."""
+    """The revision does not cover its source: another energy of the same name must not find the old library."""
     function = answers.law_answer(
         SETTINGS["axisymmetric"],
         replace(law("neo_hookean"), energy=own_energy),

@@ -91,14 +91,14 @@ def test_measures_are_those_of_the_deformation_gradient(name, u, strain):
     domain = u.function_space.mesh
     F, _ = values(strain.F, domain, points_of(domain))
     found, _ = values(measures(strain), domain, points_of(domain))
-    # The trace of C^-1 from its eigenvalues, which differ by a factor of up to 170 here: it loses its square.
+    # The trace of C^-1 is computed from eigenvalues, whose ratio is up to 170 here: rounding grows by its square.
     np.testing.assert_allclose(found, expected_measures(F), rtol=1e-11)
     C, _ = values(strain.C, domain, points_of(domain))
     np.testing.assert_allclose(C, np.swapaxes(F, 1, 2) @ F, rtol=1e-12, atol=1e-15)
 
 
 def place(R, theta, Z, displacement):
-    """Return the current Cartesian place of the material point (R, Theta, Z)."""
+    """Return the current Cartesian position of the material point (R, Theta, Z)."""
     u = displacement(np.array([[R], [Z]]))
     ur, phi, uz = (float(c[0]) for c in (u if len(u) == 3 else [u[0], np.zeros(1), u[1]]))
     return np.array([(R + ur) * np.cos(theta + phi), (R + ur) * np.sin(theta + phi), Z + uz])

@@ -1,4 +1,4 @@
-"""The march: what it follows, how it cuts back and grows, where it stops, and what it then says."""
+"""The march: paths that it follows, how it cuts and grows steps, where it stops, and what it then reports."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_a_step_too_far_is_cut_back_and_arrives_all_the_same(radial):
 
 
 def test_steps_grow_again_once_they_are_easy(locking):
-    """Beyond the locking the step is cut; unloading is easy, and the cut must not hold it up."""
+    """Near locking the step is cut; unloading is easy, and the cut must not slow it down."""
     history = march(locking, Program(np.array([0.59, 0.0])))
     sizes = np.array([abs(attempt.stop - attempt.start) for attempt in accepted(history)])
     assert not all(attempt.accepted for attempt in history.attempts)
@@ -97,7 +97,7 @@ def test_steps_grow_again_once_they_are_easy(locking):
 
 
 def test_no_state_beyond_the_locking_is_ever_returned(locking):
-    """Locked throughout, the rubber shears by sqrt(Jm) at every radius: the twist cannot exceed sqrt(Jm) ln(b/a)."""
+    """In fully locked rubber the shear is sqrt(Jm) at every radius: the twist cannot exceed sqrt(Jm) ln(b/a)."""
     limit = np.log(22.0 / 12.0)
     targets = np.array([0.3, 0.5, 0.55, 1.0, 1.2])
     with pytest.raises(NotConverged) as caught:
@@ -106,7 +106,7 @@ def test_no_state_beyond_the_locking_is_ever_returned(locking):
     assert (stopped.target, stopped.reason[:8]) == (1.0, "DIVERGED")
     assert 0.97 * limit < stopped.last < limit
     history = stopped.history
-    # The targets reached, and the last equilibrium on the way to the next, with its time on that way.
+    # The targets reached, and the last equilibrium on the way to the next target, with its time.
     np.testing.assert_array_equal(history.displacement, [*targets[:3], stopped.last])
     assert len(history.time) == len(history.states) == len(history.newton) == 4
     assert history.time[-1] == pytest.approx(2.0 + (stopped.last - 0.55) / 0.45)
@@ -143,7 +143,7 @@ def test_what_is_left_out_of_balance_is_within_the_tolerance(axial, tolerance):
         assert residual.norm() <= 1.001 * tolerance * reactions
     residual.destroy()
     exact = march(axial, ramp(4.0, 4), tolerance=1e-12)
-    # The force errs with the square of what is out of balance, or in proportion to it at the worst.
+    # The error of the force is quadratic in the residual, at worst proportional to it.
     np.testing.assert_allclose(history.force, exact.force, rtol=10 * tolerance, atol=1e-9)
 
 
@@ -179,7 +179,7 @@ def test_size_does_not_matter(rubber):
 
 @pytest.mark.parametrize("what", ["residual", "tangent"])
 def test_an_interruption_comes_out_as_one_wherever_the_solver_is(axial, what, monkeypatch):
-    """Some of these calls come from SNES, which would make its own error of it."""
+    """Some of these calls come from SNES, which would turn the interruption into an error of its own."""
     genuine, calls, last = getattr(axial.system, what), 0, 0
 
     def interrupted(*arguments):
@@ -204,12 +204,12 @@ def test_a_march_with_little_patience_has_little_with_newton_too(locking):
         with pytest.raises(NotConverged) as stopped:
             march(locking, ramp(3.0, 3), patience=patience)
         tried = [one for one in stopped.value.history.attempts if one.reason == "DIVERGED_MAX_IT"]
-        # Broyden's iterations are in the count, too: it gives up after a few.
+        # Broyden's iterations count too; Newton's method gives up after a few.
         assert all(most <= one.newton <= most + 2 * MAX_BROYDEN for one in tried)
 
 
 def test_a_march_is_given_up_when_patience_is_out(locking):
-    """Chains that lock: the step is cut back to the smallest otherwise."""
+    """With locking chains; otherwise the step would be cut back to the smallest."""
     failed = []
     for patience in (None, 3):
         with pytest.raises(NotConverged) as stopped:

@@ -43,7 +43,7 @@ def folder(tmp_path_factory):
 @pytest.mark.parametrize("name", PLANES)
 def test_a_sound_part_is_understood_and_meshed(name, folder, capfd):
     shape = CAD(file=str(make(name, folder)))
-    capfd.readouterr()  # OpenCASCADE tells of its exports
+    capfd.readouterr()  # discard OpenCASCADE's output about its exports
     assert shape.mirror_planes == frozenset(PLANES[name])
     mesh = build(shape, 3, shape.mirror_planes & {"y", "z"}, COARSE)
     assert capfd.readouterr() == ("", "")

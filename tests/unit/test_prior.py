@@ -1,4 +1,4 @@
-"""Priors: densities, their residuals, and where values are usual."""
+"""Priors: densities, their residuals, and the ranges of usual values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ALL = pytest.mark.parametrize("prior", PRIORS.values(), ids=PRIORS)
 
 
 def mass(prior: Prior, low: float, high: float) -> float:
-    """Probability between two values of one sign, by quadrature; in the logarithm where the prior is one of it."""
+    """Probability between two values of the same sign, by quadrature; over the logarithm for a logarithmic prior."""
     if not prior.is_logarithmic:
         points = sorted({min(max(p, low), high) for p in (0.0, prior.range(SCALES)[1])})
         return quad(lambda x: math.exp(prior.log_density(x, SCALES)), low, high, points=points, limit=200)[0]
@@ -42,7 +42,7 @@ def mass(prior: Prior, low: float, high: float) -> float:
 
 
 def whole(prior: Prior) -> tuple[float, float]:
-    """Where all of a prior's positive side is, to rounding."""
+    """The interval that holds all of a prior's positive side, to rounding."""
     low, high = prior.range(SCALES)
     if not prior.is_logarithmic:
         # The tails of Student's t fall with the cube of the distance.

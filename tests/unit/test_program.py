@@ -15,7 +15,7 @@ def test_ramp():
 
 def test_path_passes_its_corners_in_steps_of_like_size():
     q = path([0.0, 4.0, -4.0, 0.0], 8).displacement
-    # Steps on the longest segment (8 mm); the others get their share.
+    # The number of steps is that of the longest segment (8 mm); shorter ones get fewer in proportion.
     np.testing.assert_allclose(q[:5], [0, 1, 2, 3, 4])
     np.testing.assert_allclose(q[4:13], np.linspace(4, -4, 9))
     np.testing.assert_allclose(q[12:], np.linspace(-4, 0, 5))

@@ -1,4 +1,4 @@
-"""Recordings: what test rigs write is read, what makes no sense is refused with file, line and column."""
+"""Recordings: files of test rigs are read, and senseless ones are refused with file, line and column."""
 
 import math
 from dataclasses import replace
@@ -136,7 +136,7 @@ def test_columns_by_number_and_units_by_key(tmp_path):
     assert_read(recording)
     clear = content.replace("[%-trav]", "[mm]")
     assert_read(read_coupon(source(tmp_path, clear, "uniaxial")))
-    # Both strains are the same numbers: they are one.
+    # Both strain columns have the same numbers: they count as one.
     assert_read(read_coupon(source(tmp_path, content, "uniaxial")))
     different = "# [N/mm**2] [N] [%-ext] [%-trav] [s]\n" + table((F, 100 * F, 100 * Q, 101 * Q, T)).replace(
         ",", "\t"
@@ -259,7 +259,7 @@ def test_forced_delimiter_and_decimal_sign_are_obeyed(tmp_path):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_damaged_files_are_read_or_refused_but_never_crash(tmp_path, seed):
-    """Bytes changed, lines dropped, doubled or cut: nothing but RecordingError may come out."""
+    """Bytes changed, lines dropped, doubled or cut: no other exception than RecordingError may be raised."""
     rng = np.random.default_rng(seed)
     refused = []
     original = (RIG + GERMAN + table(sep=";", decimal=",")).encode()

@@ -48,7 +48,7 @@ def test_the_derivative_by_the_compliance_is_that_of_springs_in_series():
 
 
 def test_a_stiff_bushing_behind_a_soft_spring_and_with_a_stop_is_solved():
-    # Stiffness from 300 to 1.5e5 N/mm and a knee behind a spring of 20 N/mm: Newton alone would jump to and fro.
+    # Stiffness from 300 to 1.5e5 N/mm and a knee behind a spring of 20 N/mm: Newton's method alone would oscillate.
     def hard(q):
         return 300.0 * np.sinh(q), 300.0 * np.cosh(q), np.zeros((len(q), 0))
 
@@ -149,7 +149,7 @@ def test_a_force_is_read_between_its_times_and_corners_are_kept():
     at = np.linspace(0.0, 4.0, 41)
     got = reading([], time, tent, (), at=at, corners=[2])
     np.testing.assert_allclose(got.value, 2 - np.abs(at - 2), atol=1e-14)
-    # Without the corner the cubic rounds it off: as much as a quarter of a step at most.
+    # Without the corner the cubic rounds it off, by a quarter of a step at most.
     rounded = reading([], time, tent, (), at=at).value
     assert 0.01 < np.abs(rounded - got.value).max() < 0.25
 
@@ -173,7 +173,7 @@ def test_a_value_that_is_not_given_is_refused():
 
 
 def test_the_pieces_for_a_march_make_the_same_force():
-    """What a march with history is given, driven here by a spring without."""
+    """The path and compliance that a march with memory is given, driven here by a spring without memory."""
     acting = [
         active("free_play", half_width=0.2),
         active("rig_compliance", compliance=1e-3),
@@ -190,7 +190,7 @@ def test_the_pieces_for_a_march_make_the_same_force():
     assert list(compliance.slope) == [1.0, 0.0]
 
 
-# -- what goes with time -----------------------------------------------------------------------------------------------
+# -- effects that depend on time ---------------------------------------------------------------------------------------
 
 
 def test_a_drift_and_a_wrong_scale_are_of_the_reading_alone():

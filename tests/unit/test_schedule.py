@@ -1,4 +1,4 @@
-"""Steps through recorded paths: fewest, within the noise, cut where the response has a knee, and back to samples."""
+"""Steps through recorded paths: as few as the noise allows, cut at knees of the response, interpolated at samples."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_sinusoid_is_followed_within_the_noise(seed):
     recorded = q + NOISE * np.random.default_rng(seed).standard_normal(len(q))
     steps = schedule(time, recorded, NOISE)
     errors = steps.path(time) - q
-    # The chain's tolerance, at the samples, and what those err by themselves.
+    # The tolerance of the chain of lines at the samples, plus the noise of the samples.
     assert np.abs(errors).max() < (WITHIN + 3.0) * NOISE
     assert np.sqrt(np.mean(errors**2)) < 2.0 * NOISE
     assert turns(steps.displacement) == 6
@@ -153,7 +153,7 @@ def test_fineness_doubles_the_steps():
 
 
 def test_corners_between_samples_are_rounded_in_few_steps():
-    """The sensor never saw the turning points: short lines there, and holds of a step or two."""
+    """No sample is at a turning point, which therefore becomes a short line or a hold of one or two steps."""
     time, at, corners = triangle(400)
     steps = schedule(time, noisy(time, at, corners), NOISE)
     short = [leg for leg in steps.legs if steps.time[leg.last] - steps.time[leg.first] < 0.5]
@@ -166,7 +166,7 @@ def test_corners_between_samples_are_rounded_in_few_steps():
 
 
 def cubic(steps, leg, clock):
-    """Some cubic of the position within a leg, another for each."""
+    """An arbitrary cubic of the position within a leg, different for each leg."""
     a, b, c = 1.0 + leg.first % 7, -0.3 * (leg.first % 5), 0.05
     return a * clock + b * clock**2 + c * clock**3
 
@@ -222,7 +222,7 @@ def test_without_time_the_sample_numbers_stand_for_it():
     steps, timed = schedule(None, recorded, NOISE), schedule(time, recorded, NOISE)
     assert not steps.timed
     assert steps.time[-1] == len(time) - 1
-    # Samples are even in time here: the same nodes.
+    # Samples are equidistant in time here, so that the nodes are the same.
     np.testing.assert_allclose(steps.displacement, timed.displacement, atol=1e-9)
 
 

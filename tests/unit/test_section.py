@@ -1,4 +1,4 @@
-"""Sections: outlines of the case file and of drawings, and what is said of those that are none."""
+"""Sections: outlines in case files and drawings, and the messages with which invalid ones are refused."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def without(edge, **changed):
         (without(1, to=[20.0, -20.0]), r"outline\[1\]: has no length: it begins and ends at \(20, -20\)"),
         (without(2, arc_through=[15, 18], spline_through=[[15, 18]]), "is given as an arc and as a spline"),
         (without(3, name="free"), 'no edge on the outside is named "inner"'),
-        (without(3, name="iner"), 'the name "iner" stands on 1 row of edges'),
+        (without(3, name="iner"), 'the name "iner" is given to 1 row of edges'),
         (
             [{"from": [10, -20], "to": [20, 20]}, {"to": [20, -20], "name": "outer"}, *RING[2:]],
             "crosses itself at",
@@ -56,7 +56,7 @@ def test_measures_are_those_of_the_ring():
     assert found.regions == ("rubber",)
     assert found.measures["rubber"] == pytest.approx(np.pi * (20**2 - 10**2) * 40)
     assert found.measures["inner_bond"] == pytest.approx(2 * np.pi * 10 * 40)
-    # A straight "arc" is a line, and a square hole is none of the rubber.
+    # A straight "arc" is a line, and the area of a square hole does not count as rubber.
     square = [
         {"from": [13.0, -2.0], "to": [17.0, -2.0]},
         {"to": [17.0, 2.0], "arc_through": [17.0, 0.0]},
@@ -85,7 +85,7 @@ def test_four_sides_make_quadrilaterals_and_others_triangles():
 
 @pytest.mark.parametrize("length", [40.0, 12.0])
 def test_bonds_are_where_the_outline_has_them(length):
-    """A symmetric section is meshed by halves, a revolved one too: the inner bond is the one inside."""
+    """A symmetric section is meshed by halves, also when revolved; the inner bond must be at the inner radius."""
     half = length / 2
     outline = [
         {"from": [10.0, -half], "to": [20.0, -half]},
@@ -99,7 +99,8 @@ def test_bonds_are_where_the_outline_has_them(length):
             facets = mesh.facets.find(mesh.boundary[name])
             x = compute_midpoints(mesh.mesh, dimension - 1, facets)
             across = x[:, 0] if dimension == 2 else np.hypot(x[:, 0], x[:, 1])
-            # Facets around the axis are curved, 30 degrees each: their corners' mean lies inside.
+            # Facets around the axis are curved, 30 degrees each, so that the mean of their corners lies nearer to the
+            # axis.
             assert across == pytest.approx(radius, rel=0.05), (name, dimension, mirrors)
 
 
@@ -152,7 +153,7 @@ def test_a_drawing_is_read_with_layers_as_names(tmp_path):
     [
         ({"gap": 0.5}, r"an outline is open at \(20"),
         ({"unit": 13}, "has unit number 13"),
-        ({"layer": "outside"}, 'the name "outside" stands on 1 row of edges'),
+        ({"layer": "outside"}, 'the name "outside" is given to 1 row of edges'),
     ],
 )
 def test_a_drawing_that_is_no_section_is_refused(tmp_path, changed, said):

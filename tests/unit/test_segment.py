@@ -44,7 +44,7 @@ def test_branches_of_a_program_with_a_hold(sigma, timed, seed):
     assert found[0].start == 0
     assert found[-1].stop == len(q)
     assert all(a.stop == b.start for a, b in pairwise(found))
-    # A corner is found to within the samples that noise can hide: 0.05 mm lie between two samples.
+    # Noise can hide a corner by a few samples, which are 0.05 mm apart.
     reach = 2 + int(8 * sigma / 0.05)
     assert np.abs(np.array([b.stop - 1 for b in found]) - corners).max() <= reach
 
@@ -123,7 +123,7 @@ def test_noise_is_robust_to_outliers():
     rng = np.random.default_rng(12)
     y = rng.normal(size=1000)
     y[::50] += 100.0
-    # Four of fifty windows hold an outlier; the estimate rises a little, the plain standard deviation to 14.
+    # Four of fifty windows contain an outlier: the estimate rises a little, the plain standard deviation to 14.
     assert noise(y, np.arange(1000.0)) == pytest.approx(1.0, rel=0.15)
 
 

@@ -1,4 +1,4 @@
-"""Steps that are taken by a flow."""
+"""Steps taken by a viscous flow to equilibrium."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def model(request, rubber):
 
 
 def test_a_flow_ends_where_newton_s_method_does(model):
-    """Where there is one equilibrium nearby; and the model's tangent and residual have no drag afterwards."""
+    """With a single equilibrium nearby; afterwards the model's tangent and residual contain no drag."""
     known = march(model, ramp(2.0, 2))
     solver = Equilibrium(model, TOLERANCE)
     try:
@@ -40,7 +40,7 @@ def test_a_flow_ends_where_newton_s_method_does(model):
 
 
 def test_a_drag_is_a_force_against_change_alone(model):
-    """None at its origin, none on pressures and on sleeves, and work on every other change."""
+    """The drag is zero at its origin, on pressures and on sleeves, and opposes every other change."""
     drag = Drag(model, model.state.x.array.copy(), 8)
     drag.viscosity = 2.0
     origin, x, force = (model.system.create_vector() for _ in range(3))

@@ -24,7 +24,7 @@ def axial(reference_bushing, rubber):
     [
         (0.0, 2.0, [0, 0.5, 1, 1.5, 2]),
         (-2.0, 2.0, [-2, -1.5, -1, -0.5, 0, 0.5, 1, 1.5, 2]),
-        # A hundredth of the range from rest is noise, not a side.
+        # A hundredth of the range beyond rest is noise and does not count as a side.
         (-0.01, 2.0, [0, 0.5, 1, 1.5, 2]),
         # The short side gets at least four steps too.
         (-0.4, 2.0, [-0.4, -0.3, -0.2, -0.1, 0, 0.5, 1, 1.5, 2]),

@@ -21,7 +21,7 @@ RUBBER = Rubber(law("yeoh"), {"C10": 0.5, "C20": -0.03, "C30": 0.006}, 2000.0)
 
 @pytest.fixture
 def marches(monkeypatch):
-    """Names by which each march was differentiated."""
+    """Record the parameters by which each march is differentiated."""
     seen = []
 
     def march(*args, **options):
@@ -46,11 +46,11 @@ def test_what_stands_beside_the_bushing_does_not_change_its_march(marches):
     near = one.solve({"bump_stop.gap": 2.0}, names)
     far = one.solve({"bump_stop.gap": 2.5}, names)
     assert marches == [("C10",)]
-    # 50 N/mm from 2 or 2.5 mm on, of 3 mm less the play of 0.1 mm.
+    # The stop adds 50 N/mm beyond 2 or 2.5 mm; the bushing reaches 3 mm less the play of 0.1 mm.
     assert (near.force - far.force).max() == pytest.approx(50.0 * 0.5)
     assert near.slope[:, 1].max() == pytest.approx(0.9)
     assert near.slope[:, 2].min() == pytest.approx(-50.0)
-    # Differentiated by what changes the path, and marched along another one.
+    # Derivatives by a parameter that changes the path, and another path, need new marches.
     one.solve({}, ("free_play.half_width",))
     one.solve({"free_play.half_width": 0.2}, names)
     one.solve({"C10": 0.6}, names)
@@ -58,7 +58,7 @@ def test_what_stands_beside_the_bushing_does_not_change_its_march(marches):
 
 
 def test_derivatives_of_warm_rubber_behind_a_spring_are_exact():
-    """Its factor goes with the time of each step, where bushing and spring share the displacement."""
+    """Warming's factor depends on the time of each step, at which bushing and spring share the displacement."""
     time = 50.0 + np.linspace(0.0, 12.0, 13)
     q = np.interp(time - 50.0, [0, 4, 8, 12], [0, 3, 0, -2])
     values = {
@@ -71,7 +71,7 @@ def test_derivatives_of_warm_rubber_behind_a_spring_are_exact():
     one = Simulation(RING, modes()["axial"], RUBBER, Refinement(2, 4), active, time, q, None)
     given = {f"{name}.{key}": value for name, own in values.items() for key, value in own.items()}
     exact = one.solve({}, tuple(given))
-    # Warm rubber carries less, and all that the clock of the rig shows begins with the recording.
+    # Warm rubber carries less; warming and drift count time from the start of the recording.
     cold = one.solve({"warming.amount": 0.0, "drift.rate": 0.0}).force
     assert exact.force[0] == pytest.approx(0.0, abs=1e-9)
     assert exact.force[4] < 0.95 * cold[4]

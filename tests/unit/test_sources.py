@@ -92,7 +92,10 @@ def test_a_file_whose_name_is_a_pattern_is_taken_as_it_is(tmp_path):
         ('file = "run_*.csv"', r'mode is missing, and the name "run_1.csv" does not contain one \(axial'),
         ('file = "run_1.csv"', r'mode is missing, and the name "run_1.csv" does not contain one'),
         ('file = "run_*.csv"\nmode = "axial"\nname = "a"', "one name for the 2 files"),
-        ('file = "run_1.csv"\nmode = "axial"\ngauge_length = 20.0', "gauge_length is of a material test"),
+        (
+            'file = "run_1.csv"\nmode = "axial"\ngauge_length = 20.0',
+            "gauge_length belongs to a material test",
+        ),
         ('file = "run_1.csv"\nmode = "axial"\nrate = 1.0\nsample_rate = 2.0', "rate and sample_rate both"),
         ('file = "run_1.csv"\nmode = "axial"\ngroup = 0', "group = 0"),
         ('file = "run_1.csv"\nmode = "axial"\nsample_rate = -1.0', "sample_rate = -1.0 must be greater"),

@@ -1,4 +1,4 @@
-"""Power traces of the principal stretches: values and two derivatives, above all where stretches coincide.
+"""Power traces of the principal stretches: values and two derivatives, especially where stretches coincide.
 
 The reference is the spectral representation of an isotropic tensor function, with the divided differences of
 Daleckii and Krein for its second derivative: accurate at any multiplicity, and sharing no formula with the

@@ -1,4 +1,4 @@
-"""Stability of laws, against what is known of them on paper."""
+"""Stability of laws, against closed forms."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_laws_that_are_stable_everywhere(name, parameters):
 
 
 def test_mooney_rivlin_with_a_negative_coefficient_loses_stability_in_compression():
-    """Uniaxial: the Hessian is singular along and across the path; both conditions are solved on paper.
+    """Uniaxial: the Hessian is singular along and across the path; both conditions are solved in closed form.
 
     With a = C10, b = C01 and x = stretch: in (e1, e2) the Hessian is 4 [[A + D, D], [D, B + D]] with
     A = a x^2 + b x^-2 and B = D = a x^-1 + b x, so it is positive definite while D > 0 and 2 A + D > 0.
@@ -75,7 +75,7 @@ def test_any_number_of_states():
 
 
 def test_limit_agrees_with_the_slope_of_the_stress():
-    """Where the uniaxial Cauchy stress stops rising, the law has lost its stability, or lost it before."""
+    """The law loses its stability where the uniaxial Cauchy stress stops rising, or before."""
     parameters = {"C10": 0.5, "C20": -0.08, "C30": 0.002}
     high = coupon_limits(law("yeoh"), parameters, ("uniaxial",))["uniaxial"][1]
     x = np.linspace(1, 3, 20001)

@@ -1,4 +1,4 @@
-"""What recordings are, what standards ask for, and what is left open; on programs whose answer is known."""
+"""Kinds of recordings, requirements of standards, and open questions, on programs with known answers."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_cycles_rates_and_holds_are_counted():
     seen = observe(ramps([0, 4, 0, 4, 0, 4, 4, 0], [0.5, 0.5, 0.5, 0.5, 5.0, 1.0, 5.0]))
     assert seen.amplitudes == pytest.approx((4.0, 4.0, 4.0))
     assert seen.rates == pytest.approx((0.5, 5.0))
-    # Rigs need a few samples to stop: what they do there belongs to the ramp.
+    # A rig needs a few samples to stop; they belong to the ramp.
     assert seen.holds == pytest.approx((60.0,), rel=0.05)
     assert (seen.timed, seen.from_rest, seen.unloads, seen.alike) == (True, True, True, 3)
 
@@ -57,7 +57,7 @@ def test_one_rate_leaves_viscosity_and_friction_open():
     assert question in questions(one)
     assert question not in questions(one, ramps([0, 4, 0, 4, 0], 5.0, name="fast"))
     assert question not in questions(ramps([0, 4, 4, 0, 4, 0], 0.5))
-    # Two rates of two modes are one rate of each.
+    # Two recordings at different rates in different modes have only one rate in each mode.
     assert question in questions(one, ramps([0, 2, 0, 2, 0], 5.0, mode="radial"))
     silent = Recording("axial", one.displacement, one.force, name="silent")
     [lack] = [lack for lack in lacking([observe(silent)]) if lack.question == question]

@@ -1,4 +1,4 @@
-"""A DOLFINx that bushcli was not tried with is named at once, by doctor and check, not at the first mesh."""
+"""A release of DOLFINx with which bushcli was not tested is named at once, by doctor and check."""
 
 from __future__ import annotations
 

@@ -169,7 +169,7 @@ def test_swaging_as_another_code_has_it():
 
 
 def test_swaging_is_the_same_in_the_half_plane_and_in_space(monkeypatch):
-    """What swaging makes of axial and torsional stiffness, in a section and in a solid with the same section."""
+    """Swaging changes axial and torsional stiffness alike in a section and in a solid with the same section."""
     monkeypatch.setattr("geometry.ring.SECTION_GRADING", ring.SOLID_GRADING)
     refinement = Refinement(across=3, along=8, around=8)
     for mode, q in (("axial", 1.0), ("torsional", 0.1)):
@@ -203,7 +203,7 @@ def test_a_misaligned_bushing_is_one_with_a_moved_mesh():
     moved = Model(mesh, modes()["radial"], YEOH.law, YEOH.parameters, YEOH.bulk_modulus)
     expected = march(moved, Program(np.array(q))).force
     assert expected[1] > 1.05 * abs(expected[0])
-    # The edges of the elements are parabolas in the one and moved parabolas in the other.
+    # Curved element edges are parabolas in one mesh and moved parabolas in the other.
     np.testing.assert_allclose(off_centre.force, expected, rtol=2e-3)
 
 
@@ -217,7 +217,7 @@ def loose(bond, length=3.0):
 @pytest.mark.parametrize("sleeve", ["inner", "outer"])
 @pytest.mark.parametrize(("mode", "q"), [("axial", 1.0), ("torsional", 0.1)])
 def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q, sleeve):
-    """What a free length of 3 mm takes from the force, against a mesh where the boundary is not held there."""
+    """The force lost by a debonded length of 3 mm, against a mesh whose boundary is free there."""
     fine, length = Refinement(across=8, along=68), 3.0
     mesh = build(bushing(), 2, frozenset(), fine)
     kind = modes()[mode]
@@ -232,7 +232,7 @@ def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q, sleeve):
     values = mesh.facets.values.copy()
     free = facets[middle > 17.0 - length]
     edge = np.sort(middle[middle <= 17.0 - length])[-1] + np.sort(middle[middle > 17.0 - length])[0]
-    length = 17.0 - edge / 2  # where the mesh has the edge, to a tenth of an element
+    length = 17.0 - edge / 2  # the edge is at a node of the mesh, to a tenth of an element
     values[np.isin(mesh.facets.indices, free)] = 99
     tags = dolfinx_mesh.meshtags(mesh.mesh, 1, mesh.facets.indices, values)
     lost = whole - force(replace(mesh, facets=tags))
@@ -243,7 +243,8 @@ def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q, sleeve):
         return whole - march(bonded, Program(np.array([q]))).force[0]
 
     assert lost > 0.005 * whole
-    # The edge of the bond is a twentieth of the thickness wide; what is free begins within half of that.
+    # The transition at the edge of the bond is a twentieth of the thickness wide, so the free length is known to half
+    # of that.
     assert found(length - 0.2) < lost < found(length + 0.2)
     if (mode, sleeve) != ("torsional", "outer"):
         assert found(length) == pytest.approx(lost, rel=0.05)
@@ -252,7 +253,7 @@ def test_a_debonded_bushing_is_one_whose_boundary_is_free(mode, q, sleeve):
 @pytest.mark.parametrize("sleeve", ["inner", "outer"])
 @pytest.mark.parametrize("mode", ["axial", "torsional", "radial", "conical"])
 def test_a_bond_that_is_off_at_the_bottom_is_the_mirror_image_of_one_at_the_top(mode, sleeve):
-    """So the choices that a diagnosis need not try are those that give the same curve."""
+    """Therefore a diagnosis leaves out exactly those choices that give the same curve."""
     reach = 0.1 if modes()[mode].rotational else 1.0
     q = np.array([-reach, reach])
     top, bottom = (
@@ -263,12 +264,12 @@ def test_a_bond_that_is_off_at_the_bottom_is_the_mirror_image_of_one_at_the_top(
     choice = effect("debonding").parameter("bond")
     alike = len(choice.distinct(bushing(), [mode])) == 2
     assert alike == bool(np.allclose(top, bottom, rtol=1e-6))
-    # Beside an effect that is not symmetric about the mid-plane all of them differ.
+    # Together with an effect that is not symmetric about the mid-plane, all choices differ.
     assert choice.distinct(bushing(), [mode], frozenset("z")) == BONDS
 
 
 def test_a_swaged_sleeve_takes_the_bond_with_it():
-    """Where the outer bond is springs (here all of it holds), they are drawn in with the sleeve."""
+    """Where springs model the outer bond (here fully bonded), they move inward with the sleeve."""
     swaged, off = {"reduction": 0.5}, {"length": 0.0, "bond": 2.0}
     expected = curve(bushing(), "axial", YEOH, [1.0], installed_features=features(swaging=swaged)).force
     both = features(swaging=swaged, debonding=off)
@@ -289,7 +290,7 @@ def test_a_swaged_sleeve_takes_the_bond_with_it():
 
 
 def test_sleeves_that_are_rigid_turn_with_the_bushing():
-    """Metal much stiffer than this keeps a turned sleeve from equilibrium, by rounding beside the rubber's tangent."""
+    """Much stiffer metal would prevent the equilibrium of a turned sleeve, by rounding beside the rubber's tangent."""
     shape = shapes()["plain"](inner_radius=11.5, outer_radius=18.7, length=22.3)
     q = np.linspace(0.02, 0.2, 10)
     rigid = features(sleeve_compliance={"compliance": 0.0, "thickness": 2.0})
@@ -315,7 +316,7 @@ def test_compliant_sleeves_are_those_that_a_case_could_give():
 
 
 def test_what_was_assembled_has_exact_slopes_with_memory_and_by_the_law():
-    """Swaging and shrinkage before, friction and relaxation during the test; by all parameters at once."""
+    """Swaging and shrinkage before the test, friction and relaxation during it; slopes by all parameters at once."""
     values = {
         "swaging": {"reduction": 0.3},
         "cure_shrinkage": {"shrinkage": 0.01},
@@ -333,14 +334,14 @@ def test_what_was_assembled_has_exact_slopes_with_memory_and_by_the_law():
     for column, (name, value) in enumerate(given.items()):
         step = 1e-3 * abs(value)
         found = (force(name, value + step) - force(name, value - step)) / (2 * step)
-        # Of the second order in the step: 1e-6 of the slope.
+        # The difference errs with the second order of the step: 1e-6 of the slope.
         np.testing.assert_allclose(
             found, exact[:, column], atol=1e-5 * np.abs(exact[:, column]).max(), rtol=0, err_msg=name
         )
 
 
 def test_swaging_to_where_the_model_ends():
-    """Axial stiffness over that without reduction, from FElupe: three fields, 8 x 28 biquadratic axisymmetric elements.
+    """Axial stiffness relative to that without reduction, from FElupe: three fields, 8 x 28 biquadratic elements.
 
     Its meshes of 4 x 14 to 12 x 44 elements differ by 4 % at a reduction of a ninth of the thickness, and fail or give
     negative stiffness beyond an eighth.

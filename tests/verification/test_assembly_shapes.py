@@ -1,4 +1,4 @@
-"""Effects of the assembly on sections: the outline of a plain ring has what the ring has."""
+"""Effects of the assembly act on the outline of a plain ring as on the ring itself."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def by_outline() -> Shape:
 
 
 def forces(shape: Shape, mode: str, name: str, q: list[float], **mesh: Any) -> np.ndarray:
-    """Return the force with an effect over that without it."""
+    """Return the ratio of the force with an effect to the force without it."""
     found = []
     for active in ([], [ActiveEffect(effect(name), VALUES[name])]):
         model = prepare(shape, modes()[mode], YEOH, Refinement(**mesh), features=installed(active))
@@ -101,7 +101,7 @@ def test_what_has_no_coaxial_sleeves_is_refused() -> None:
         assert shape.wall is None
         for one in effects().values():
             assert bool(unsuited(one, shape)) == one.needs_sleeves
-    # The rigid sleeves of a section are not meshed: it has none to be given another modulus.
+    # The rigid sleeves of a section are not meshed, so there is no metal whose modulus could change.
     ((what, instead),) = unsuited(effect("sleeve_compliance"), by_outline())
     assert "section" in what
     assert "geometry.plates" in instead

@@ -42,7 +42,7 @@ def coupon(rubber):
 
 
 def stress(model, q, time=None, **values):
-    """Nominal stress (MPa) along a path, and what of it the branch adds to the neo-Hookean law."""
+    """Nominal stress (MPa) along a path, and the part that the branch adds to the neo-Hookean law."""
     model.set_parameters({f"b.{key}": value for key, value in values.items()})
     history = march(model, Program(np.asarray(q, dtype=float), time), tolerance=SHARP)
     x = 1 + history.displacement
@@ -53,7 +53,7 @@ def stress(model, q, time=None, **values):
 
 
 def test_softened_tension_is_the_formula_of_ogden_and_roxburgh(coupon):
-    """Load, unload, reload beyond the first peak, unload into compression, with Yeoh's law typed here."""
+    """Load, unload, reload beyond the first peak, unload into compression, with Yeoh's law written out here."""
     inverse_r, m, beta = 0.4, 0.07, 0.2
     legs = [(0, 0.6), (0.6, 0.0), (0.0, 1.0), (1.0, -0.3), (-0.3, 1.2)]
     q = np.concatenate([np.linspace(a, b, 14)[1:] for a, b in legs])
@@ -116,7 +116,7 @@ def test_maxwell_stress_converges_to_the_integrated_one_with_the_square_of_the_s
 
 @pytest.mark.parametrize("share", [0.003, 0.3, 1.0, 3.0, 15.0])
 def test_small_strain_relaxes_exponentially_at_any_step(share, coupon):
-    """A sudden strain of +-1e-4, whose mean leaves the cube of it; steps from 0.003 to 15 relaxation times."""
+    """A sudden strain of +-1e-4, averaged so that the square drops out; steps of 0.003 to 15 relaxation times."""
     since = share * TAU * np.arange(6)
     added = {}
     for sign in (1, -1):
@@ -127,7 +127,7 @@ def test_small_strain_relaxes_exponentially_at_any_step(share, coupon):
 
 @pytest.mark.parametrize("share", [0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
 def test_no_step_is_too_long_for_a_maxwell_branch(share, coupon):
-    """Cycles in steps of 0.01 to 1000 relaxation times: fast ones meet a spring, slow ones a thin fluid."""
+    """Cycles in steps of 0.01 to 1000 relaxation times: the branch is a spring if fast, a thin fluid if slow."""
     q = np.array([0.5, 1.0, 0.3, -0.4, 0.2, 1.0, 0.0])
     q, time = np.append(0.0, q), share * TAU * np.arange(8.0)
     _, added = stress(coupon("maxwell"), q, time, g=G, tau=TAU)
@@ -141,7 +141,7 @@ def test_no_step_is_too_long_for_a_maxwell_branch(share, coupon):
 
 
 def test_steady_stretching_meets_viscous_stress(coupon):
-    """Far slower than the dashpot the branch is a fluid: a true stress of 3 g mu tau times the rate."""
+    """When stretched far slower than it relaxes, the branch is a fluid: a true stress of 3 g mu tau times the rate."""
     rate = 1e-4 / TAU
     time = 200 * TAU * np.arange(26.0)
     q = np.expm1(rate * time)
@@ -190,7 +190,7 @@ def test_small_strain_cycles_are_those_of_a_spring_behind_a_slider(coupon):
         expected.append(elastic)
     added = {s: stress(coupon("elastoplastic"), s * path, g=G, slip=slip)[1] for s in (1, -1)}
     found = (added[1] - added[-1]) / 2
-    # The last step holds, right at the knee, which is rounded over 1 % of the slip strain: a quarter of that gives way.
+    # The last step ends exactly at the knee, which is rounded over 1 % of the slip strain: a quarter of that slips.
     np.testing.assert_allclose(found[:-1], expected[:-1], rtol=0, atol=1e-6 * limit)
     assert found[-1] == pytest.approx(expected[-1], rel=3e-3)
 

@@ -28,7 +28,7 @@ LAWS = {
 
 @pytest.fixture(scope="session")
 def calculix():
-    """Find CalculiX; the test is left out where there is none."""
+    """Find CalculiX; the test is skipped where it is not installed."""
     found = os.environ.get("BUSHCLI_CCX") or shutil.which("ccx")
     if found is None:
         pytest.skip("no CalculiX: set BUSHCLI_CCX to ccx, or run tests/with-solver (make test does)")
@@ -187,7 +187,7 @@ def test_the_bushing_along_its_axis(calculix, tmp_path, reference_bushing, rubbe
     model = prepare(reference_bushing, modes()["axial"], rubber(name, BULK, **LAWS[name]), Refinement())
     history = sweep(model, even_targets(0.0, 8.0, 16))
     expected = np.interp(8.0 * times, history.displacement, history.force)
-    # CalculiX solves a sector of two degrees, and prints its force.
+    # CalculiX solves a sector of two degrees and prints the force of that sector.
     assert 180.0 * forces[1:, 1] == pytest.approx(expected[1:], rel=0.01)
 
 
@@ -233,8 +233,8 @@ def quarter(across=5, along=6, around=14):
 def test_the_bushing_across_its_axis(calculix, tmp_path, reference_bushing, rubber):
     """Radially the rubber is confined, and the force depends on the bulk modulus too.
 
-    Elements without a pressure of their own need many: 2.5 % too stiff with 4 x 6 x 10 of them, 1.4 % with 6 x 9 x
-    16, 0.9 % with 8 x 10 x 20. The displacement is small, where one increment will do.
+    Elements without a pressure unknown converge slowly: 2.5 % too stiff with 4 x 6 x 10 of them, 1.4 % with 6 x 9 x 16,
+    0.9 % with 8 x 10 x 20. The displacement is small enough for one increment.
     """
     deck = quarter(8, 12, 22) + card("yeoh", LAWS["yeoh"]) + SECTION
     deck += "*BOUNDARY\nOUTER, 1, 3\nSIDES, 2, 2\nMIDDLE, 3, 3\nMOVED, 2, 3\n" + step("MOVED, 1, 1, 0.05", 1)

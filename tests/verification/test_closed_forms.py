@@ -27,11 +27,11 @@ from cases.simulate import DEFAULT, Rubber, prepare
 from forms.law import law
 from geometry.shape import Refinement, shapes
 
-# The example of Adkins and Gent's formulas in numbers: 10/20 mm, 40 mm long, 0.8 MPa.
+# The numerical example for Adkins and Gent's formulas: 10/20 mm, 40 mm long, 0.8 MPa.
 A, B, L, MU = 10.0, 20.0, 40.0, 0.8
 RUBBERS = {"neo_hookean": {"C10": 0.4}, "mooney_rivlin": {"C10": 0.3, "C01": 0.1}}
 # Where sleeves and ends prescribe the normal displacement everywhere, exact incompressibility leaves the mean pressure
-# open; with this bulk modulus (MPa) the volume changes by 1e-8.
+# undetermined; with this bulk modulus (MPa) the volume changes by 1e-8.
 CONFINED = 1e8
 
 
@@ -78,7 +78,7 @@ def test_the_formulas_give_the_published_numbers():
 @pytest.mark.parametrize("name", RUBBERS)
 @pytest.mark.parametrize("degrees", [1.0, 20.0, 40.0])
 def test_torsion_is_exact_at_finite_twist(name, degrees):
-    """With ends that keep their plane the twist is the whole deformation (Rivlin 1949)."""
+    """With ends held plane, the twist is the whole deformation (Rivlin 1949)."""
     found = stiffness(
         with_ends("torsional", (2,)), Rubber(law(name), RUBBERS[name], CONFINED), np.radians(degrees)
     )
@@ -95,14 +95,14 @@ def test_torsion_with_free_ends_hardly_differs(name):
 
 @pytest.mark.parametrize("q", [0.1, 5.0])
 def test_axial_simple_shear_is_exact_for_neo_hookean(q):
-    """Ends that do not move radially but are free along the axis carry the stress of the antiplane solution."""
+    """Ends that are held radially but free along the axis satisfy the antiplane solution."""
     rubber = Rubber(law("neo_hookean"), RUBBERS["neo_hookean"])
     assert stiffness(with_ends("axial", (0,)), rubber, q) == pytest.approx(axial(), rel=1e-5)
 
 
 @pytest.mark.parametrize("name", RUBBERS)
 def test_free_ends_matter_less_for_longer_bushings(name):
-    """Free ends soften the axial spring; what they take away does not grow with the length."""
+    """Free ends soften the axial spring by an amount that does not grow with the length."""
     rubber = Rubber(law(name), RUBBERS[name])
     missing = [
         1
@@ -112,14 +112,14 @@ def test_free_ends_matter_less_for_longer_bushings(name):
     ]
     assert min(missing) > 0
     assert missing[3] < 0.02
-    # In proportion to 1 / length once the two ends no longer see each other.
+    # In proportion to 1 / length once the two ends no longer interact.
     assert missing[1] / missing[2] == pytest.approx(2.0, rel=0.02)
     assert missing[2] / missing[3] == pytest.approx(2.0, rel=0.02)
 
 
 def test_radial_of_the_long_bush_is_exact_in_plane_strain():
     rubber = Rubber(law("neo_hookean"), RUBBERS["neo_hookean"], CONFINED)
-    # Linear theory: the square of q / (b - a) = 1e-4 is what a finite q adds.
+    # The theory is linear: a finite q adds the square of q / (b - a) = 1e-4.
     found = stiffness(with_ends("radial", (2,)), rubber, 1e-3, Refinement(across=4, along=2, around=16))
     assert found == pytest.approx(radial()[1], rel=1e-3)
 
@@ -134,6 +134,6 @@ def test_radial_lies_between_the_short_and_the_long_bush():
     share = found / long
     assert np.all(np.diff(share) > 0)
     assert share[-1] > 0.8
-    # What a piece in the middle adds is the long bush's: the ends are felt no further than some radii.
+    # A piece added in the middle has the long bush's stiffness: the ends have no effect beyond some radii.
     added = (found[-1] - found[-2]) / (lengths[-1] - lengths[-2])
     assert added == pytest.approx(long[0] / lengths[0], rel=0.01)

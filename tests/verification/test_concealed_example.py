@@ -1,4 +1,4 @@
-"""The example with a concealed effect: what `truth.json` says is in the recording, and nothing of it in the case."""
+"""The example with a concealed effect: the recording has what `truth.json` says, and the case reveals nothing of it."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ def test_the_truth_makes_the_recording():
         / span
         for acts in (active, [])
     ]
-    # By the default elements, off by 0.05 % of the range. The standard deviation of 178 samples is within 16 %,
-    # three of its standard errors.
+    # The default elements are off by 0.05 % of the range. The standard deviation of 178 samples is known to 16 %, which
+    # is three of its standard errors.
     assert abs(rms[0] / TRUTH["noise_percent"] - 1.0) < 0.16
     assert rms[1] > 10 * TRUTH["noise_percent"]
 

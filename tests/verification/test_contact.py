@@ -31,7 +31,7 @@ DATA = Path(__file__).parent / "data" / "real"
 YEOH = Rubber(laws()["yeoh"], {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 2000.0)
 RADIAL = modes()["radial"]
 PLAIN = {"inner_radius": 12.0, "outer_radius": 22.0, "length": 40.0}
-# A spring between two plates, with a slot in its outside; its mouth closes before the round bottom creases.
+# A rubber spring between two plates with a slot in its outside, whose mouth closes before its round bottom creases.
 SLOT = shapes()["section"](
     contact=True,
     outline=[
@@ -56,7 +56,7 @@ def closed(q, rubber=YEOH, shape=SLOT, **more):
 
 @pytest.fixture(scope="module")
 def touching():
-    """Return model and history up to where the slot's walls are pressed upon each other."""
+    """Return model and history to a state in which the slot's walls are pressed against each other."""
     return closed([-0.3, -0.5, -0.6, -0.7], keep_states=True)
 
 
@@ -71,7 +71,7 @@ def test_a_bump_stop_meets_other_codes():
 
 
 def test_no_force_before_touch(touching):
-    """To rounding the force of rubber whose surfaces pass through each other, and more from then on."""
+    """Before touch the force equals, to rounding, that without contact; after touch it is larger in magnitude."""
     _, history = touching
     free = closed([-0.3, -0.5, -0.6, -0.7], shape=SLOT.model_copy(update={"contact": False}))[1]
     np.testing.assert_allclose(history.force[:2], free.force[:2], rtol=1e-12)
@@ -159,7 +159,7 @@ def test_a_uniform_pressure_passes_through_an_interface():
 
 @pytest.mark.parametrize(("mode", "q"), [("axial", [4.0, 8.0]), ("radial", [2.0, 4.0])])
 def test_surfaces_that_stay_apart_are_not_searched(mode, q, monkeypatch):
-    """Contact is on by default; of a plain bushing no pair of points is looked at, and no entry of the tangent made."""
+    """Contact is on by default; for a plain bushing no pair of points is searched, and the tangent gets no entries."""
     shape = shapes()["plain"](**PLAIN)
     assert shape.contact is True
     free = prepare(shape.model_copy(update={"contact": False}), modes()[mode], YEOH)
@@ -177,7 +177,7 @@ def test_surfaces_that_stay_apart_are_not_searched(mode, q, monkeypatch):
 
 
 def test_surfaces_that_come_near_are_looked_at_once_for_each_equilibrium(monkeypatch):
-    """Until they meet: the states that Newton's method tries on the way are not searched."""
+    """Until the surfaces meet, the states that Newton's method tries between equilibria are not searched."""
     calls = []
     usual = Search.inside
     monkeypatch.setattr(Search, "inside", lambda self, *more: calls.append(1) or usual(self, *more))
@@ -200,7 +200,7 @@ def test_a_model_moved_to_another_shape_has_its_surfaces_there():
 
 
 def test_a_cylinder_between_hard_plates_is_johnson_s():
-    """Hertz's contact, with the approach of a plate to the middle of a cylinder that both of its sides press."""
+    """Hertz's contact, with the approach of a plate to the axis of a cylinder that is pressed from both sides."""
     middle = replace(RADIAL, held={"outer": (0,)}, reversed_by=None)
     _, history = slices(Roller(size=2.5, near=0.15), middle, RUBBER, np.array([-0.01, -0.03]))
     for q, force in zip(history.displacement, history.force, strict=True):
@@ -208,7 +208,7 @@ def test_a_cylinder_between_hard_plates_is_johnson_s():
 
 
 def test_a_ball_between_hard_plates_is_hertz_s():
-    """In the half-plane, up to a contact of 1.4 % of the radius: the theory knows no end of the ball."""
+    """In the half-plane, up to a contact of 1.4 % of the radius, because the theory assumes an unbounded body."""
     equator = replace(AXIAL, held={"outer": (1,)}, reversed_by=None)
     history = march(prepare(Ball(), equator, RUBBER), Program(np.array([-0.001, -0.002])))
     for q, force in zip(history.displacement, history.force, strict=True):
@@ -225,14 +225,14 @@ def test_a_plain_bushing_is_pressed_to_64_percent_of_its_thickness():
 
 
 def test_what_met_is_told_with_its_force(touching):
-    """The walls' force is what the slot's spring takes more with contact than without, by order of size."""
+    """The pair of walls is reported with first touch, place and a positive force."""
     model, history = touching
     (found,) = touched(model, history)
     assert found.surfaces == ("free", "free")
     assert found.first == pytest.approx(-0.6)
     assert found.at == pytest.approx(-0.7)
     assert 15.16 < found.radius < 20.1
-    # The section's origin is its lower end's bond; its centre is at z = 10.
+    # The section's origin is at the bond of its lower end; its centre is at z = 10.
     assert found.height == pytest.approx(-5.35, abs=0.5)
     assert found.force > 0.0
 

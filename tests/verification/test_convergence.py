@@ -1,4 +1,4 @@
-"""How fast the force approaches its limit, patch tests, and the way to incompressibility."""
+"""Order of convergence of the force, patch tests, and the limit of incompressibility."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from geometry.shape import Blocks, Refinement, Shape, shapes
 ANNULUS = shapes()["plain"](inner_radius=10.0, outer_radius=20.0, length=10.0)
 MU = 0.8
 # Where the boundary prescribes the normal displacement everywhere, exact incompressibility leaves the mean pressure
-# open; with this bulk modulus the volume changes by 1e-8.
+# undetermined; with this bulk modulus the volume changes by 1e-8.
 NEO_HOOKEAN = Rubber(law("neo_hookean"), {"C10": 0.5 * MU}, 1e8)
 # Second-order displacement, first-order pressure: the energy, and with it the force, has twice the order of the strain.
 SUPERCONVERGENCE = 4.0
@@ -54,7 +54,7 @@ def test_force_converges_with_the_fourth_power_of_the_element_size(name):
         for n in (2, 4, 8)
     ]
     assert all(error > 0 for error in errors)
-    # Over the last halving: the first is not yet in the range where one power rules.
+    # Over the last halving: the first is not yet in the asymptotic range.
     assert np.log2(errors[1] / errors[2]) > SUPERCONVERGENCE - 0.2, errors
 
 
@@ -72,11 +72,11 @@ def test_force_falls_toward_its_limit_with_free_ends(name, reference_bushing, ru
     changes = -np.diff(found) / found[-1]
     assert np.all(changes > 0)
     assert len(changes) == 1 or changes[-1] < changes[0]
-    # What the default mesh is away from its refinement is well within the promise of one percent.
+    # The difference between the default mesh and its refinement is well within the promised one percent.
     assert changes.sum() < 0.003
 
 
-# Of the default mesh, in every direction; the conical model is half the bushing and grows fast.
+# Factors on the default mesh, in every direction; the conical model is half the bushing and grows fast.
 FACTORS = {"axial": (1.0, 2.0, 4.0), "radial": (1.0, 1.34, 1.67), "conical": (1.0, 1.34)}
 
 
@@ -107,7 +107,7 @@ GRADIENT = np.array([[0.5, 0.3, -0.2], [0.6, -0.1, 0.4], [-0.3, 0.2, 0.3]])
 
 @pytest.mark.parametrize("name", ["yeoh", "mooney_rivlin"])
 def test_patch_of_distorted_elements_deforms_homogeneously(name, rubber):
-    """Every boundary point moves with x -> (1 + q H) x; inner nodes must follow, the stress be the same everywhere."""
+    """Every boundary point moves with x -> (1 + q H) x; inner nodes must follow, and the stress must be uniform."""
     faces = {f"{kind}_{axis}": None for kind in ("mirror", "face") for axis in "xyz"}
     affine = Setting("cartesian", lambda x, q: q * GRADIENT @ x, lambda x, q: GRADIENT @ x)
     mode = Mode("patch", "homogeneous", "coupon", False, affine, driven=faces, held={})
@@ -136,7 +136,7 @@ def test_patch_of_distorted_elements_deforms_homogeneously(name, rubber):
     assert history.energy[0] == pytest.approx(W, rel=1e-10)
 
 
-# A path is what it is made of.
+# Paths of six motions (`follow`) are left out: they consist of the modes tested here.
 @pytest.mark.parametrize(
     "name", [m.name for m in modes().values() if m.specimen == "bushing" and m.follow is None]
 )
@@ -158,7 +158,7 @@ def test_a_large_bulk_modulus_is_the_incompressible_limit(name, reference_bushin
 
 
 def test_incompressible_rubber_keeps_its_volume():
-    """In the mean exactly; point by point with the second power of the element size, where the solution is smooth."""
+    """Exactly in the mean; pointwise with the second power of the element size, where the solution is smooth."""
     roots = []
     for across in (4, 8):
         mode = held_ends("axial", (0,))
@@ -184,6 +184,6 @@ def test_solid_and_section_give_the_same_curve(name, reference_bushing, rubber):
     mode = modes()[name]
     section = march(prepare(reference_bushing, mode, rubber("yeoh"), mesh), Program(q))
     solid = march(prepare(reference_bushing, replace(mode, section=None), rubber("yeoh"), mesh), Program(q))
-    # The grading of the default meshes differs, by which the forces differ more than by the circumference.
+    # The default meshes are graded differently, which changes the forces more than the circumferential elements do.
     np.testing.assert_allclose(solid.force, section.force, rtol=5e-3)
     np.testing.assert_allclose(solid.energy, section.energy, rtol=5e-3)

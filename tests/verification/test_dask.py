@@ -1,4 +1,4 @@
-"""Work shared among the workers of a real Dask scheduler; of a study, one of them is killed on the way."""
+"""Work shared among the workers of a real Dask scheduler; one of them is killed during a study."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Process:
             self.lines.append(line)
 
     def said(self, pattern: str, seconds: float = 60.0) -> re.Match[str]:
-        """Wait for a line."""
+        """Wait for a line of output that matches."""
         until = time.monotonic() + seconds
         while time.monotonic() < until:
             found = re.search(pattern, "".join(self.lines))
@@ -85,7 +85,7 @@ class Process:
 
 @pytest.fixture
 def cluster(tmp_path):
-    """Yield a scheduler, its address, and three workers that are there."""
+    """Yield a scheduler, its address, and three workers that have registered."""
     pytest.importorskip("distributed")
     with ExitStack() as stack:
         scheduler = stack.enter_context(
@@ -110,7 +110,7 @@ def test_no_result_is_lost_and_none_twice_when_a_worker_is_killed(cluster, tmp_p
     case.write_text(CASE)
     command = ("study", case, "--vary", "geometry.length=30:40", "--designs", DESIGNS, "--seed", 7)
     with Process("bushcli.cli", *command, "--scheduler", address, "-o", out) as study:
-        # In the middle: the first designs are there, the last are not.
+        # Midway: the first designs are done, the last are not.
         study.said(r"designs: [1-9]\d*/60")
         workers[1].process.send_signal(signal.SIGKILL)
         study.said(r"wrote ", 120.0)
@@ -122,7 +122,7 @@ def test_no_result_is_lost_and_none_twice_when_a_worker_is_killed(cluster, tmp_p
     rows = parquet.read_table(out / "designs.parquet").to_pylist()
     assert [row["design"] for row in rows] == list(range(DESIGNS))
     assert {row["status"] for row in rows} == {"ok"}
-    # The same designs by one process of this machine.
+    # The same designs in one process on this machine.
     here = tmp_path / "here"
     with Process("bushcli.cli", *command, "--workers", 1, "-o", here) as alone:
         alone.said(r"wrote ", 120.0)

@@ -39,7 +39,7 @@ def test_ranks_that_share_the_refits_come_to_the_same_answer(tmp_path):
         assert one.pop("timings_s")
         assert one.pop("seconds") > 0
     assert together == alone
-    # The first rank keeps what the others find: they may not see its folder.
+    # The first rank saves the others' results, because they may not see its folder.
     kept = [sorted(file.name for file in (tmp_path / n / "history-diagnose").glob("*.npz")) for n in "12"]
     assert kept[0] == kept[1] != []
 

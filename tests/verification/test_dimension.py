@@ -58,14 +58,15 @@ def test_a_body_of_other_dimensions_is_a_mesh_of_them(mode):
     plain = shapes()["plain"]
     found, expected = force(plain(**DRAWN), mode, changed()), force(plain(**TRUE), mode)
     assert abs(force(plain(**DRAWN), mode)[-1] / expected[-1] - 1) > 2e-3
-    # Edges of elements are parabolas in the one and moved parabolas in the other: eight elements around.
+    # With eight elements around, element edges are parabolas in one mesh and moved parabolas in the other.
     np.testing.assert_allclose(found, expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize("mode", ["axial", "radial"])
 def test_closed_forms_scale_the_same_way(mode):
-    """Change of the stiffness at small strain of a long bushing: that of the formulas by radii and length."""
-    # The free ends, which the formulas do not have, are worth a constant length: the longer, the closer.
+    """The stiffness of a long bushing at small strain changes with radii and length as in the formulas."""
+    # The free ends, which the formulas neglect, act like a constant length: the longer the bushing, the better they
+    # agree.
     whole = 180.0 if mode == "axial" else 90.0
     a, b, length = 9.0, np.array([18.0, 18.5]), whole + np.array([0.0, 1.0])
     if mode == "axial":
@@ -98,7 +99,7 @@ def test_a_tapered_bushing_with_sleeves_grows_with_them():
 
 @pytest.mark.parametrize("mode", ["axial", "conical"])
 def test_plates_stay_where_they_are(mode, monkeypatch):
-    """The gap to a plate is that of the drawn rubber, less what it is longer."""
+    """The gap to a plate is that of the drawn rubber, less the rubber's added length."""
     gap, fixed_to = 1.0, "inner"
     drawn = shapes()["plain"](**DRAWN, snubber=Snubber(gap=gap, fixed_to=fixed_to))
     true = shapes()["plain"](**TRUE, snubber=Snubber(gap=gap - 0.75, fixed_to=fixed_to))
@@ -106,7 +107,7 @@ def test_plates_stay_where_they_are(mode, monkeypatch):
     q = [0.5 * TRAVEL[mode]]
     expected = force(true, mode, q=q)
     assert expected[-1] > 1.01 * force(free, mode, q=q)[-1]
-    # Plates are springs whose stiffness goes by the thickness on the mesh.
+    # Plates are springs whose stiffness depends on the thickness of the meshed rubber.
     monkeypatch.setattr("cases.snubber.STIFF", STIFF * 9.0 / 9.7)
     found = force(drawn, mode, changed(), q=q)
     np.testing.assert_allclose(found, expected, rtol=1e-6 if mode == "axial" else 1e-3)
@@ -120,7 +121,7 @@ def test_a_bond_comes_off_a_longer_bushing_as_it_does_from_a_mesh_of_it():
     found = force(plain(**DRAWN), "axial", changed(debonding=loose))
     expected = force(plain(**TRUE), "axial", true)
     assert expected[-1] < 0.99 * whole[-1]
-    # The width of the bond's edge goes by the drawn thickness.
+    # The width of the bond's edge depends on the drawn thickness.
     np.testing.assert_allclose(found, expected, rtol=2e-3)
 
 
@@ -155,6 +156,6 @@ def test_slopes_by_dimensions_are_exact(mode, solid, more):
 
         found = (at(given[name] + step) - at(given[name] - step)) / (2 * step)
         model.set_parameters(given)
-        # Of the second order in the step.
+        # The difference errs with the second order of the step.
         scale = np.abs(exact[:, column]).max()
         np.testing.assert_allclose(found, exact[:, column], atol=2e-5 * scale, rtol=0, err_msg=name)

@@ -80,7 +80,7 @@ def softened(tmp_path_factory):
 
 
 def test_a_bushing_that_softens_keeps_within_one_percent(softened):
-    """Half the amplitude first, then all of it, to both sides, fast and slow: none of it took part in the law."""
+    """Half the amplitude, then all of it, to both sides, fast and slow: a program to which the law was not fitted."""
     (channel,) = softened.law.channels
     assert softened.law.summary()["channels"][0]["softens"]
     assert channel.rms_percent < 1.0
@@ -107,13 +107,13 @@ def test_fmpy_finds_the_softening(softened, tmp_path, version):
     expected = follow(channel.data, np.column_stack([time, q]))
     force = np.interp(time, found["time"], found["axial_force"])
     assert np.abs(force - expected).max() < 5e-3 * np.ptp(expected)
-    # The second way to 2 mm is softer than the first, and so is the second to 4 mm.
+    # The second loading to 2 mm is softer than the first, and so is the second to 4 mm.
     assert force[140] < 0.97 * force[40]
     assert force[340] < 0.97 * force[240]
 
 
 def test_softening_in_one_dimension_is_what_was_given():
-    """A law whose loss is known: L = a^2 x (1 - x^2) of a displacement a x, exact between the largest ones at hand."""
+    """A law with a known loss L = a^2 x (1 - x^2) at displacement a x; interpolation between the given a is exact."""
     share = np.linspace(-1.0, 1.0, 21)
     reached = np.linspace(0.0, 2.0, 41)[1:]
     loss = [a**2 * share * (1 - share**2) for a in reached]
@@ -157,7 +157,7 @@ def worn(tmp_path_factory):
 
 
 def test_set_and_warming_are_carried_as_direct_simulates_them(worn):
-    """FMPy along a program that took part in nothing, beside `bushcli direct` with the same time and displacement."""
+    """FMPy along a program that no fit has used, against `bushcli direct` with the same time and displacement."""
     from bushcli.export.source import read_source
     from bushcli.simulate.predict import predict
 
@@ -203,7 +203,7 @@ def test_set_and_warming_are_carried_as_direct_simulates_them(worn):
         force = np.interp(time, ran["time"], ran["axial_force"])
         error = np.sqrt(np.mean((force - reference) ** 2))
         assert error < 0.003 * np.ptp(reference)
-    # Without either the law would be far off: the program can tell.
+    # Without set or warming the law would be far off: the program is sensitive to both.
     channel = found.law.channels[0]
     for lacking in ({"set": 0.0}, {"warming": []}):
         other = follow(dict(channel.data, **lacking), np.column_stack([time, q]))
@@ -252,18 +252,18 @@ def speed_of(name):
 
 
 def test_the_force_law_is_the_bushing_within_one_percent(bushing):
-    """The program of the check has ramps, reversals at two amplitudes and holds; none of it took part in the law."""
+    """The program of the check has ramps, reversals at two amplitudes and holds; the law was not fitted to it."""
     for channel in bushing.law.channels:
         assert channel.rms_percent < 1.0, channel.name
         assert channel.peak_percent < 3.0, channel.name
-        # Without memory the law would be far off: the check can tell.
+        # Without memory the law would be far off: the check is sensitive to it.
         plain = dict(channel.data, maxwell=[], sliders=[])
         error = follow(plain, channel.program) - channel.simulated
         assert np.sqrt(np.mean(error**2)) > 0.03 * np.ptp(channel.simulated)
 
 
 def test_the_rig_is_left_out_and_said(bushing):
-    assert bushing.remarks == ("without what the rig does: gain",)
+    assert bushing.remarks == ("without effects of the rig: gain",)
 
 
 @pytest.mark.parametrize("version", [2, 3])
@@ -305,7 +305,7 @@ def test_fmpy_finds_the_forces_of_the_bushing(fmu, bushing, version, units):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_the_fmu_needs_nothing_of_bushcli(fmu, tmp_path, version):
-    """FMPy runs it in a process that cannot import bushcli, NumPy aside for FMPy itself."""
+    """FMPy runs it in a process that cannot import bushcli; NumPy is there only for FMPy itself."""
     path = fmu(version, "N-mm-s")
     script = textwrap.dedent(
         f"""
@@ -364,7 +364,7 @@ def test_a_maxwell_branch_and_a_slider_have_their_closed_forms():
     assert ramp.force == pytest.approx(5.0 + peak)
     assert ramp.advance(ramp.q, 4.0) == pytest.approx(5.0 + peak * np.exp(-2.0))
     slider = Channel(straight | {"maxwell": [], "sliders": [[0.5, 2.0]]})
-    # Sticks to H = 4, slips, and after the reversal takes twice that to slip back.
+    # The slider sticks up to H = 4, then slips, and after the reversal slips back after twice that.
     assert [slider.advance(q, 1.0) - 10 * q for q in (0.2, 0.4, 0.9, 0.7, 0.1, -0.5)] == pytest.approx(
         [1.0, 2.0, 2.0, 1.0, -2.0, -2.0]
     )

@@ -1,4 +1,4 @@
-"""Coupon stresses of every law against the closed forms of the literature, typed here in NumPy.
+"""Coupon stresses of every law against the closed forms of the literature, written here in NumPy.
 
 Incompressible, nominal stress P at stretch x (Treloar 1975, The Physics of Rubber Elasticity; Ogden 1997,
 Non-Linear Elastic Deformations, section 7.2). With W1 = dW/dI1, W2 = dW/dI2:

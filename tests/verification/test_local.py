@@ -1,4 +1,4 @@
-"""Derivatives by local stiffness: their exact sum, marches with a spot; and the map from pseudo-experiments."""
+"""Derivatives by local stiffness: their exact sum, marches with a soft spot, and the map from pseudo-experiments."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_incompressible_rubber_carries_the_whole_force_in_its_cells(mode, refere
     local = swept(model, np.array([0.5, 1.0]) * reach(mode))
     assert local.slope.shape == (3, len(local.cells.volume))
     np.testing.assert_allclose(local.slope.sum(axis=1), local.history.force, rtol=1e-6, atol=1e-6)
-    # Chords of the cells' faces are not their arcs, so that the solid's own quadrature sets the last digits.
+    # Cells of a solid have chords for arcs, so that their volume is that of the formula only to 0.2 %.
     assert local.cells.volume.sum() == pytest.approx(reference_bushing.measures()["rubber"], rel=2e-3)
 
 
@@ -49,7 +49,7 @@ def test_incompressible_rubber_carries_the_whole_force_in_its_cells(mode, refere
 def test_cells_of_compressible_rubber_add_up_to_the_derivative_by_the_whole_law(
     mode, reference_bushing, rubber
 ):
-    """All terms of Yeoh are linear: a factor on all of them changes the force by sum c dQ/dc, kappa kept."""
+    """Yeoh's energy is linear in its constants: a factor on all of them, not on kappa, changes Q by sum c dQ/dc."""
     chosen = rubber("yeoh", 200.0)
     model = prepare(reference_bushing, modes()[mode], chosen, COARSE)
     local = swept(model, np.array([reach(mode)]))
@@ -91,7 +91,7 @@ def test_cells_of_a_spot_add_up_to_the_difference_that_it_makes(mode, reference_
     forces = []
     for spot.value in (h, -h):
         forces.append(march(model, Program(np.array([q])), tolerance=SHARP).force[-1])
-    # The march errs by 1e-11 of the force, the difference by h^2 and what rounding makes of 1 / h.
+    # The march is exact to 1e-11 of the force; the difference errs by h^2 and by rounding over h.
     assert local.slope[-1][inside].sum() == pytest.approx((forces[0] - forces[1]) / (2 * h), rel=1e-5)
     assert 0 < local.slope[-1][inside].sum() < local.slope[-1].sum()
 
@@ -102,7 +102,7 @@ def upper_inner(radius, height):
 
 
 def test_a_march_with_memory_carries_its_force_in_the_cells(reference_bushing, rubber):
-    """Branches included: incompressible, the isochoric stresses do all the work, whatever the rubber remembers."""
+    """In incompressible rubber the isochoric stresses, those of branches included, do all the work."""
     from bushcli.case.catalogue import effects
 
     feature = effects()["viscoelasticity"].feature()
@@ -129,7 +129,8 @@ def test_axial_shear_is_carried_where_it_is_large(rubber):
     r, z = local.cells.centres.T
     middle = np.abs(z) < 50.0
     density = (local.slope[-1] / local.cells.volume * r**2)[middle]
-    # Of the midpoint's r^2 in a cell a tenth as wide as the radius: (0.1)^2 / 12 and a little more.
+    # r^2 is taken at the midpoint of a cell, whose width is a tenth of the radius: the error is (0.1)^2 / 12 and a
+    # little more.
     np.testing.assert_allclose(density, density.mean(), rtol=5e-3)
 
 
@@ -188,7 +189,7 @@ def recording(mode, spot=0.0, factor=1.0, noise=0.003, seed=1):
 
 
 def maps(tmp_path, recordings, alone=True):
-    """Maps with the law held at the truth's: of all together, and of each alone."""
+    """Maps with the law fixed at the truth: of all recordings together, and of each alone."""
     file = tmp_path / "case.toml"
     file.write_text(CASE, encoding="utf-8")
     case = load_case(file)
@@ -223,14 +224,14 @@ def test_softer_rubber_at_one_end_of_a_bond_is_seen_there(tmp_path):
     there, elsewhere = mean_near(together, lambda r, z: (r < 12.0) & (z > 8.5))
     assert there < -0.2
     assert abs(elsewhere) < 0.1
-    # Turning tells no end from the other, and one shape of curve no place from another.
+    # Torsion cannot distinguish the two ends, and a single shape of curve cannot distinguish places.
     assert axial.helps_locally
     assert not torsional.helps_locally
     assert "cut at z = 0" in torsional.text
 
 
 def test_another_batch_is_seen_everywhere(tmp_path):
-    """A factor of 363 / 650, that of the literature's bushing, with forces far beyond the first order's reach."""
+    """A factor of 363 / 650, that of the literature's bushing, which is far too large for a first-order estimate."""
     for found in maps(tmp_path, [recording(m, factor=0.56) for m in ("axial", "torsional")]):
         assert not found.helps_locally, found.name
         assert found.uniform_gain > 0.999
@@ -264,7 +265,7 @@ def test_a_channel_whose_rubber_remembers_is_seen_at_its_samples(tmp_path):
     assert slope.shape == (71, len(cells.volume))
     assert force[0] > 1.02 * force[29]
     np.testing.assert_allclose(slope.sum(axis=1), force, rtol=1e-6, atol=1e-6 * np.abs(force).max())
-    # Another batch, with whose law its branches go.
+    # Another batch: its branches scale with its law.
     compared = Compared(replace(used, force=0.8 * force), force, NoiseModel(1.0))
     found = local_map([channel], TRUTH, [compared], [np.zeros((71, 0))])
     assert not found.helps_locally

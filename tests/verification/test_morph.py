@@ -64,13 +64,13 @@ def test_a_moved_model_is_the_one_that_is_built(shape, mode, q, first, other):
     assert (bodies.made, bodies.moved) == (1, 1)
     built = prepare(two, modes()[mode], rubber(0.7), COARSE, MPI.COMM_SELF)
     force = [march(model, path((0.0, q), 2)).force for model in (moved, built)]
-    # Sleeves are so stiff that rounding leaves more.
+    # Sleeves are so stiff that the difference by rounding is larger.
     assert force[0] == pytest.approx(force[1], rel=1e-9)
     assert moved.volume == pytest.approx(built.volume, rel=1e-12)
 
 
 def test_a_moved_model_remembers_what_its_rubber_does_there_alone():
-    """With effects in the rubber: other values of them, and nothing of what happened in the first shape."""
+    """With effects in the rubber: the moved model has the new values, and no memory of the march in the first shape."""
     bodies = Bodies()
     histories = []
     for dimensions, g in ((FIRST, 0.4), (OTHER, 0.2)):
@@ -83,7 +83,7 @@ def test_a_moved_model_remembers_what_its_rubber_does_there_alone():
     built = prepare(shape, modes()["axial"], rubber(), COARSE, MPI.COMM_SELF, features)
     force = march(built, path((0.0, 4.0, 0.0), 3, 1.0)).force
     assert histories[1] == pytest.approx(force, rel=1e-9)
-    assert histories[0][-1] < 0.0 > force[-1]  # it was stretched too fast to come back without a push
+    assert histories[0][-1] < 0.0 > force[-1]  # the branches have relaxed: the return to rest takes a push
 
 
 def test_effects_of_the_assembly_make_another_model():

@@ -71,7 +71,7 @@ SCRIPT = textwrap.dedent(
 
 
 def run(*launcher):
-    # Two processes also where there is one processor.
+    # Two processes even where there is only one processor.
     environment = os.environ | {"OMPI_MCA_rmaps_base_oversubscribe": "1", "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
         [*launcher, sys.executable, "-c", SCRIPT],

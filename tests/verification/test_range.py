@@ -36,11 +36,11 @@ def test_default_settings_reach_large_loads(kind, mode, rubber):
     model = prepare(shape, modes()[mode], rubber("yeoh", kappa, **parameters))
     history = march(model, ramp(REACH[mode], STEPS))
     assert history.displacement[-1] == REACH[mode]
-    # A smooth curve: a jump to another equilibrium would show in the slope.
+    # The curve is smooth: a jump to another equilibrium would show in the slope.
     slope = np.diff(history.force)
     assert np.all(slope > 0)
     assert np.all(slope[1:] < 1.5 * slope[:-1])
-    # The work of the force is what is stored, to the accuracy of Simpson's rule with these steps. Under large radial
-    # load the free ends fold over the bond edge in small jumps, which set energy free (0.2 % in all).
+    # The work of the force is the stored energy, to the accuracy of Simpson's rule with these steps. Under large radial
+    # load the free ends fold over the bond edge in small jumps, which release energy (0.2 % in all).
     work = simpson(history.force, x=history.displacement)
     assert work == pytest.approx(history.energy[-1], rel=5e-3 if mode == "radial" else 1e-4)

@@ -20,7 +20,7 @@ from geometry.shape import shapes
 
 DATA = Path(__file__).parent / "data" / "real"
 YEOH = Rubber(laws()["yeoh"], {"C10": 0.5, "C20": -0.05, "C30": 0.01}, 2000.0)
-# Error of the mesh, percent at every point, beside the reference's own.
+# Allowed error of the mesh, percent at every point, in addition to the reference's own.
 ACCURATE = 1.0
 
 SECTION = {"shape": "section", "file": "contoured_A_halfsection.dxf"}
@@ -45,7 +45,7 @@ REFERENCES = [
 
 
 def made(geometry):
-    """Return the shape of a table of a case."""
+    """Return the shape that a [geometry] table describes."""
     rest = {key: value for key, value in geometry.items() if key != "shape"}
     return shapes()[geometry["shape"]].model_validate(rest, context={"folder": str(DATA)})
 
@@ -67,12 +67,12 @@ def test_tetrahedra_in_a_plain_ring(tmp_path, capfd):
         file=str(draw_to(tmp_path / "ring.step", lambda: ring(12.0, 22.0, 40.0) and None))
     )
     history = march(prepare(shape, modes()["radial"], YEOH), Program(np.array([0.3, 1.0])))
-    capfd.readouterr()  # OpenCASCADE tells of its export
+    capfd.readouterr()  # discard OpenCASCADE's output about its export
     np.testing.assert_allclose(history.force, [859.98, 2801.0], rtol=0.01)
 
 
 def test_a_section_of_a_ring_is_that_ring():
-    """As the parametric shape, in all modes; the meshes are not the same."""
+    """Its forces equal those of the parametric shape in all modes, although the meshes differ."""
     ring = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
     outline = [
         {"from": [12.0, -20.0], "to": [22.0, -20.0]},

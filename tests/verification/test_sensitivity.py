@@ -54,7 +54,8 @@ def test_sensitivity_is_the_derivative_of_the_force(name, mode, rubber):
                 for h in STEPS
             ]
         )
-        # The force that a change of the parameter by its whole value is worth; in a volumetric test the law's is none.
+        # The change of the force by the parameter's whole value; in a volumetric test the law's parameters change
+        # nothing.
         scale = max(abs(found), 1e-7 * abs(exact.force[-1] / value))
         good = np.abs(differences - found) < 1e-6 * scale
         assert np.any(good[1:] & good[:-1]), (parameter, found, differences)

@@ -27,7 +27,7 @@ DATA = Path(__file__).parent / "data"
 REFERENCE = json.loads((DATA / "six.json").read_text())
 COARSE = Refinement(across=2, along=4, around=8)
 DEGREE = np.pi / 180.0
-# All six motions at once; another at the end of it.
+# All six motions at once.
 MIXED = np.array([0.8, 0.3, 2.0, 2 * DEGREE, 1 * DEGREE, 6 * DEGREE])
 SHARP = 1e-11
 
@@ -89,9 +89,9 @@ def test_one_motion_alone_is_its_mode(mode, k, end, rubber):
 
 
 def test_long_bonded_bushing_has_the_stiffness_of_the_closed_forms(rubber):
-    """Axial shear 2 pi mu L / ln(b/a) and torsion 4 pi mu L / (a^-2 - b^-2), of the length far from the ends.
+    """Axial shear 2 pi mu L / ln(b/a) and torsion 4 pi mu L / (a^-2 - b^-2), per length far from the ends.
 
-    Twice the length: the difference has no ends. Eight elements of second order around are 0.1 % off.
+    The difference to a bushing of twice the length has no ends. Eight second-order elements around are 0.1 % off.
     """
     a, b, mu = 10.0, 20.0, 1.0
     found = []
@@ -126,7 +126,7 @@ def test_stiffness_matrix_is_that_of_another_code(rubber):
         coupled = (np.abs(theirs) > 1e-4 * scale) & ~np.eye(6, dtype=bool)
         np.testing.assert_allclose(ours[coupled], theirs[coupled], rtol=0.05)
         assert np.abs(ours[~coupled & ~np.eye(6, dtype=bool)]).max() < 1e-6 * scale.max()
-    # A radial force turns with the direction of the load: yy is the secant.
+    # A radial force turns with the direction of the load: K_yy is the secant stiffness.
     assert found[1].symmetric[1, 1] == pytest.approx(history.reactions[-1, 0] / 1.0, rel=1e-6)
 
 
@@ -143,7 +143,7 @@ def test_combined_path_is_that_of_another_code(rubber):
 
 
 def test_stiffness_matrix_is_the_derivative_of_the_reactions_and_symmetric(rubber):
-    """At a state with moments: as reported they are about axes that stay, and their derivative is not symmetric."""
+    """At a state with moments, which are reported about fixed axes, so that their derivative is not symmetric."""
     (state,), history = matrices(path_of(MIXED, whole=True), rubber(), [1.0])
     step, columns = 1e-4, []
     for k in range(6):
@@ -165,8 +165,8 @@ def test_stiffness_matrix_is_the_derivative_of_the_reactions_and_symmetric(rubbe
     assert np.abs(state.stiffness - state.stiffness.T).max() > 1e-3 * np.abs(M).max()
 
 
-def test_couplings_of_an_offset_sleeve_follow_from_statics(rubber):
-    """A bushing that is not symmetric about z = 0: turned upside down, its couplings change their sign."""
+def test_round_bushings_that_are_symmetric_about_z_have_no_couplings(rubber):
+    """Round bushings that are symmetric about z = 0 have no couplings at rest, and equal stiffnesses along x and y."""
     kinds = [
         shapes()["tapered"](inner_radius=12.0, outer_radius=22.0, inner_length=50.0, outer_length=30.0),
         shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0),
@@ -174,7 +174,7 @@ def test_couplings_of_an_offset_sleeve_follow_from_statics(rubber):
     for shape in kinds:
         (state,), _ = matrices(path_of([1.0, 0, 0, 0, 0, 0], whole=True), rubber(), [0.0], shape=shape)
         K = state.symmetric
-        # Symmetric about z = 0 and round: no coupling, and the same in x and y.
+        # In both shapes the two directions across the axis are alike.
         np.testing.assert_allclose(K[0, 0], K[1, 1], rtol=1e-6)
         np.testing.assert_allclose(K[3, 3], K[4, 4], rtol=1e-6)
         assert np.abs(K - np.diag(np.diag(K))).max() < 1e-6 * K.max()
@@ -268,7 +268,7 @@ def test_sensitivities_of_all_reactions(free, rubber):
 
 
 def test_local_map_adds_up_to_the_derivative_by_a_factor_on_all_rubber(rubber):
-    """A factor on the law alone, by Yeoh's parameters: the reaction's derivative is the sum over the cells."""
+    """The derivative of a reaction by a common factor on Yeoh's parameters is the sum over the cells."""
     chosen = rubber("yeoh", 200.0)
     model, sums = model_of(path_of(MIXED, free=(4,)), chosen), []
     local = LocalStiffness(model, reaction=2)

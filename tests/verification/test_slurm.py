@@ -1,4 +1,4 @@
-"""The script of docs/studies.md for a SLURM cluster, with a shell in place of SLURM: the job has to start a worker."""
+"""The script for a SLURM cluster in docs/studies.md, with a shell in place of SLURM: the job must start a worker."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ mode = "axial"
 amplitude = 4.0
 steps = 2
 """
-#: Starts a copy of the job at once, as SLURM does; the shell is its own session.
+#: Starts a copy of the job script at once, in a new session, as SLURM does.
 SBATCH = """#!/bin/sh
 cp "$1" "$JOBS/job.sh"
 setsid sh "$JOBS/job.sh" >"$JOBS/job.log" 2>&1 </dev/null &
@@ -44,7 +44,7 @@ echo "Submitted batch job $!"
 
 @pytest.fixture
 def slurm(tmp_path):
-    """Yield an environment in which sbatch, scancel and bushcli-env are there; jobs end with the test."""
+    """Yield an environment that has sbatch, scancel and bushcli-env; jobs end with the test."""
     pytest.importorskip("dask_jobqueue")
     programs = {"sbatch": SBATCH, "scancel": "#!/bin/sh\n", "bushcli-env": '#!/bin/sh\nexec "$@"\n'}
     (tmp_path / "bin").mkdir()
@@ -101,7 +101,7 @@ def test_a_study_is_done_by_the_job_of_the_documented_script(slurm, tmp_path):
     finally:
         try:
             cluster.communicate("\n", timeout=60)
-        except subprocess.TimeoutExpired:  # a busy machine; how a cluster ends is not the question here
+        except subprocess.TimeoutExpired:  # on a busy machine; how a cluster ends is not tested here
             cluster.kill()
             cluster.communicate()
     job = (tmp_path / "job.sh").read_text()

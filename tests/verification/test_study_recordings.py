@@ -1,5 +1,4 @@
-"""A study beside recordings: their files are read once, each path is marched once per design, and the result is that of
-`direct`."""
+"""A study with recordings reads each file once, marches each path once per design, and agrees with `direct`."""
 
 from __future__ import annotations
 
@@ -68,7 +67,7 @@ def test_designs_are_what_direct_makes_of_them_and_cost_one_march(recorded, monk
     solved.clear()
     rows = evaluate(task, 0, radii)
     assert [row["status"] for row in rows] == ["ok"] * 3
-    assert len(reads) == (2 if effects else 1)  # with effects the cycles that are compared, and all of them
+    assert len(reads) == (2 if effects else 1)  # with effects: the compared cycles, and the whole file
     assert len(solved) == (3 if effects else 0)
     response = predict(load_case(recorded, ["geometry.outer_radius=18.1"]))
     (channel,) = response.channels
@@ -77,7 +76,7 @@ def test_designs_are_what_direct_makes_of_them_and_cost_one_march(recorded, monk
 
 
 def test_a_design_that_cannot_be_simulated_ends_in_its_row_and_not_the_study(recorded):
-    """The recorded travel of 3 mm is more than a wall of 2 mm allows across the axis."""
+    """The recorded radial travel of 3 mm is more than a rubber thickness of 2 mm allows."""
     recorded.write_text((CASE + MEMORY).replace('mode = "axial"', 'mode = "radial"'))
     keys, answers = ("geometry.outer_radius",), default_answers(load_case(recorded))
     task = settled(Task(recorded, (), keys, answers), (11.0,))

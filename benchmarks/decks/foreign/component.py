@@ -1,7 +1,7 @@
-"""Memory of the whole bushing: models of the force over displacement and time, as vehicle dynamics has them.
+"""Memory of the whole bushing: the models of vehicle dynamics, force over displacement and time.
 
-All take samples (n,) of time, displacement and elastic force, and return the force beside the elastic one. Steps
-between samples are cut where a formula needs them short.
+All take samples (n,) of time, displacement or elastic force. Steps between samples are divided where a formula needs
+short steps.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Steps between two samples, for models that are integrated.
+# Steps between two samples, for models that are integrated numerically.
 FINE = 20
 
 
@@ -29,7 +29,8 @@ def power_law(time: Array, force: Array, share: float, exponent: float, shortest
     decades = np.log10(3 * time[-1] / shortest)
     tau = np.geomspace(shortest, 3 * time[-1], int(np.ceil(4 * decades)) + 1)
     weight = tau**-exponent * np.log(tau[1] / tau[0])
-    # t^-a = integral of tau^(-a) exp(-t / tau) d(ln tau) over Gamma(a); what is cut off is made up at t = shortest.
+    # t^-a = integral of tau^(-a) exp(-t / tau) d(ln tau) over Gamma(a); a factor at t = shortest corrects for the
+    # truncation.
     weight = share * weight / float(weight @ np.exp(-shortest / tau)) * 1.0
     state, found = np.zeros(len(tau)), np.zeros(len(time))
     for i in range(1, len(time)):
@@ -40,7 +41,7 @@ def power_law(time: Array, force: Array, share: float, exponent: float, shortest
 
 
 def berg(q: Array, most: float, half: float) -> Array:
-    """Berg's friction: `most` (N) after far travel one way, half of it after `half` (mm) from rest.
+    """Berg's friction: `most` (N) after a long travel in one direction, half of it after `half` (mm) from rest.
 
     References
     ----------
@@ -65,7 +66,7 @@ def berg(q: Array, most: float, half: float) -> Array:
 
 
 def bouc_wen(q: Array, most: float, reach: float, power: float, lean: float) -> Array:
-    """Bouc and Wen's hysteresis: dz = dq (1 - |z|^power (lean sign(dq z) + 1 - lean)) / reach; the force most z.
+    """Bouc and Wen's hysteresis: dz = dq (1 - |z|^power (lean sign(dq z) + 1 - lean)) / reach; the force is most z.
 
     References
     ----------
@@ -81,7 +82,7 @@ def bouc_wen(q: Array, most: float, reach: float, power: float, lean: float) -> 
 
 
 def iwan(q: Array, most: float, reach: float, count: int = 30) -> Array:
-    """Sliders in parallel behind springs of one stiffness, which slip at forces spread evenly up to the largest.
+    """Sliders in parallel behind springs of equal stiffness; their slip forces are evenly distributed up to a maximum.
 
     References
     ----------
@@ -125,6 +126,6 @@ def low_pass(time: Array, force: Array, delay: float) -> Array:
     for i in range(1, len(time)):
         x = (time[i] - time[i - 1]) / delay
         slope = (force[i] - force[i - 1]) / x
-        # Exact for a force that goes straight between the samples.
+        # Exact for a force that is linear between the samples.
         found[i] = force[i] - slope + (found[i - 1] - force[i - 1] + slope) * np.exp(-x)
     return found

@@ -1,4 +1,4 @@
-"""Draw a foreign recording: a bushing, a formula, and a size by what it shows."""
+"""Draw a foreign recording: a bushing, a formula, and a size by its share of the curves."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from cases.mode import modes
 
 Array = NDArray[np.float64]
 
-# As the own deck: percent of the range; standard errors below which a rich program is drawn again.
+# As in the own deck: percent of the range; standard errors below which a rich program is drawn again; attempts.
 SHARE, SEEN, ATTEMPTS = (0.5, 15.0), 4.0, 8
 LAWS = ("yeoh", "mooney_rivlin", "gent")
-# Samples with which a size is sought.
+# Number of samples with which a size is sought.
 THIN = 100
-# Of the travel, that a rig in series may take: what takes more is seen without any calculation.
+# Largest share of the travel that a rig in series may take: a larger one would be obvious.
 GIVES = 0.2
-# Of a law fitted to a MORPH rubber.
+# Steps of the fit of a law to a MORPH rubber.
 STEPS = 6
-# Share of the force range that counts as much as a constant that is twice what was drawn.
+# Weight of the drawn constants: a constant at twice its drawn value counts like a misfit of this share of the range.
 TETHER = 0.01
 
 
@@ -79,7 +79,7 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
     )
     thin = thinned(found, THIN)
     if "knee" in values or "more" in values:
-        # A force that the joint knows: the largest of the stiffest translation.
+        # The joint's reference force: the largest one in a translation.
         largest = max(
             float(np.abs(f).max())
             for f, c in zip(elastic(found, thin), thin, strict=True)
@@ -102,7 +102,7 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
             values["amplitude"] = float(f"{usual * size:.5g}")
             found = with_values(found, values)
             shown, share = measured(found, thin, concealed(found, thin))
-    # The same standard errors for each of the samples that there will be.
+    # Scale the standard errors to the final number of samples.
     shown *= float(np.sqrt(sum(p.samples for p in programs) / sum(len(c.time) for c in thin)))
     if program == "rich" and shown < SEEN:
         raise Unsuitable(f"{name} shows by {shown:.1f} standard errors")
@@ -110,13 +110,13 @@ def _attempt(card: Card, seed: tuple[int, ...]) -> Entry:
 
 
 def with_values(entry: Entry, values: dict[str, Any]) -> Entry:
-    """The same with other values of its formula."""
+    """Return the recording with other values of its formula."""
     (formula,) = entry.formulas
     return replace(entry, formulas=({"name": formula["name"], **values},))
 
 
 def rig_gives(values: dict[str, Any], entry: Entry) -> float:
-    """Largest amplitude of a rig in series, so that it takes no more than a share of the travel; else infinite."""
+    """Largest amplitude of a rig in series that takes at most the share GIVES of the travel; infinite for others."""
     if "largest" not in values:
         return np.inf
     travel = min(a for c, a in entry.specimen.amplitude.items() if c != "torsional")
@@ -125,7 +125,7 @@ def rig_gives(values: dict[str, Any], entry: Entry) -> float:
 
 
 def situation(body: Specimen, fast: float, program: str) -> Situation:
-    """What usual values depend on."""
+    """Return the quantities on which usual values depend."""
     d = body.dimensions
     thickness = d["outer_radius"] - d["inner_radius"]
     first = next(iter(body.amplitude))
@@ -142,7 +142,7 @@ def situation(body: Specimen, fast: float, program: str) -> Situation:
 
 
 def measured(entry: Entry, channels: list[Channel], exact: list[Array]) -> tuple[float, float]:
-    """Standard errors, and percent of the range, of what forces do that a law cannot."""
+    """Standard errors, and percent of the range, of the change of the forces that a law cannot imitate."""
     body = entry.specimen
     rows, slopes, scale = [], [], []
     for c, sensor, f, plain in zip(channels, entry.sensors, exact, elastic(entry, channels), strict=True):
@@ -158,7 +158,7 @@ def measured(entry: Entry, channels: list[Channel], exact: list[Array]) -> tuple
 
 
 def _fitted(entry: Entry, channels: list[Channel]) -> Entry:
-    """The same with the law that is nearest to a rubber without one."""
+    """Return the recording with the law that is nearest to a MORPH rubber."""
     exact = concealed(entry, channels)
     body = entry.specimen
     names = tuple(body.parameters)
@@ -169,7 +169,7 @@ def _fitted(entry: Entry, channels: list[Channel]) -> Entry:
             rows.append((f - own) / float(np.ptp(f)))
             slopes.append(slope / float(np.ptp(f)))
         J, d = np.vstack(slopes), np.concatenate(rows)
-        # Held to the shape of the drawn law where the curve leaves it open, so that it stays stable.
+        # Where the curve does not determine the law, it keeps the shape of the drawn law, so that it stays stable.
         now = np.array([body.parameters[n] for n in names])
         drawn_ = np.array([entry.specimen.parameters[n] for n in names])
         held = TETHER * np.sqrt(len(d)) * np.diag(1 / np.abs(drawn_)) * np.array([0.0, 1.0, 1.0])

@@ -1,4 +1,4 @@
-"""Ask a script in FElupe's own environment: a task as JSON in, forces out."""
+"""Run a script in FElupe's environment: a task as JSON in, forces out."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Failed(Exception):
 
 
 def ask(script: str, task: Mapping[str, Any]) -> Array:
-    """Forces that a script of this folder computes.
+    """Return the forces that a script of this folder computes.
 
     Raises
     ------

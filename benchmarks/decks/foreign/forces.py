@@ -22,14 +22,14 @@ def forces(entry: Entry) -> tuple[list[Array], list[Array]]:
 
 
 def concealed(entry: Entry, channels: list[Channel]) -> list[Array]:
-    """With the concealed physics."""
+    """Forces with the concealed physics."""
     (formula,) = entry.formulas
     made = FORMULAS[formula["name"]].force
     return [made(formula, entry.specimen, c) for c in channels]
 
 
 def elastic(entry: Entry, channels: list[Channel]) -> list[Array]:
-    """Without it; of MORPH, whose parts cannot be taken away, the nearest curve of a law."""
+    """Forces without it; for MORPH, whose parts cannot be removed, the nearest curve of a law."""
     (formula,) = entry.formulas
     known = FORMULAS[formula["name"]]
     if known.base == "morph":

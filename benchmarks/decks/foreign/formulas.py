@@ -1,7 +1,7 @@
-"""The foreign formulas: what each draws, and the force that it makes of a bushing and a program.
+"""The foreign formulas: the values that each draws, and the force that it gives for a bushing and a program.
 
-A formula's `amplitude` is what sizing multiplies; it switches the physics off at zero. Values that go with the channel
-(forces, displacements) are drawn as shares of the largest that the elastic bushing has there.
+Sizing multiplies a formula's `amplitude`, at zero of which the physics is absent. Values that depend on the channel
+(forces, displacements) are drawn as shares of the elastic bushing's largest ones.
 """
 
 from __future__ import annotations
@@ -36,16 +36,15 @@ Array = NDArray[np.float64]
 Values = Mapping[str, float]
 Curve = Callable[[Array], Array]
 
-# Points on each side of rest of a curve that is solved once.
+# Points on each side of rest at which a curve is solved.
 POINTS, SOLID_POINTS = 12, 6
-# The published constants of MORPH (Besdo and Ihlemann 2003, doi:10.1016/S0749-6419(02)00091-8), and how many times
-# stiffer this rubber is.
+# The published constants of MORPH (Besdo and Ihlemann 2003, doi:10.1016/S0749-6419(02)00091-8).
 MORPH = (0.039, 0.371, 0.174, 2.41, 0.0094, 6.84, 5.65, 0.244)
 
 
 @dataclass(frozen=True)
 class Situation:
-    """What usual values depend on: mm, s, MPa; times are those of the first channel."""
+    """Quantities on which usual values depend: mm, s, MPa; times are those of the first channel."""
 
     thickness: float
     length: float
@@ -66,14 +65,14 @@ class Formula:
     values : callable
         ``values(rng, situation)``: all numbers, `amplitude` among them at its usual size.
     force : callable
-        ``force(values, specimen, channel)``: at the samples.
+        ``force(values, specimen, channel)``: force at the samples.
     least, most : float
-        Of the amplitude over its usual size.
+        Limits of the amplitude, relative to its usual size.
     menu : tuple of tuple of str
-        Channels, one of which is drawn.
+        Sets of channels, one of which is drawn.
     also_right : tuple of tuple of str
     base : {"third_order", "halfplane", "solid", "morph"}
-        Whose elastic curve it starts from.
+        Code whose elastic curve it starts from.
     """
 
     truth: tuple[str, ...]
@@ -109,13 +108,13 @@ def _sign(rng: np.random.Generator) -> float:
 
 
 def law_of(body: Specimen, **changes: Any) -> Law:
-    """The specimen's law; infinite bulk moduli are taken as very large."""
+    """The specimen's law; an infinite bulk modulus is replaced by a very large one."""
     bulk = body.bulk_modulus if np.isfinite(body.bulk_modulus) else 4000.0
     return Law(body.law, dict(body.parameters), **({"bulk": bulk} | changes))
 
 
 def elastic(body: Specimen, c: Channel) -> Curve:
-    """By third-order elements."""
+    """Elastic curve by third-order elements."""
     return third_order.elastic(body, c.name, float(c.displacement.min()), float(c.displacement.max()))
 
 
@@ -142,14 +141,14 @@ def solved(c: Channel, answer: Callable[[Array], Array], points: int, odd: bool)
 
 
 def halfplane(body: Specimen, c: Channel, **changes: Any) -> Curve:
-    """By `HalfPlane`, with what it knows of bonds, sleeves and shrinkage."""
+    """Elastic curve by `HalfPlane`, with its bonds, sleeve reduction and shrinkage."""
     law = changes.pop("law", None) or law_of(body)
     model = HalfPlane(body.dimensions, c.name == "torsional", law, **changes)
     return solved(c, lambda q: curve(model, list(q)), POINTS, not changes or c.name == "torsional")
 
 
 def solid(body: Specimen, c: Channel, odd: bool = True, **changes: Any) -> Curve:
-    """By FElupe in three dimensions."""
+    """Elastic curve by FElupe in three dimensions."""
     p = body.parameters
     law = law_of(body)
     task = {
@@ -175,7 +174,7 @@ def plain(formula: Formula, body: Specimen, c: Channel) -> Array:
 
 
 class _Frozen:
-    """A specimen as a key."""
+    """A specimen as a key of a cache."""
 
     def __init__(self, body: Specimen) -> None:
         self.body = body
@@ -272,7 +271,7 @@ def _morph(rng: np.random.Generator, s: Situation) -> dict[str, float]:
 def _morph_force(v: Values, body: Specimen, c: Channel) -> Array:
     p1, p2, p3, p4, p5, p6, p7, p8 = MORPH
     k, a = v["stiffness"], v["amplitude"]
-    # What softens and what slips, in proportion; the rest stays as stiff.
+    # The softening and slipping parts are scaled by the amplitude; the others keep their stiffness.
     p = [k * (p1 + (1 - a) * p2 * 0.5), k * a * p2, p3, p4, k * a * p5, p6, p7, k * a * p8]
     # Every third sample of a leg is marched; between them the curve is smooth.
     sign = np.sign(np.diff(c.displacement))
@@ -335,7 +334,7 @@ def _both_force(v: Values, body: Specimen, c: Channel) -> Array:
 
 
 def _moved(path: Callable[[Values, Channel, float], Array]) -> Callable[[Values, Specimen, Channel], Array]:
-    """The elastic force of a displacement that differs from the rig's."""
+    """The elastic force at a displacement that differs from the rig's."""
 
     def force(v: Values, body: Specimen, c: Channel) -> Array:
         curve_ = _plain("third_order", _Frozen(body), c.name, *span(c))
@@ -371,7 +370,7 @@ def _low_pass_force(v: Values, body: Specimen, c: Channel) -> Array:
 def _in_series(
     give: Callable[[Values, Array, float, float], Array],
 ) -> Callable[[Values, Specimen, Channel], Array]:
-    """Force of a bushing behind what gives by give(force): q = q_b + give(F(q_b)), by bisection on a table."""
+    """Force of a bushing in series with a compliance: q = q_b + give(F(q_b)), by interpolation in a table."""
 
     def force(v: Values, body: Specimen, c: Channel) -> Array:
         curve_ = _plain("third_order", _Frozen(body), c.name, *span(c))
@@ -394,13 +393,13 @@ def _hardening(v: Values, F: Array, most: float, q: float) -> Array:
 
 
 def _softening(v: Values, F: Array, most: float, q: float) -> Array:
-    """A fixture that bends more the further it bends."""
+    """A fixture that becomes more compliant as it bends."""
     x = F / v["largest"]
     return v["amplitude"] * (x + v["more"] * x * np.abs(x))
 
 
 def _edges(v: Values, F: Array, most: float, q: float) -> Array:
-    """A dead band whose edges have a stiffness: the rig is moved within it by a small force."""
+    """A dead band with elastic edges: a small force moves the rig within it."""
     return v["amplitude"] * q * np.tanh(F / (v["edge"] * most))
 
 
@@ -413,12 +412,12 @@ def _stop(rng: np.random.Generator, s: Situation) -> dict[str, float]:
 
 
 def _beside(law: Callable[[Values, Array], Array]) -> Callable[[Values, Specimen, Channel], Array]:
-    """A soft stop beside the bushing; forces and ways over the largest."""
+    """A soft stop beside the bushing; forces and displacements relative to the largest."""
 
     def force(v: Values, body: Specimen, c: Channel) -> Array:
         elastic_, most, q = elastic_force(body, c)
         side = np.sign(v["gap"])
-        # The negative side is travelled less far: the gap counts from its own largest.
+        # The negative side has a smaller travel, to which its gap is relative.
         reach = q if side > 0 else float(-c.displacement.min())
         over = np.maximum(side * c.displacement - abs(v["gap"]) * reach, 0.0) / q
         return elastic_ + side * v["amplitude"] * most * law(v, over)
@@ -431,7 +430,7 @@ def _quadratic(v: Values, over: Array) -> Array:
 
 
 def _ramp(v: Values, over: Array) -> Array:
-    """Stiffness that rises evenly over a width, then stays."""
+    """A stiffness that rises linearly over a width and is then constant."""
     w = v["width"]
     return np.where(over < w, 0.5 * over**2 / w, over - 0.5 * w)
 
@@ -519,7 +518,7 @@ def _play(rng: np.random.Generator, s: Situation) -> dict[str, float]:
     return {"amplitude": 0.02, "edge": _log(rng, 0.004, 0.03)}
 
 
-# Softening by more than about half makes the strain localise, which no mesh settles: `most` of it is less than that.
+# Softening by more than about half localises the strain, so that no mesh converges; `most` stays below that.
 SOFT = (("mullins", "permanent_set"),)
 SLIPS = (("friction", "mullins", "permanent_set"), ("friction", "permanent_set"))
 

@@ -1,4 +1,4 @@
-"""A bushing of revolution under axial load or torsion, in NumPy: for rubbers that FEniCSx and the catalogue know not.
+"""A bushing of revolution under axial load or torsion, in NumPy: for rubbers that are not in the catalogue.
 
 Eight-node serendipity elements with 2 x 2 points (CalculiX's CAX8R) and a penalty on the volume: reduced integration
 keeps them from locking. The unknowns at a node are the displacements along r and z, and the turn about the axis where
@@ -6,10 +6,10 @@ there is torsion. In cylindrical frames of the reference and the present positio
 
     F = [[1 + u_R, 0, u_Z], [r f_R, r / R, r f_Z], [w_R, 0, 1 + w_Z]],   r = R + u.
 
-A rubber is asked for its isochoric first Piola-Kirchhoff stress at all points at once, from F, its memory and the time
-step; the tangent is its difference quotient. The volume's pressure is an unknown of its own at each point, condensed:
-the tangent takes the pressure that the last step of Newton's method foresaw, not that of the volumes it led to, which
-for nearly incompressible rubber is far off until the end.
+A rubber gives its isochoric first Piola-Kirchhoff stress at all points at once, from F, its memory and the time step;
+the tangent is its difference quotient. The pressure is a separate unknown at each point and is condensed: the tangent
+uses the pressure predicted by the last step of Newton's method, not that of the resulting volumes, which for nearly
+incompressible rubber is far off until the end.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from benchmarks.decks.foreign.rubbers import det, inverse
 Array = NDArray[np.float64]
 Memory = Mapping[str, Array]
 
-# Elements across the rubber, and along per thickness of length; longest over shortest.
+# Elements across the rubber; elements along it per thickness of length; ratio of the longest to the shortest.
 ACROSS, ALONG, GRADING = 6, 4.0, 3.0
-# Residual over the reaction, and iterations.
+# Tolerance of the residual relative to the reaction; largest number of iterations.
 TOLERANCE, MOST = 1e-7, 12
-# Of the largest reaction so far, below which a reaction is no measure of the residual: the bushing passes through rest.
+# Least reference for the residual, as a share of the largest reaction so far, because the reaction vanishes at rest.
 FAINT = 0.02
-# Of F, for the difference quotient.
+# Step of F for the difference quotient.
 DIFFERENCE = 1e-7
-# A step that fails is halved at most so often.
+# Largest number of times that a failed step is halved.
 HALVINGS = 5
 
 
@@ -61,7 +61,7 @@ class Rubber(Protocol):
 
 @dataclass(frozen=True)
 class State:
-    """What the points know of a displacement: F, its derivative, stress, J and the cofactor of F."""
+    """State at the points for a displacement: F, its derivative, stress, J and the cofactor of F."""
 
     F: Array
     B: Array
@@ -72,7 +72,7 @@ class State:
 
 @dataclass(frozen=True)
 class Bond:
-    """Which nodes are held by a sleeve: all but those within `free` mm of an end ("top", "bottom")."""
+    """Nodes that a sleeve holds: all but those within `free` mm of an end ("top", "bottom")."""
 
     free: float = 0.0
     end: str = "top"
@@ -86,14 +86,14 @@ class HalfPlane:
     dimensions
         mm.
     twist : bool
-        Whether it is turned; else moved along the axis.
+        Whether the bushing is turned; otherwise it is moved along the axis.
     rubber
     inner, outer
         Bonds.
     reduction : callable, optional
-        Inward motion (mm) of the outer sleeve before the test, of z.
+        Inward motion (mm) of the outer sleeve before the test, a function of z.
     shrinkage : callable, optional
-        Linear strain by which the rubber shrank between its sleeves, of the radius.
+        Linear strain by which the rubber shrank between its sleeves, a function of the radius.
     """
 
     def __init__(
@@ -126,12 +126,12 @@ class HalfPlane:
         driven[self._inner, 2 if twist else 1] = 1.0
         self.driven = driven.ravel()
         self._prepare()
-        # F_e = F / (1 - e): what has no stress is smaller.
+        # F_e = F / (1 - e): the stress-free rubber is smaller.
         self._strain = shrinkage(self._R) if shrinkage is not None else np.zeros(self.count)
         self._rest = np.ones(self.count)
 
     def _prepare(self) -> None:
-        """Shape functions at the points, and the sparsity."""
+        """Compute shape functions at the points, and the sparsity."""
         xi = np.array([-1.0, 1.0]) / np.sqrt(3.0)
         grid = np.array([(x, y) for x in xi for y in xi])
         values, slopes = _shapes(grid)
@@ -182,7 +182,7 @@ class HalfPlane:
         cofactor = J[:, None, None] * np.swapaxes(inverse(Fe), 1, 2)
         P, new = self.rubber.stress(Fe, memory, dt)
         first, _ = self.rubber.volume(J)
-        # Per volume before it shrank there is rest^3 of the energy, and F is rest times F_e.
+        # The energy per volume before shrinkage is rest^3 times that of the shrunk rubber, and F is rest times F_e.
         whole = (P + first[:, None, None] * cofactor) * rest**2
         local = np.einsum("pij,pijm->pm", self._weight[:, None, None] * whole, B)
         r = np.bincount(self._dofs[self._element].ravel(), weights=local.ravel(), minlength=len(x))
@@ -206,7 +206,7 @@ class HalfPlane:
         AB = A.reshape(-1, 9, 9) @ B.reshape(len(F), 9, -1)
         K = np.swapaxes(B.reshape(len(F), 9, -1), 1, 2) @ (weight[:, None, None] * AB)
         if self.twist:
-            # r f_R depends on u and f both.
+            # r f_R depends on both u and f.
             whole = (P + p[:, None, None] * H) * (self._weight * self._rest**2)[:, None, None]
             for i, j in ((0, 0), (1, 2)):
                 s = whole[:, 1, j][:, None, None] * (self._N[:, :, None] * self._dN[:, None, :, i])
@@ -223,7 +223,7 @@ class HalfPlane:
     # -- marching ------------------------------------------------------------------------------------------------
 
     def march(self, time: Array, q: Array, before: int = 6) -> Array:
-        """Force (n,) at samples that are visited one after the other, from rest."""
+        """Force (n,) at samples, marched in order from rest."""
         x = np.zeros(len(self.fixed))
         memory = self.rubber.start(self.count)
         self._largest, self._pressure = 0.0, np.zeros(self.count)
@@ -232,7 +232,7 @@ class HalfPlane:
             whole[self._outer, 0] = -self.reduction(self.points[self._outer, 1])
         base = whole.ravel()
         if np.any(base) or np.any(self._strain):
-            # The assembly is slow against everything that follows: memory takes no part.
+            # The assembly is slow compared with the test, so that it leaves no memory.
             for k in range(1, before + 1):
                 self._rest = 1 - self._strain * k / before
                 x, _, _ = self._step(x, memory, 0.0, base * k / before)
@@ -252,7 +252,7 @@ class HalfPlane:
         end: tuple[float, float],
         halvings: int,
     ) -> tuple[Array, Memory, float]:
-        """One sample's step, halved where it fails."""
+        """The step to one sample, halved where it fails."""
         pressure = self._pressure
         try:
             return self._step(x, memory, end[0] - begin[0], base + end[1] * self.driven)
@@ -288,7 +288,7 @@ class HalfPlane:
             if not np.all(np.isfinite(step)):
                 raise NotSolved
             x = x + step
-            # The pressure that this step foresees.
+            # The pressure that this step predicts.
             first, second = self.rubber.volume(state.J)
             moved = (
                 np.einsum("pijm,pm->pij", state.B, step[self._dofs[self._element]])
@@ -299,7 +299,7 @@ class HalfPlane:
 
 
 def followed(body: HalfPlane, time: Array, q: Array) -> Array:
-    """Force (n,) at samples, of which every second is marched: a spline between turning points has the others."""
+    """Force (n,) at samples: every second one is marched, the others by a spline between turning points."""
     sign = np.sign(np.diff(q))
     turns = [0, *(np.flatnonzero(np.diff(sign)) + 1), len(q) - 1]
     nodes = sorted({i for a, b in pairwise(turns) for i in (*range(a, b, 2), b)} | {0})
@@ -323,7 +323,7 @@ def _held(at: NDArray[np.bool_], Z: Array, bond: Bond) -> NDArray[np.bool_]:
 
 
 def _graded(n: int) -> Array:
-    """Points in [-1, 1], nearer to each other at both ends."""
+    """Points in [-1, 1], closer together at both ends."""
     k = np.arange(n)
     length = GRADING ** (-np.abs(2 * k - (n - 1)) / max(n - 1, 1))
     return -1 + 2 * np.concatenate([[0.0], np.cumsum(length) / length.sum()])
@@ -377,7 +377,7 @@ def _shapes(at: Array) -> tuple[Array, Array]:
 
 
 def curve(body: HalfPlane, targets: Sequence[float]) -> Array:
-    """Force of a body without memory at displacements in order, each side from rest."""
+    """Force of a body without memory at ordered displacements, each side marched from rest."""
     q = np.asarray(targets, dtype=float)
     found = np.zeros(len(q))
     for side in (np.flatnonzero(q >= 0), np.flatnonzero(q < 0)[::-1]):

@@ -1,9 +1,9 @@
-"""Axial force of a bushing of MORPH rubber by FElupe: its own model, differentiated automatically.
+"""Axial force of a bushing of MORPH rubber by FElupe, with FElupe's model and automatic differentiation.
 
     python morph.py < task.json
 
-Run by `external.py` in FElupe's own environment. The task: `dimensions` (mm), `p` (the eight parameters), `bulk` (MPa),
-`displacement` (mm, samples one after the other). Prints the forces as JSON.
+Run by `external.py` in FElupe's environment. The task: `dimensions` (mm), `p` (the eight parameters), `bulk` (MPa),
+`displacement` (mm, samples in order). Prints the forces as JSON.
 """
 
 import json

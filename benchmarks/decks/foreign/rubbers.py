@@ -1,4 +1,4 @@
-"""Rubbers for `halfplane`: hyperelastic laws, and memory by formulas that are not those of the catalogue.
+"""Rubbers for `halfplane`: hyperelastic laws, and memory by formulas that the catalogue does not have.
 
 All take F (n, 3, 3). `Law` has the isochoric energy's derivatives by the invariants; the others add to it.
 """
@@ -30,7 +30,7 @@ def dev(A: Array) -> Array:
 
 
 def det(A: Array) -> Array:
-    """Determinant of (n, 3, 3); faster than LAPACK's for small ones."""
+    """Determinant of (n, 3, 3); faster than LAPACK for small matrices."""
     return (
         A[:, 0, 0] * (A[:, 1, 1] * A[:, 2, 2] - A[:, 1, 2] * A[:, 2, 1])
         - A[:, 0, 1] * (A[:, 1, 0] * A[:, 2, 2] - A[:, 1, 2] * A[:, 2, 0])
@@ -118,7 +118,7 @@ class Law:
 
 @dataclass(frozen=True)
 class Simo:
-    """Simo's form: the history is of dW/dC before its deviator is taken.
+    """Simo's form: the history is that of dW/dC before its deviator is taken.
 
     S = J^(-2/3) DEV[2 dW/dC' + sum h], h' + h / tau = g d/dt DEV'[2 dW/dC'], all of the isochoric C'.
 
@@ -159,10 +159,10 @@ class Simo:
 
 @dataclass(frozen=True)
 class Holzapfel:
-    """Holzapfel's form: the history is of the second Piola-Kirchhoff stress itself.
+    """Holzapfel's form: the history is that of the second Piola-Kirchhoff stress itself.
 
-    Q' + Q / tau = g d/dt S_iso. With `arc` the clock is the length of the way of C (endochronic: the same at every
-    rate), and tau a strain.
+    Q' + Q / tau = g d/dt S_iso. With `arc` time is replaced by the arc length of the path of C (endochronic: the same
+    at every rate), and tau is a strain.
 
     References
     ----------
@@ -237,7 +237,8 @@ class BergstroemBoyce:
         Ci, mu = memory["Ci"], self.g * self.law.shear
         stretch = np.sqrt(np.maximum(trace(Ci) / 3, 1.0)) - 1 + 0.01
         a = np.zeros(len(F))
-        # The multiplier and the stress it leaves, in turn; the stress falls as the multiplier grows: their mean.
+        # Alternate between multiplier and stress; as the stress falls when the multiplier grows, use the geometric
+        # mean.
         for _ in range(12):
             M = Ci + a[:, None, None] * C
             new = M / np.cbrt(det(M))[:, None, None]
@@ -253,9 +254,9 @@ class DorfmannOgden:
     """Softening with residual strain.
 
     tau = e1 tau_0 + (1 - e2) N with e1 = 1 - (1/r) tanh((Wm - W) / m), e2 = tanh((W / Wm)^a) / tanh 1 and
-    a = 0.3 + 0.16 Wm / mu, as in the paper. Its residual energy has moduli along fixed principal axes, which shear to
-    both sides has not; here N is that of a network (neo-Hookean, modulus `residual` mu) which is at rest where the
-    point had its largest energy: it draws the unloaded rubber towards there.
+    a = 0.3 + 0.16 Wm / mu, as in the paper. The paper's residual energy has moduli along fixed principal axes, which do
+    not exist in shear to both sides; here N is the stress of a network (neo-Hookean, modulus `residual` mu) that is
+    stress-free where the point had its largest energy and draws the unloaded rubber towards that state.
 
     References
     ----------
@@ -293,7 +294,7 @@ class DorfmannOgden:
 
 @dataclass(frozen=True)
 class Damage:
-    """Stress times 1 - d, d = most (1 - exp(-Wm / scale)), Wm the largest energy so far: no recovery below it.
+    """Stress times 1 - d, d = most (1 - exp(-Wm / scale)), Wm the largest energy so far; it does not recover.
 
     References
     ----------
@@ -323,7 +324,7 @@ class Damage:
 
 @dataclass(frozen=True)
 class DamagedSimo:
-    """Damage on Simo's viscous rubber: both at once, as in the paper."""
+    """Damage of Simo's viscous rubber: both at once, as in the paper."""
 
     simo: Simo
     most: float
@@ -331,7 +332,7 @@ class DamagedSimo:
 
     @property
     def law(self) -> Law:
-        """Of the rubber after a long rest, undamaged."""
+        """Law of the undamaged rubber after a long rest."""
         return self.simo.law
 
     def volume(self, J: Array) -> tuple[Array, Array]:
@@ -357,6 +358,6 @@ def first(F: Array, tau: Array) -> Array:
 
 
 def _mean(x: float | Array) -> Array:
-    """(1 - exp(-x)) / x: the mean of what is left of a stress that came evenly over the step."""
+    """(1 - exp(-x)) / x: the mean remaining share of a stress that was applied evenly over the step."""
     x = np.maximum(np.asarray(x, dtype=float), 1e-12)
     return -np.expm1(-x) / x

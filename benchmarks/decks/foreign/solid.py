@@ -2,10 +2,10 @@
 
     python solid.py < task.json
 
-Run by `external.py` in FElupe's own environment; it needs NumPy, SciPy and FElupe alone. The task: `dimensions` (mm),
+Run by `external.py` in FElupe's environment; it needs only NumPy, SciPy and FElupe. The task: `dimensions` (mm),
 `yeoh` (MPa), `bulk`, `volumetric` ("simple" or "log"), `targets` (mm, one side, outward), and as needed `free` (mm of
-bond that is off, `sleeve`, `end`), `reduction`, `shrinkage` and `offset`, each a mean and a slope (along the axis over
-half the length; of the shrinkage across the thickness). Prints the forces as JSON.
+debonded length, with `sleeve` and `end`), `reduction`, `shrinkage` and `offset`, each a mean and a slope (along the
+axis over half the length; of the shrinkage across the thickness). Prints the forces as JSON.
 """
 
 import json
@@ -74,7 +74,7 @@ def main():
     mesh = mesh.add_midpoints_edges().add_midpoints_faces().add_midpoints_volumes()
     s, angle, t = mesh.points.T.copy()
     r, half = a + s * (b - a), 0.5 * (lengths[0] + s * (lengths[1] - lengths[0]))
-    # The inner sleeve off its axis at rest, and with it the rubber in proportion, free of stress.
+    # The inner sleeve is off its axis at rest, and the rubber is shifted in proportion, free of stress.
     moved = (offset[0] + offset[1] * t) * (1 - s)
     mesh.points[:] = np.column_stack([r * np.cos(angle) + moved, r * np.sin(angle), t * half])
     field = fem.FieldsMixed(fem.RegionTriQuadraticHexahedron(mesh), n=3, disconnect=False)
@@ -112,7 +112,7 @@ def main():
     fixed = np.concatenate([held.ravel(), rest_of.astype(bool)])
     driven, base = np.concatenate([driven.ravel(), rest_of]), np.concatenate([base.ravel(), rest_of])
     free_dofs = np.flatnonzero(~fixed)
-    # Half of the circumference; and half of the length.
+    # Factors for half of the circumference and half of the length.
     share = 2 if whole else 4
 
     def put(x):
@@ -120,7 +120,7 @@ def main():
             f.values[:] = part.reshape(f.values.shape)
 
     def solved(x, target):
-        """Newton's method: the first step moves the boundary and the rest together."""
+        """Newton's method, whose first step moves boundary and interior together."""
         size = None
         for k in range(MOST):
             put(x)

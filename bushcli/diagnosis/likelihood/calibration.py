@@ -1,11 +1,11 @@
 """Weights of the misfit when models are compared: noise of the samples, and uncertainty of calibration and mesh.
 
-A load cell is calibrated to about a percent, and a mesh is too stiff by a fraction of one: either makes all forces of
-a channel wrong by one factor. That factor is unknown with a known standard deviation, so it is noise that all samples
-share: the covariance is that of the samples plus s^2 F F'. Misfit and derivatives are multiplied with the inverse root
-of it, after which sums of squares mean what they should, and an effect that does no more than scale one channel by a
-percent is not called for. F is the recorded force without its noise: with it, a fit would be drawn to forces that are
-too small, because a recording scaled down has less noise (D'Agostini).
+A load cell is calibrated to about a percent, and a mesh is too stiff by a fraction of a percent: either makes all
+forces of a channel wrong by one factor. This factor has a known standard deviation s, so that it acts as noise that
+all samples share: the covariance is that of the samples plus s^2 F F'. Misfit and derivatives are multiplied by its
+inverse square root, so that sums of squares allow for the factor, and no effect is needed that only scales one channel
+by a percent. F is the recorded force without its noise: with the noise, a fit would tend to forces that are too small,
+because a recording scaled down has less noise (D'Agostini).
 
 References
 ----------
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 # model, or a default mesh in three dimensions, whose forces are 0.2 to 0.8 % off converged ones (measured).
 SECTION, SOLID = 0.005, 0.01
 SURE = 3.0
-# Recordings whose smoothed force is kept.
+# Number of recordings whose smoothed force is cached.
 _KEPT = 8
 
 _smoothed: OrderedDict[bytes, Array] = OrderedDict()
@@ -47,7 +47,7 @@ def factor_of(channel: Channel) -> float:
 
 
 def whitened(rows: Array, channel: Compared, factor: float) -> Array:
-    """Multiply misfit (n,) or derivatives (n, k) of a channel with the inverse root of its covariance.
+    """Multiply misfit (n,) or derivatives (n, k) of a channel by the inverse square root of its covariance.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def _shared(found: Array, channel: Compared, factor: float) -> Array:
 
 
 def _shape(recording: Recording) -> Array:
-    """What a factor multiplies: the force (n,) without its noise."""
+    """Force (n,) that the common factor multiplies: the recorded one without its noise."""
     clock = b"" if recording.time is None else recording.time.tobytes()
     name = recording.displacement.tobytes() + recording.force.tobytes() + clock
     if name not in _smoothed:
@@ -87,7 +87,7 @@ def _shape(recording: Recording) -> Array:
 def linear_fit(
     channels: Sequence[Compared], factors: Sequence[float], jacobians: Sequence[Array]
 ) -> Linearised:
-    """The fit to first order, weighed.
+    """The fit to first order, weighted.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def linear_fit(
 
 
 def columns(channels: Sequence[Compared], factors: Sequence[float], found: Sequence[Array]) -> Array:
-    """Derivatives (n, k) of each channel's force, weighed and stacked: shape (all samples, k).
+    """Derivatives (n, k) of each channel's force, weighted and stacked: shape (all samples, k).
 
     Parameters
     ----------
@@ -126,9 +126,9 @@ def columns(channels: Sequence[Compared], factors: Sequence[float], found: Seque
 
 
 def calibrated(channel: Compared, factor: float) -> Compared:
-    """The channel with the simulated force less what the common factor most probably makes of the misfit.
+    """The channel with its simulated force corrected by the most probable common factor.
 
-    No more than SURE standard deviations of it are put down to calibration: what is beyond is misfit to be looked at.
+    The correction is at most SURE standard deviations of the factor; the rest remains misfit.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 
 Physics acts along branches: a loop opens on loading and closes on unloading, a force relaxes in a hold. The weighted
 misfit of a channel is projected on Legendre polynomials of each branch (of the logarithm of time in a hold). White
-noise contributes one unit to each feature, however large it is beyond what the recording says of itself, a hum or a
-quantisation contributes next to nothing, and what a formula gets wrong is in the first few.
+noise contributes one unit to each feature, a hum or a quantisation contributes next to nothing, however large it is,
+and errors of a formula appear in the first few features.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from bushcli.recording import Recording, branches
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Degree of the polynomials, and samples per coefficient that they take to leave noise out: as in the noise model.
+# Degree of the polynomials, and fewest samples per coefficient, so that they average over noise: as in the noise model.
 DEGREE, PER_COEFFICIENT = 5, 3
 
 
@@ -34,13 +34,13 @@ class Features:
     basis : shape (n, K)
         Orthonormal; zero at samples that do not count.
     weights : shape (n,)
-        Reciprocal standard deviation of the noise of an independent sample; zero likewise.
+        Reciprocal standard deviation of the noise of an independent sample; zero at samples that do not count.
     along : shape (K,)
-        Unit vector of what a common factor on the forces does to the features.
+        Unit vector of the features of the force, which a common factor changes.
     calibration : float
-        Variance of that multiple by the uncertainty of calibration.
+        Variance of the component along it by the uncertainty of calibration.
     signal : float
-        Sum of squares of the weighted force about its mean: what a misfit is compared with.
+        Sum of squares of the weighted force about its mean, with which a misfit is compared.
     degrees : shape (K,)
         Degree of each polynomial in its branch.
     """
@@ -69,8 +69,8 @@ class Features:
         ----------
         z : (K,) or (K, k) array
         variance : float
-            Of every feature, dimensionless, from noise and error of form; that of calibration adds to it along the
-            force.
+            Of every feature, dimensionless, from noise and error of form; along the force, that of calibration is
+            added to it.
         """
         return self._stretched(z, 1.0 / np.sqrt(variance), 1.0 / np.sqrt(variance + self.calibration))
 
@@ -91,9 +91,9 @@ class Features:
         return np.asarray(across * z + (self.along * part if z.ndim == 1 else np.outer(self.along, part)))
 
     def shrunk(self, rows: Array) -> Array:
-        """Return the smooth part (n,) of a misfit (n,), in its own unit, without what noise makes of each feature.
+        """Return the smooth part (n,) of a misfit (n,), in its own unit, without the contribution of noise.
 
-        A feature z of unit noise is multiplied with 1 - 1/z^2, or left out where that is negative.
+        A feature z of unit noise is multiplied by 1 - 1/z^2, or by zero if that is negative.
         """
         weighted = np.where(self.weights > 0.0, rows * self.weights, 0.0)
         unit = np.where(self.weights > 0.0, self.weights, np.inf)
@@ -118,7 +118,7 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     weights = np.where(used, 1.0 / unit, 0.0)
     basis, degrees = _basis(recording, used)
     place = np.arange(len(used), dtype=float)
-    # Samples that do not count are bridged, or a spike would bend the polynomial through its branch.
+    # Samples that do not count are interpolated, because a spike would bend the polynomial of its branch.
     bridged = replace(recording, force=np.interp(place, place[used], recording.force[used]))
     force = basis.T @ (smoothed(bridged) * weights)
     size = float(np.linalg.norm(force))

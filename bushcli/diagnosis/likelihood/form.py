@@ -1,24 +1,24 @@
-"""The error of form: formulas of a true effect are wrong by an unknown share of what they explain.
+"""The error of form: formulas of a true effect are wrong by an unknown share of the misfit that they explain.
 
-A formula that has the right physics leaves a misfit of some `PHI` of the one without it, smooth along the path; a law
-leaves some `LAMBDA` of the force. Such a misfit has few degrees of freedom, which grow with the features of a channel
-(`effective_features`), however many samples show it. With E the sum of squares of the features of a channel beyond
-what noise makes expect, D that of the plain law, F that of the force, and m effective features, a model has the
-likelihood
+A formula that has the right physics leaves a share of about `PHI` of the misfit without it, smooth along the path; a
+law leaves about `LAMBDA` of the force. Such a misfit has few degrees of freedom, however many samples show it; their
+number grows with the features of a channel (`effective_features`). With a the feature along the force, E the sum of
+squares of the others beyond the expectation of noise, D that of all features of the plain law's misfit, F that of the
+force, and m effective features, the likelihood of a model is
 
-    log L = log of the mean over phi and lambda of prod_c v_c^(-m_c/2) exp(-(m_c + E_c) / (2 v_c)),
+    log L = log of the mean over phi and lambda of prod_c v_c^(-(m_c - 1)/2) exp(-(m_c - 1 + E_c) / (2 v_c))
+            (v_c + g_c)^(-1/2) exp(-a_c^2 / (2 (v_c + g_c))),
     v_c = 1 + (phi^2 D_c + lambda^2 F_c) / m_c.
 
-Along the force the variance is v_c and that of calibration, g_c: a channel may be off by the class of its load cell,
-and no more than that by the error of form.
+g_c is the variance of calibration, from the class of the load cell: the error of form does not widen it.
 
-Where the misfit is small beside the noise, v is 1, and this is the likelihood of the noise, exp(-E/2). Where formulas
-err by more than the noise, v is large, and the data are asked only as sharply as formulas deserve: with phi free, a
+If the misfit is small beside the noise, v is 1, and this is the likelihood of the noise, exp(-E/2). If formulas err by
+more than the noise, v is large, and the data are weighted only as sharply as the formulas deserve: with phi free, a
 model that leaves twice the misfit of another loses m log 2, not the difference of two sums over hundreds of samples.
-This is a coarsened likelihood with its own scale marginalised.
+This is a coarsened likelihood whose scale is marginalised.
 
-D_c is half the channel's own and half its share, by the force, of that of all channels: an effect that changes one
-channel most is as wrong in another one as in that.
+D_c is half the channel's own plus half its share, by the force, of the sum over all channels: the formula of an effect
+that mostly changes one channel is as wrong in the others.
 
 References
 ----------
@@ -41,31 +41,31 @@ from bushcli.diagnosis.likelihood.features import Features
 
 Array = NDArray[np.float64]
 
-# Median of the share of the plain law's misfit that the right physics in another formula leaves, standard deviation of
-# its logarithm, and the most it leaves, beyond which it is not that physics: measured on 26 channels of 18 other
-# formulas (`benchmarks/form`; 24 are below a half, with median 0.14 and standard deviation 0.67). On six recordings of
-# other codes and of measured rubber it was 0.08 to 0.21.
+# Share of the plain law's misfit that the right physics in another formula leaves: median, standard deviation of the
+# logarithm, and limit above which it counts as other physics. Measured on 26 channels of 18 other formulas
+# (`benchmarks/form`; 24 are below a half, with median 0.14 and standard deviation 0.67). On six recordings of other
+# codes and of measured rubber it was 0.08 to 0.21.
 PHI, PHI_SPREAD, PHI_MOST = 0.14, 0.65, 0.5
-# The same of what a law leaves of the force, measured on twelve channels with nothing concealed: 0.00065 and 0.8.
+# The same for the share of the force that a law leaves, measured on twelve channels without effects: 0.00065 and 0.8.
 LAMBDA, LAMBDA_SPREAD = 0.001, 0.7
-# Effective number of features of an error of form in a channel of K features: FACTOR K^POWER. Of eleven such laws one
-# of those that give the right answers the most probability on 42 recordings of the development deck, the same fits
-# judged again (`benchmarks/form/again.md`): 5 on loops (K = 12), 11 and 14 on programs of 50 and 85 features.
-# Participation ratios of what the right physics leaves are 3 there, 10 and 14.
+# Effective number of features of an error of form in a channel of K features: FACTOR K^POWER. Of eleven such formulas,
+# this is one of those that give the right answers the highest probability on 42 recordings of the development deck,
+# with the same fits (`benchmarks/form/again.md`): 5 on loops (K = 12), 11 and 14 on programs of 50 and 85 features.
+# The participation ratios of the misfit that the right physics leaves are 3, 10 and 14 there.
 FACTOR, POWER = 1.5, 0.5
 # Nodes of the quadrature over each, in standard deviations of the logarithm.
 _NODES = np.linspace(-3.0, 3.0, 13)
 _WEIGHTS = np.exp(-0.5 * _NODES**2) / np.exp(-0.5 * _NODES**2).sum()
 _PHIS = PHI * np.exp(PHI_SPREAD * _NODES[PHI * np.exp(PHI_SPREAD * _NODES) < PHI_MOST])
 _PHI_WEIGHTS = _WEIGHTS[: len(_PHIS)] / _WEIGHTS[: len(_PHIS)].sum()
-# The unknown effect: size over the force, log-uniform between these, and probability that a channel has it.
+# The unknown effect: limits of its size over the force, log-uniform, and probability that a channel has it.
 UNKNOWN = (0.002, 0.5)
 _SIZES = np.geomspace(*UNKNOWN, 25)
 UNKNOWN_IN_CHANNEL = 0.5
 
 
 def effective_features(count: int) -> float:
-    """Return the effective number of features of an error of form in a channel of so many features."""
+    """Return the effective number of features of an error of form in a channel with `count` features."""
     return float(min(FACTOR * count**POWER, count))
 
 
@@ -76,11 +76,11 @@ class Left:
     Attributes
     ----------
     across : Array
-        Sum of squares of the features but the one along the force, beyond what noise makes expect.
+        Sum of squares of all features except the one along the force, beyond the expectation of noise.
     along : Array
         Square of the feature along the force.
     excess : Array
-        Both, beyond what noise and calibration make expect.
+        Sum of squares of all features beyond the expectation of noise and calibration.
     """
 
     across: Array
@@ -116,7 +116,7 @@ class Likelihood:
     features : tuple of Features
         By channel.
     plain : tuple of float
-        Sum of squares D of what the plain law leaves beyond noise, by channel.
+        Sum of squares D of the plain law's misfit beyond noise, by channel.
     """
 
     features: tuple[Features, ...]
@@ -153,7 +153,7 @@ class Likelihood:
 
     @property
     def calibration(self) -> Array:
-        """Variance g of the feature along the force by calibration, by channel."""
+        """Variance g that calibration adds to the feature along the force, by channel."""
         return np.array([one.calibration for one in self.features])
 
     def left(self, rows: Sequence[Array]) -> Left:
@@ -188,7 +188,7 @@ class Likelihood:
         return Judged(total, tuple(map(float, scale)), float(weight.sum(axis=1) @ _PHIS))
 
     def judge_unknown(self, left: Left) -> Judged:
-        """Judge a model that has the unknown effect as well: what it leaves may be of any size, channel by channel."""
+        """Return the likelihood of a model with the unknown effect: its misfit may be of any size in each channel."""
         m = self.effective
         lam = LAMBDA * np.exp(LAMBDA_SPREAD * _NODES)
         base = PHI**2 * self.explained
@@ -205,7 +205,7 @@ class Likelihood:
             weight = np.exp(whole - whole.max())
             scales.append(float(weight.sum() / np.sum(weight / v)))
         each = np.array(by_size)
-        # Either it acts in all channels alike, or in some by themselves, one at least.
+        # Either it acts in all channels with one size, or in at least one with a size for each.
         alike = float(logsumexp(each[:, 1:].sum(axis=0))) - float(np.log(len(_SIZES)))
         apart = float(logsumexp(each + np.log(prior), axis=1).sum())
         nowhere = float((each[:, 0] + np.log(prior[0])).sum())

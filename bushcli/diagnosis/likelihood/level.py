@@ -1,11 +1,11 @@
 """Refined size of the noise, from the features of the plain law's misfit.
 
-A few hundred samples say how large an independent sample's noise is to some 40 % (`windows`). What a law leaves of a
-recording says more: missing physics is smooth along a branch, its features fall by a factor from each degree to the
-next, and noise has the same size in all. So the features (by degree d) are taken for Gaussian with variance
-s^2 + f rho^d, with s the factor on the noise, log-normal about one with the width that the windows leave, f of unknown
-size, and rho one of several. On the first 15 recordings of the development deck features of missing physics fall by
-factors of two to six from degree to degree; a knee, as of free play, by 1.5.
+A few hundred samples determine the noise of an independent sample to some 40 % (`windows`). The misfit of the plain law
+says more: missing physics is smooth along a branch, so that its features fall by a factor from each degree to the next,
+while noise has the same size in all. The features (by degree d) are therefore modelled as Gaussian with variance
+s^2 + f rho^d, where the factor s on the noise is log-normal about one with the uncertainty of the windows, the size f
+is unknown, and rho is one of several values. On the first 15 recordings of the development deck, features of missing
+physics fall by factors of two to six from degree to degree; those of a knee, as of free play, by 1.5.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 # Fall of the variance of missing physics from degree to degree: from that of a knee to that of a stiffness.
 FALLS = (0.67, 0.5, 0.25, 0.125)
-# Its size at degree 0 over the noise, log-uniform; and none.
+# Variance of missing physics at degree 0 over that of noise: log-uniform, or zero.
 SIZES = np.concatenate([[0.0], np.geomspace(0.1, 1e8, 37)])
 # Factors on the noise, in standard deviations of their logarithm.
 NODES = np.linspace(-2.5, 2.5, 41)
@@ -36,10 +36,10 @@ def levelled(noise: NoiseModel, features: Features, misfit: Array) -> NoiseModel
     Parameters
     ----------
     noise : NoiseModel
-        In whose units the features are.
+        The features are in its units.
     features : Features
     misfit : (K,) array
-        Features of what the plain law leaves.
+        Features of the plain law's misfit.
     """
     if not np.isfinite(noise.freedom):
         return noise
@@ -57,14 +57,14 @@ def levelled(noise: NoiseModel, features: Features, misfit: Array) -> NoiseModel
 
 
 def _log_likelihood(factors: Array, degrees: NDArray[np.int_], misfit: Array) -> Array:
-    """Logarithm of the likelihood of each factor on the noise, averaged over the misfit's size and fall."""
+    """Logarithm of the likelihood of each factor on the noise, averaged over size and fall of missing physics."""
     count = np.bincount(degrees)
     squares = np.bincount(degrees, weights=misfit**2)
     fall = np.array(FALLS)[:, None] ** np.arange(len(count))
     # By factor, size, fall and degree.
     v = factors[:, None, None, None] ** 2 + SIZES[None, :, None, None] * fall
     log = -0.5 * np.sum(count * np.log(v) + squares / v, axis=-1)
-    # Half of the probability that nothing smooth is left.
+    # A probability of one half that no smooth misfit is left.
     prior = np.log(np.concatenate([[0.5], np.full(len(SIZES) - 1, 0.5 / (len(SIZES) - 1))]))
     return np.asarray(logsumexp(log + prior[:, None], axis=(1, 2)))
 
@@ -72,7 +72,7 @@ def _log_likelihood(factors: Array, degrees: NDArray[np.int_], misfit: Array) ->
 def all_levelled(
     noises: Sequence[NoiseModel], features: Sequence[Features], misfits: Sequence[Array]
 ) -> tuple[NoiseModel, ...]:
-    """Return the noise of every channel (`levelled`).
+    """Return the noise of every channel with its size refined (`levelled`).
 
     Parameters
     ----------

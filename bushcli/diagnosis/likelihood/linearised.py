@@ -1,8 +1,7 @@
-"""Linearisation of a fit at its minimum: directions that the fitted parameters can follow, and the rest of any other.
+"""Linearisation of a fit at its minimum: changes that the fitted parameters can make, and the rest of other changes.
 
 Everything is weighted so that one independent sample of noise has unit variance (`Compared.weights`). The part of a
-change of the curves that the fitted parameters could make as well is projected out: what is left is all that a
-recording can say about it.
+change of the curves that the fitted parameters could make as well is projected out: a recording says nothing about it.
 """
 
 from __future__ import annotations
@@ -19,9 +18,9 @@ from bushcli.diagnosis.likelihood.noise import Compared, correlation_time
 
 Array = NDArray[np.float64]
 
-# Relative singular value below which a combination of fitted parameters changes nothing.
+# Relative singular value below which a combination of fitted parameters counts as changing nothing.
 _RANK = 1e-10
-# Share of a column that has to be its own, beside the fitted parameters and the columns before it.
+# Least share of a column that the fitted parameters and the other columns cannot make.
 OWN = 1e-3
 
 
@@ -32,11 +31,11 @@ class Linearised:
     Attributes
     ----------
     misfit : (n,) array
-        Weighted, simulated minus recorded, of all channels one after the other.
+        Weighted simulated minus recorded force of all channels, one after the other.
     jacobian : (n, p) array
-        Its derivatives by the fitted parameters.
+        Derivatives of the misfit by the fitted parameters.
     blocks : tuple of (int, int)
-        First sample and one past the last, of each channel.
+        Index of each channel's first sample, and of its last plus 1.
     samples : float
         Effective number of independent samples.
     freedom : float
@@ -66,12 +65,12 @@ class Linearised:
         return self.left(self.misfit)
 
     def inflation(self, rest: Array) -> float:
-        """How much larger than noise's the variance of a sum over the misfit is, by its own size and memory; >= 1.
+        """Variance of a sum over the misfit, from its own size and correlation, over that of noise; at least 1.
 
         Parameters
         ----------
         rest : (n,) array
-            The misfit, or what a candidate leaves of it.
+            The misfit, or the misfit that a candidate leaves.
         """
         parts = [rest[a:b] for a, b in self.blocks]
         samples = sum(len(part) for part in parts)
@@ -79,7 +78,7 @@ class Linearised:
 
 
 def linearised(channels: Sequence[Compared], jacobians: Sequence[Array]) -> Linearised:
-    """Weigh and stack a fit.
+    """Return the misfit and derivatives of all channels, weighted and stacked.
 
     Parameters
     ----------
@@ -93,13 +92,13 @@ def linearised(channels: Sequence[Compared], jacobians: Sequence[Array]) -> Line
         jacobian=weighed(channels, jacobians),
         blocks=tuple((int(a), int(b)) for a, b in pairwise(ends)),
         samples=sum(channel.effective_samples for channel in channels),
-        # The least known noise decides.
+        # The channel whose noise is known least decides.
         freedom=min(channel.noise.freedom for channel in channels),
     )
 
 
 def weighed(channels: Sequence[Compared], columns: Sequence[Array]) -> Array:
-    """Weigh and stack derivatives (n, k) of each channel's simulated force: shape (all samples, k).
+    """Return derivatives of the channels' simulated forces, weighted and stacked: shape (all samples, k).
 
     Parameters
     ----------
@@ -118,8 +117,8 @@ def weighed(channels: Sequence[Compared], columns: Sequence[Array]) -> Array:
 def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, float]:
     """Least squares with signs: minimise a' G a - 2 a' s where sign_i a_i >= 0 for sign_i of +1 and -1.
 
-    All supports are tried, exact for the few unknowns there are here: the minimum is the unconstrained one on its own
-    support.
+    All supports are tried, which is exact and feasible for few unknowns: the minimum with signs is the unconstrained
+    minimum on its own support.
 
     Parameters
     ----------
@@ -132,7 +131,7 @@ def cone_fit(gram: Array, score: Array, signs: Sequence[int]) -> tuple[Array, fl
     -------
     a : (k,) array
     drop : float
-        By how much the minimum is below zero, >= 0.
+        Negative of the minimum, >= 0.
 
     References
     ----------

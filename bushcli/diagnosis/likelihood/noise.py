@@ -1,13 +1,14 @@
 """Model of the noise: its size, its correlation from sample to sample, and how well both are known.
 
-The noise comes from the recording itself, never from the misfit: a misfit that is smooth because physics is missing
-would pass for noise with a long memory, and hide itself. Size and memory are those of a first-order autoregression
-beside cubics in short windows (`windows`); what the samples leave open about them enters the likelihood (`form`). An
-error that drifts over more than some ten samples cannot be told from the curve by any means, and counts as misfit.
+The noise is estimated from the recording itself, not from the misfit of a model (its size is refined in `level`): a
+misfit that is smooth because physics is missing would pass for noise with a long memory and go unnoticed. Size and
+correlation are those of a first-order autoregression, found in the residuals of cubics in short windows (`windows`);
+their uncertainty is taken into account when the size is refined. An error that drifts over more than some ten samples
+cannot be distinguished from the curve by any means, and counts as misfit.
 
 A sample that shares its error with others counts less: n samples with correlation time T are worth n / T independent
-ones. `Compared.weights` puts this into the weights once, so that every sum of squares further on has one independent
-sample as its unit.
+ones. `Compared.weights` contains this factor, so that every later sum of squares has one independent sample as its
+unit.
 
 References
 ----------
@@ -29,17 +30,17 @@ from bushcli.recording import Recording, branches, displacement_noise, force_noi
 
 Array = NDArray[np.float64]
 
-# No recording is trusted to better than this share of its force range, as in the identification: models are not.
+# Least noise as a share of the force range, as in the identification: models are not more accurate than this.
 FLOOR = 1e-3
 
-# Order of the differences of `force_noise`, which follow any curve and see little of noise with a memory.
+# Order of the differences of `force_noise`, which follow any curve and contain little of correlated noise.
 _ORDER = 3
-# Noise beside cubics is that of the differences but for this factor, or they miss the curve: 0.7 to 1.3 on the 96
-# channels of the development deck, 6 to 20 on coarsely sampled curves without noise.
+# Largest ratio of the noise found by cubics to that found by differences; with a larger one, the cubics miss the curve:
+# 0.7 to 1.3 on the 96 channels of the development deck, 6 to 20 on coarsely sampled curves without noise.
 _AGREED = 2.0
-# Standard deviations by which the noise has to be below the floor for that to be all.
+# Standard deviations below the floor from which on the noise is the floor, without uncertainty.
 _FAR = 2.0
-# Polynomials that a branch is taken for, and samples per coefficient that it takes to leave noise.
+# Largest degree of the polynomial that smooths a branch, and fewest samples per coefficient, so that it averages noise.
 _DEGREE, _PER_COEFFICIENT = 5, 3
 
 
@@ -50,11 +51,11 @@ class NoiseModel:
     Attributes
     ----------
     sigma : float
-        Standard deviation, N, N mm or MPa; the displacement's noise included by way of the stiffness. More than 0.
+        Standard deviation, N, N mm or MPa, including the displacement's noise times the stiffness. More than 0.
     correlation : float
         Between neighbouring samples, 0 for white noise; less than 1.
     freedom : float
-        Degrees of freedom with which the variance of an independent sample is known; inf where it is.
+        Degrees of freedom with which the variance of an independent sample is known; inf if it is known exactly.
     least : float
         Smallest standard deviation of an independent sample, in the unit of `sigma`.
     """
@@ -83,7 +84,7 @@ class Compared:
     recording : Recording
         n samples.
     simulated : (n,) array
-        Force, N, N mm or MPa; nan where the simulation has none.
+        Force, N, N mm or MPa; nan where it is unknown or the sample does not count.
     noise : NoiseModel
     """
 
@@ -108,7 +109,7 @@ class Compared:
 
     @property
     def weights(self) -> Array:
-        """What to multiply misfit and derivatives (n,) with: 1 / (sigma sqrt(correlation time)), 0 where not known."""
+        """Weights of misfit and derivatives (n,): 1 / (sigma sqrt(correlation time)), 0 where not known."""
         unit = self.noise.sigma * np.sqrt(self.noise.correlation_time)
         return np.where(self.known, 1.0 / unit, 0.0)
 
@@ -135,8 +136,8 @@ def noise_model(
     Returns
     -------
     NoiseModel
-        Where branches are too short to show the memory of the noise, it is that of the prior (`windows`). Coarse
-        sampling makes ``sigma`` an upper bound, see `bushcli.recording.noise`.
+        If branches are too short to show the correlation of the noise, it is that of the prior (`windows`). With
+        coarse sampling, ``sigma`` is an upper bound, see `bushcli.recording.noise`.
     """
     found = _found(recording, np.ones(len(recording.force), dtype=bool) if used is None else used)
     sigma = float(np.hypot(found.sigma, abs(recording.secant_stiffness()) * displacement_noise(recording)))
@@ -151,7 +152,7 @@ def noise_model(
 
 
 def _found(recording: Recording, used: NDArray[np.bool_]) -> Found:
-    """The noise beside cubics in windows, of half the length if those miss the curve; else by differences."""
+    """The noise by cubics in windows, in windows of half the length if those miss the curve, else by differences."""
     differences = force_noise(recording)
     for size in (WINDOW, WINDOW // 2):
         found = noise_in_windows(recording, used, size)
@@ -161,7 +162,7 @@ def _found(recording: Recording, used: NDArray[np.bool_]) -> Found:
 
 
 def _by_differences(differences: float) -> Found:
-    """The noise that gives such differences, averaged over the prior of its memory, of which they say nothing."""
+    """The noise that gives such differences, averaged over the prior of its correlation, which they do not show."""
     weight = np.exp(PRIOR) / np.exp(PRIOR).sum()
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
     variance = -np.log([_passed(float(r)) for r in CORRELATIONS])
@@ -172,14 +173,14 @@ def _by_differences(differences: float) -> Found:
 
 
 def _passed(correlation: float) -> float:
-    """Share of the variance of an autoregression that divided differences of evenly spaced samples find."""
+    """Share of the variance of an autoregression that divided differences of evenly spaced samples show."""
     weights = comb(_ORDER, np.arange(_ORDER + 1)) * (-1.0) ** np.arange(_ORDER + 1)
     gap = np.abs(np.subtract.outer(np.arange(_ORDER + 1), np.arange(_ORDER + 1)))
     return float(weights @ correlation**gap @ weights / (weights @ weights))
 
 
 def autoregression(noise: NoiseModel, values: Array) -> Array:
-    """Return innovations (n - 1, ...): what each of the samples (n, ...) has that its predecessor does not predict.
+    """Return innovations (n - 1, ...): the part of each sample (n, ...) that its predecessor does not predict.
 
     Parameters
     ----------
@@ -195,7 +196,7 @@ def correlation_time(misfit: Array) -> float:
     """How many neighbouring samples of a misfit (n,) count as one: 1 for white noise.
 
     Sum of the autocorrelation up to the first window that is five times the sum so far (Sokal's rule). The mean is
-    not taken off: a misfit that has one is not noise.
+    not subtracted: a misfit with a mean is not noise.
 
     References
     ----------
@@ -212,9 +213,9 @@ def correlation_time(misfit: Array) -> float:
 
 
 def smoothed(recording: Recording) -> Array:
-    """Recorded force (n,) without most of its noise, and none of a sample's own: as its branch predicts it.
+    """Recorded force (n,) without most of its noise: each sample as the other samples of its branch predict it.
 
-    A polynomial is fitted to each branch, without the sample; the force of short branches stays as it is.
+    A polynomial is fitted to each branch without the sample; the force of short branches is not changed.
     """
     fitted, leverage = _polynomials(recording)
     left = (recording.force - fitted) / (1.0 - leverage)

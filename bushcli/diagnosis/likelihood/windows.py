@@ -1,15 +1,15 @@
-"""The noise of a recorded force beside cubics in short windows: its size and memory, and how well both are known.
+"""Noise of a recorded force, from its residuals to cubics in short windows: size, correlation, and their uncertainty.
 
-A cubic in a window of some twenty samples follows any smooth curve, and noise that remembers the sample before shows in
-what it leaves. Size and correlation of a first-order autoregression are found by restricted maximum likelihood, which
-allows for the part of the noise that the cubics take up. Windows with a kink (a turn, a knee, a bad sample) leave more
-than the others and do not count.
+A cubic in a window of some twenty samples follows any smooth curve, and its residuals show the noise with its
+correlation. Size and correlation of a first-order autoregression are found by restricted maximum likelihood, which
+allows for the part of the noise that the cubics absorb. Windows with a kink (a turn, a knee, a bad sample) have larger
+residuals than the others and do not count.
 
-What matters further on is the standard deviation of an independent sample, sigma sqrt((1 + r) / (1 - r)). Where
-correlation is not known, neither is that, and the likelihood has to know by how much. On the 90 channels of the
-development deck (`benchmarks/decks`, hum left out) the logarithm of estimate over truth has median -0.03 and root
-mean square 0.54, and 1.6 in units of what is stated here; with noise taken for white wherever a test at three standard
-deviations did not say otherwise the estimate was half the truth in the median.
+All later steps need the standard deviation of an independent sample, sigma sqrt((1 + r) / (1 - r)), and its
+uncertainty, which depends on how well the correlation is known. On the 90 channels of the development deck
+(`benchmarks/decks`, hum left out) the logarithm of estimate over truth has median -0.03 and root mean square 0.54, or
+1.6 in units of the uncertainty stated here. When noise was taken as white unless a test at three standard deviations
+rejected that, the median estimate was half the truth.
 
 References
 ----------
@@ -33,17 +33,17 @@ from bushcli.recording import Recording, branches
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Samples of a window, degree of the polynomial, and samples below which a window says nothing. Of 24 or 36 samples and
-# degree 3 or 4 these had the smallest error on the development deck; it differs by 5 % between them.
+# Samples of a window, degree of the polynomial, and fewest samples of a window. Of 24 or 36 samples and degree 3 or 4
+# these had the smallest error on the development deck; the errors differ by 5 %.
 WINDOW, DEGREE, LEAST = 24, 3, 8
-# Windows of a branch, at least: a short one may bend as much as a long one does, and a cubic does not follow all of it.
+# Fewest windows of a branch: a short branch may bend as much as a long one, and one cubic would not follow it.
 WINDOWS = 2
-# Share of the samples that windows have to cover: a few of them say more about their kinks than about noise.
+# Least share of the samples in windows: a few windows would say more about their kinks than about noise.
 COVERED = 0.5
-# Correlations that are compared, and the prior among them: falling to nothing at 1. Loggers filter little or much.
+# Correlations that are compared, and their prior, which falls to zero at 1. Loggers filter little or much.
 CORRELATIONS = np.linspace(0.0, 0.9, 46)
 PRIOR = np.log(1.0 - CORRELATIONS)
-# A window that leaves more than noise does once in a thousand has something else in it.
+# Windows with larger residuals than noise leaves in 999 of 1000 do not count: they contain something else.
 _USUAL = 0.999
 _ROUNDS = 6
 
@@ -145,7 +145,7 @@ def _tables(windows: list[tuple[Array, Array]]) -> tuple[Array, Array, Array]:
 
 
 def _innovations(values: Array, correlation: float) -> Array:
-    """What each sample has that the one before does not predict, in units of the noise's standard deviation."""
+    """Part of each sample that the previous one does not predict, scaled to the variance of the noise."""
     found = values.copy()
     found[1:] = (values[1:] - correlation * values[:-1]) / np.sqrt(1.0 - correlation**2)
     return found

@@ -22,10 +22,10 @@ Side = Literal["positive", "negative", "both"]
 
 KINDS = ("loading", "unloading", "hold")
 SIDES: tuple[Side, Side] = ("positive", "negative")
-# Enough to name a place; more would cost power, since every one of them is tested.
+# Enough to name a place; more would reduce the power of the tests, since every bin is tested.
 _BANDS = 8
 _CYCLES = 8
-# Branches whose rates differ by less are recorded at one rate.
+# Rates that differ by a smaller factor count as one; largest number of classes of rates.
 _RATE_GAP = 1.6
 _RATES = 3
 
@@ -37,9 +37,9 @@ class Bins:
     Attributes
     ----------
     edges : (d + 1,) array
-        Of the bands of the size of the displacement, from 0, mm or rad.
+        Edges of the bands of the absolute displacement, from 0, mm or rad.
     cycles : tuple of (int, int)
-        First and last cycle of each group; single ones unless there are many.
+        First and last cycle of each group; every cycle is a group unless there are many.
     rates : tuple of (float, float)
         Slowest and fastest branch of each class of rates, mm/s or rad/s, the slowest first; (nan, nan) without time.
     place : (5, n) array of int
@@ -79,7 +79,7 @@ class Bin:
     rate : (float, float)
         Slowest and fastest branch, mm/s or rad/s.
     displacement_from, displacement_to : float
-        Size of the displacement, mm or rad.
+        Absolute displacement, mm or rad.
     samples : int
     mean : float
         Simulated minus recorded force, N, N mm or MPa.
@@ -88,7 +88,7 @@ class Bin:
     excess : float
         Sum of squares beyond the noise, in units of the noise's variance.
     p : float
-        Probability of such a mean or such an rms by noise alone, in this one bin.
+        Probability that noise alone causes such a mean or such an rms in this bin.
     significant : bool
         At 5 % for all bins of all channels together (Holm).
     """
@@ -122,7 +122,7 @@ def bins(recording: Recording) -> Bins:
         cycle[cut], kind[cut], rate[cut] = branch.cycle, KINDS.index(branch.kind), its_class
     groups = _groups(np.unique(cycle).tolist())
     starts = np.array([first for first, _ in groups])
-    # A side that is only noise about zero is none.
+    # A side that is only noise about zero does not count.
     two_sided = bool(min(-q.min(), q.max()) > 0.05 * np.abs(q).max())
     side = (q < 0).astype(int) if two_sided else np.full(n, int(-q.min() > q.max()))
     band = np.clip(np.searchsorted(edges, np.abs(q), side="right") - 1, 0, len(edges) - 2)
@@ -133,14 +133,14 @@ def bins(recording: Recording) -> Bins:
 def bin_tests(compared: Compared, grid: Bins) -> list[Bin]:
     """Test every bin that holds samples: the mean and the mean square of its misfit, against the noise.
 
-    A mean of n samples has the standard error sigma sqrt(T / n), with T the correlation time, and a sum of squares the
-    degrees of freedom n / T; that the noise itself is estimated is in the degrees of freedom of t and F. The smaller
-    probability of the two tests counts twice.
+    A mean of n samples has the standard error sigma sqrt(T / n), with T the correlation time, and a sum of squares has
+    n / T degrees of freedom; the degrees of freedom of t and F allow for the estimation of the noise. The smaller
+    probability of the two tests is doubled.
 
     Parameters
     ----------
-    compared : sequence of Compared
-    grid : Grid
+    compared : Compared
+    grid : Bins
     """
     known, noise = compared.known, compared.noise
     misfit = np.where(known, compared.misfit, 0.0)
@@ -179,13 +179,13 @@ def _edges(largest: float, rotational: bool) -> Array:
     decade = 10.0 ** np.floor(np.log10(step))
     choices = decade * np.array([1.0, 2.0, 2.5, 5.0, 10.0])
     step = float(choices[np.argmin(np.abs(np.log(choices / step)))])
-    # What overshoots the last full band a little belongs to it.
+    # A remainder beyond the last full band belongs to it if it is small.
     inner = np.arange(0.0, largest / unit - 0.3 * step, step)
     return np.append(inner * unit, largest)
 
 
 def _groups(numbers: Sequence[int]) -> tuple[tuple[int, int], ...]:
-    """Cycles in at most 8 groups of neighbours, by the numbers of each one's first and last."""
+    """Cycles in at most 8 groups of neighbours, each given by its first and last cycle."""
     count = len(numbers)
     cuts = np.unique(np.linspace(0, count, min(count, _CYCLES) + 1).round().astype(int))
     return tuple((numbers[a], numbers[b - 1]) for a, b in pairwise(cuts))
@@ -194,7 +194,7 @@ def _groups(numbers: Sequence[int]) -> tuple[tuple[int, int], ...]:
 def _rates(
     found: tuple[Branch, ...], recording: Recording
 ) -> tuple[list[int], tuple[tuple[float, float], ...]]:
-    """Class of each branch, and the classes; a hold belongs to the rate at which it was reached."""
+    """Rate class of each branch, and the classes; a hold belongs to the rate at which it was reached."""
     time, q = recording.time, recording.displacement
     if time is None:
         return [0] * len(found), ((float("nan"), float("nan")),)

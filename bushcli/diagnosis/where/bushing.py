@@ -1,12 +1,12 @@
 """Where in the rubber the misfit is: a map of where it would have to be stiffer or softer, and whether that is needed.
 
 The derivatives of the curves by the stiffness of each cell (`cases.local`) are columns like those of any parameter;
-with a smooth field for unknown (`bushcli.diagnosis.where.field`) they give a map. Debonding shows at one end of a bond,
-another batch everywhere. Many fields give the same curve: a single channel mostly tells that the rubber is not
-everywhere the same, and several channels together tell where. What they cannot tell is said.
+with a smooth field as the unknown (`bushcli.diagnosis.where.field`) they give a map. Debonding appears at one end of a
+bond, another batch everywhere. Many fields give the same curve: a single channel usually shows only that the rubber is
+not uniform, and several channels together show where. The text says what they cannot show.
 
-Where no parameter is fitted a factor on all rubber may be large; the curves are then solved again with it, so that
-its second order is not taken for a place in the rubber.
+If no parameter is fitted, the best uniform factor may be large; the curves are then solved again with this factor, so
+that its second-order part is not mistaken for a local change.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ from geometry.shape import Mirrors, Shape
 
 Array = NDArray[np.float64]
 
-# A local change is said to help where noise would make as much of it in less than one recording of a hundred.
+# A local change is reported to help if noise alone would help as much in less than one recording of a hundred,
 LEVEL = 0.01
-# And where it takes away more of the squared misfit than a uniform one by this share, a thirtieth of the misfit itself:
-# less may well be of a place, but of one that nobody asks for.
+# and if it removes this share more of the squared misfit than a uniform change, a thirtieth of the misfit itself: a
+# smaller local change may be real, but does not matter.
 MATTERS = 1e-3
-# Places are told apart where their sums of squares differ by this many variances of the noise: odds of 20 to 1.
+# Places are distinguished if their sums of squares differ by this many variances of the noise: odds of 20 to 1.
 APART = 6.0
-# A larger uniform factor is solved for, so often at most.
+# Uniform changes larger than this are solved again; largest number of such repetitions.
 LARGE, REPEATS = 0.02, 3
 
 
@@ -55,14 +55,14 @@ class Seen:
     ----------
     compared : Compared
     jacobian : shape (n, p)
-        Of the simulated force by the fitted parameters.
+        Derivatives of the simulated force by the fitted parameters.
     slope : shape (n, m)
-        Of it by the stiffness of its own cells.
+        Derivatives of the simulated force by the stiffness of the channel's cells.
     cells : Cells
     mirrors : frozenset of {"x", "y", "z"}
         Planes at which its mesh is cut.
     shared : float
-        Standard deviation of a factor that all its forces share (`weighing`).
+        Standard deviation of the common factor of its forces (`calibration`).
     """
 
     compared: Compared
@@ -75,7 +75,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Gains:
-    """Weighted sums of squares: of the misfit, with the best uniform factor, and with the map."""
+    """Weighted sums of squares of the misfit: unchanged, with the best uniform factor, and with the map."""
 
     before: float
     uniform: float
@@ -98,11 +98,11 @@ def local_map(
     channels : sequence of Channel
         Of one bushing.
     problem_parameters : mapping
-        All of the law's (MPa or dimensionless), and "compliance" (1/MPa) where it is not the case's.
+        All of the law's (MPa or dimensionless), and "compliance" (1/MPa) if it differs from the case's.
     compared : sequence of Compared
-        Recorded force beside that simulated with these parameters, of each channel.
+        Recorded force, and force simulated with these parameters, of each channel.
     jacobians : sequence of arrays, shape (n, p) each
-        Of the simulated force by the fitted parameters; (n, 0) with a law that is held.
+        Derivatives of the simulated force by the fitted parameters; (n, 0) with a fixed law.
     notify : callable
         Called with each channel's name before it is solved.
 
@@ -142,7 +142,7 @@ def local_map(
 
 
 def _slopes(channel: Channel, parameters: Mapping[str, float]) -> tuple[Array, Cells]:
-    """Derivatives (n, m) of a channel's force at its samples by its cells' factors, and the cells."""
+    """Derivatives (n, m) of a channel's force at its samples by the stiffness of its cells, and the cells."""
     model, simulation = channel.model, channel.simulation
     model.set_parameters({k: v for k, v in parameters.items() if k in model.constants})
     if isinstance(simulation, Reaction):
@@ -169,7 +169,7 @@ def _interpolated(found: Local, channel: Channel) -> Array:
 
 
 def _reflected(cells: Cells, channel: Channel) -> NDArray[np.intp]:
-    """Which cell is the image of each in the plane that reverses the load."""
+    """Indices of the cells' mirror images in the plane that reverses the load."""
     plane, dimension = channel.model.mode.reversed_by, cells.points.shape[1]
     if plane is None or (dimension == 2 and plane != "z"):
         return np.arange(len(cells.volume))
@@ -186,7 +186,7 @@ def _force(channel: Channel, parameters: Mapping[str, float]) -> Array:
 
 
 class Combined:
-    """All channels on one set of cells: the mesh that is cut at the fewest planes, a half-plane before a solid."""
+    """All channels on one set of cells: the mesh that is cut at the fewest planes, preferably a half-plane."""
 
     def __init__(self, seen: Sequence[Seen], shape: Shape) -> None:
         self.names, self.shape = [one.compared.name for one in seen], shape
@@ -199,7 +199,7 @@ class Combined:
         shared = [one.shared for one in seen]
         self.linear = calibration.linear_fit(compared, shared, jacobians)
         self.slope = calibration.columns(compared, shared, slopes)
-        # The same as the samples are, a factor that they share not discounted: what a reader calls the misfit.
+        # The same without allowance for a common factor: what a reader calls the misfit.
         self.plain = linearised(compared, jacobians)
         self.plain_slope = weighed(compared, slopes)
         self.field = estimate(self.linear, self.slope, covariance(self.cells, thickness(self.cells)))
@@ -218,13 +218,13 @@ class Combined:
         return Gains(left(0.0), left(self.uniform), left(self.beside + self.field.change))
 
     def map(self, gains: Gains, scale: float) -> LocalMap:
-        """The map, in figures and words, of rubber whose stiffness was first multiplied by `scale`.
+        """The map, in numbers and words, of rubber whose stiffness has already been multiplied by `scale`.
 
         Parameters
         ----------
         gains : Gains
         scale : float
-            Factor by which the stiffness was multiplied before, dimensionless.
+            Factor by which the stiffness has been multiplied, dimensionless.
         """
         total = gains.before or 1.0
         helps = self.field.p < LEVEL and gains.uniform - gains.local > MATTERS * total
@@ -248,13 +248,13 @@ class Combined:
         factor = f" ({whole:.3g} on all rubber)" if abs(whole - 1.0) > 1e-3 else ""
         if helps:
             return (
-                f"A local change of stiffness takes away {somewhere} of the squared misfit, the best uniform "
+                f"A local change of stiffness removes {somewhere} of the squared misfit, the best uniform "
                 f"one{factor} {everywhere}: if the rubber is to blame, it is not everywhere the same "
                 f"(p {_chance(self.field.p)})."
             )
         if self.field.p < LEVEL:
             return (
-                f"The best uniform change of stiffness{factor} takes away {everywhere} of the squared misfit, a local "
+                f"The best uniform change of stiffness{factor} removes {everywhere} of the squared misfit, a local "
                 "one hardly more: these recordings do not point to any place in the rubber."
             )
         return (
@@ -293,7 +293,7 @@ class Combined:
 
 
 def _change(value: float) -> str:
-    """In words, of a change of the logarithm of the stiffness."""
+    """A change of the logarithm of the stiffness in words."""
     return f"{100 * abs(np.expm1(value)):.0f} % {'stiffer' if value > 0 else 'softer'}"
 
 
@@ -302,7 +302,7 @@ def _percent(share: float) -> str:
         return "less than 1 %"
     if share > 0.9995:
         return "more than 99.9 %"
-    # What is left of a large share is what one wants to know.
+    # For a large share, the remainder is of interest.
     return f"{100 * share:.1f} %" if share > 0.9 else f"{100 * share:.0f} %"
 
 

@@ -1,11 +1,11 @@
-"""A field of stiffness over the rubber, estimated from a few curves: smooth, no larger than it has to be, and tested.
+"""A field of stiffness over the rubber, estimated from a few curves: smooth, no larger than necessary, and tested.
 
-A curve has far fewer independent samples than the rubber has cells. So the field is a smooth random one a priori, with
-the precision V + l^2 L of volumes V and graph Laplacian L: its size and its gradient are penalised. Its standard
-deviation is one number, which the marginal likelihood of the misfit decides. Beside it stands a factor on all rubber
-alike, which is not penalised, and the parameters that were fitted before. Where the number comes out at zero, the
-curves see no more than the uniform factor; how large a likelihood ratio noise alone would make is simulated, since the
-limit theorems do not hold at that boundary.
+A curve has far fewer independent samples than the rubber has cells. The prior of the field is therefore a smooth random
+field with the precision V + l^2 L of volumes V and graph Laplacian L, which penalises its size and its gradient. Its
+standard deviation is one number, found by the marginal likelihood of the misfit. A uniform factor on all rubber and the
+parameters that were fitted before are estimated beside it, without penalty. If the standard deviation is found to be
+zero, the curves show no more than the uniform factor. The likelihood ratios that noise alone would cause are simulated,
+since the limit theorems do not hold at that boundary.
 
 References
 ----------
@@ -29,10 +29,10 @@ from cases.local import Cells
 
 Array = NDArray[np.float64]
 
-# Standard deviations of the field that are tried: up to where half of the rubber's stiffness is in question.
+# Standard deviations of the field that are tried: up to half of the rubber's stiffness.
 SIZES = np.concatenate([[0.0], np.geomspace(1e-3, 0.5, 28)])
 SIMULATED, SEED = 4000, 20260729
-# Of the logarithm of a zone's stiffness, a tenth and the threefold: no rubber differs from itself by more.
+# Bounds of a change of the logarithm of a zone's stiffness: no rubber varies by more within one bushing.
 SOFTEST, STIFFEST = np.log(0.1), np.log(3.0)
 
 
@@ -43,11 +43,11 @@ class Field:
     Attributes
     ----------
     change : shape (m,)
-        By cell, beside a change of all rubber alike: logarithm of the stiffness, to first order.
+        Change of the logarithm of the stiffness by cell, beside the uniform change, to first order.
     variance : float
-        Of the weighted misfit's noise, by what no plausible field explains; 1 where nothing else is missing.
+        Of the noise in the weighted misfit, from the misfit that the largest field leaves; 1 if that is only noise.
     p : float
-        Probability that a field would help as much, where only the uniform change is true.
+        Probability that a field would help as much if only the uniform change were true.
     """
 
     change: Array
@@ -62,7 +62,7 @@ def covariance(cells: Cells, length: float) -> Array:
     ----------
     cells : Cells
     length
-        Over which the field varies, mm.
+        Distance over which the field varies, mm.
     """
     sharing = 2 ** (cells.points.shape[1] - 1)
     neighbours: dict[tuple[int, int], int] = {}
@@ -90,11 +90,11 @@ def covariance(cells: Cells, length: float) -> Array:
 
 
 def _beside(linear: Linearised, slope: Array) -> tuple[Array, Array]:
-    """Misfit (n,) and derivatives (n, m) beside the fitted parameters and a factor on all rubber."""
+    """Misfit (n,) and derivatives (n, m) without what the fitted parameters and a uniform factor can change."""
     raw = slope.sum(axis=1)
     whole, columns, rest = linear.left(raw), linear.left(slope), linear.rest
     size = float(np.linalg.norm(whole))
-    # A factor that the fitted parameters can make as well is theirs.
+    # The fitted parameters already include a uniform factor.
     if size <= OWN * float(np.linalg.norm(raw)):
         return rest, columns
     unit = whole / size
@@ -102,7 +102,7 @@ def _beside(linear: Linearised, slope: Array) -> tuple[Array, Array]:
 
 
 def uniform(linear: Linearised, slope: Array, change: Array | float = 0.0) -> float:
-    """The best change of all rubber alike, beside a change (m,) by cell; 0 where the fitted parameters make it as well.
+    """The best uniform change of stiffness, beside a change (m,) by cell; 0 if the fitted parameters include it.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
     Parameters
     ----------
     linear : Linearised
-        Weighted misfit, and what the fitted parameters can do.
+        Weighted misfit, and the changes that the fitted parameters can make.
     slope : shape (n, m)
         Weighted derivatives by the cells' factors.
     prior : shape (m, m)
@@ -138,7 +138,7 @@ def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
     z = u.T @ rest
 
     def fitted(size: float, variance: float) -> Array:
-        """Share of each direction that the field takes."""
+        """Share of the misfit in each direction that the field absorbs."""
         return np.asarray(size**2 * d**2 / (variance + size**2 * d**2))
 
     largest = rest - u @ (fitted(float(SIZES[-1]), 1.0) * z)
@@ -156,7 +156,7 @@ def estimate(linear: Linearised, slope: Array, prior: Array) -> Field:
 
 
 def _likelihoods(squares: NDArray[np.floating], signal: NDArray[np.floating]) -> Array:
-    """Twice the logarithm of the likelihood ratio to no field, shape (simulations, sizes)."""
+    """Twice the logarithm of the likelihood ratio against no field, shape (simulations, sizes)."""
     found: Array = np.zeros((len(squares), len(SIZES)))
     for i, size in enumerate(SIZES):
         gain = size**2 * signal
@@ -165,7 +165,7 @@ def _likelihoods(squares: NDArray[np.floating], signal: NDArray[np.floating]) ->
 
 
 def _probability(observed: float, signal: Array, freedom: float) -> float:
-    """How often noise alone gives as large a ratio; its size is known with so many degrees of freedom."""
+    """Probability that noise alone gives as large a ratio; its variance is known with `freedom` degrees of freedom."""
     if observed <= 0.0:
         return 1.0
     rng = np.random.default_rng(SEED)
@@ -178,16 +178,16 @@ def _probability(observed: float, signal: Array, freedom: float) -> float:
 
 @dataclass(frozen=True)
 class Zones:
-    """What a change in one zone alone, beside a uniform one, would do.
+    """Effect of a change in one zone alone, beside a uniform change.
 
     Attributes
     ----------
     change : shape (k,)
-        Best possible one of the logarithm of the stiffness.
+        Best change of the logarithm of the stiffness.
     drop : shape (k,)
-        Fall of the weighted sum of squares.
+        Decrease of the weighted sum of squares.
     variance : float
-        Of the weighted misfit that the best of them leaves, its memory allowed for; at least 1.
+        Of the weighted misfit that the best change leaves, allowing for its correlation; at least 1.
     """
 
     change: Array

@@ -1,4 +1,4 @@
-"""What the maps of a mismatch hold: the unknown effect by cycle, branch, rate and time, and places in the bushing."""
+"""Results of locating a misfit: the unknown effect by cycle, branch, rate and time, and the map of the bushing."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MissingProfile:
-    """What no effect of the model explains, along one quantity.
+    """The smooth part of the misfit that a model leaves, along one quantity.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class Missing:
     Attributes
     ----------
     probability : float
-        That something is missing that is not in the catalogue.
+        Of the unknown effect: physics is missing that is not in the catalogue.
     share : float
-        Of the plain law's squared misfit above the noise, what the most probable model leaves.
+        Share of the plain law's squared misfit above the noise that the most probable model leaves.
     force : mapping of str to array
         By channel, the posterior mean (n,) of recorded less simulated force at the samples, in the recording's unit.
     profiles : tuple of MissingProfile
@@ -62,7 +62,7 @@ class Missing:
 
 @dataclass(frozen=True)
 class LocalMap:
-    """Where in the rubber a change of stiffness would help some channels together.
+    """Where in the rubber a change of stiffness would reduce the misfit of some channels together.
 
     Attributes
     ----------
@@ -70,12 +70,12 @@ class LocalMap:
     points : shape (n, 2) or (n, 3)
         Corners of the cells, mm: (R, Z) of the half-plane, or x, y, z.
     cells : shape (m, 3), (m, 4) or (m, 8)
-        Corners by cell: of triangles or tetrahedra, quadrilaterals, hexahedra.
+        Indices of each cell's corners: triangles; tetrahedra or quadrilaterals; hexahedra.
     factor : shape (m,)
-        Regularised change of stiffness that the misfit asks for: 0.1 is 10 % stiffer.
+        Regularised change of stiffness that reduces the misfit: 0.1 is 10 % stiffer.
     local_gain, uniform_gain : float
-        Share of the misfit's sum of squares that the map, and the best uniform factor, would take away (beside what the
-        law's parameters can do).
+        Share of the misfit's sum of squares that the map, and the best uniform factor, would remove, after the fitted
+        parameters have been adapted.
     helps_locally : bool
         Whether a local change helps significantly more than a uniform one.
     text : str

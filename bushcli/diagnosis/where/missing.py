@@ -1,7 +1,7 @@
-"""What the unknown effect looks like: the smooth part of what a model leaves, along displacement, time, cycle and rate.
+"""What the unknown effect looks like: the smooth part of a model's misfit, along displacement, time, cycle and rate.
 
-The misfit's features, shrunk by what noise alone would make of them, are the posterior mean of a Gaussian process over
-each branch. Its averages along the path say what the missing physics does; sentences name what it follows best.
+The misfit's features, shrunk by the contribution of noise, are the posterior mean of a Gaussian process over each
+branch. Its averages along the path show what the missing physics does; sentences describe what it depends on.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ Along = Literal["displacement", "time", "cycle", "rate"]
 
 # Points of a profile along displacement and along time.
 POINTS, TIMES = 9, 12
-# A description says something where it follows so much of the missing force's square.
+# Least share of the missing force's square that a sentence has to describe.
 SAYS = 0.5
-# Each further coefficient of a sentence has to describe so much more; what no sentence describes is listed last.
+# Share that each further coefficient has to describe in addition; weight of a misfit that no sentence describes.
 PRICE, UNSAID = 0.05, 0.1
 
 
 def missing(
     channels: Sequence[Compared], features: Sequence[Features], probability: float, share: float
 ) -> Missing:
-    """Describe what a model leaves.
+    """Describe the misfit that a model leaves.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ Words = Callable[[Any], str]
 
 
 def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, str]]:
-    """Sentences, each with the share of the missing force's square that it describes, weighed by its size."""
+    """Sentences, each with the share of the missing force's square that it describes, weighted by its size."""
     recording = channel.recording
     power = float(mean @ mean)
     if power == 0.0:
@@ -135,7 +135,7 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     for basis, words in _descriptions(recording):
         a: Any = np.linalg.lstsq(basis, mean, rcond=None)[0]
         share = 1.0 - float(np.sum((mean - basis @ a) ** 2)) / power
-        # Each further coefficient has to earn its place.
+        # A sentence with more coefficients has to describe more.
         share -= PRICE * (basis.shape[1] - 1)
         if share > SAYS:
             found.append((share * size, at + words(a)))
@@ -145,14 +145,12 @@ def _said(channel: Compared, mean: Array, several: bool) -> list[tuple[float, st
     if elastic > SAYS:
         text = f"what is missing follows the displacement alone ({100 * size:.1f} % of the range), as another law would"
         return [(elastic * size, at + text)]
-    text = (
-        f"{100 * size:.1f} % of the range is missing that follows neither displacement, time nor cycle alone"
-    )
+    text = f"a missing force of {100 * size:.1f} % of the range follows neither displacement, time nor cycle alone"
     return [(UNSAID * size, at + text)]
 
 
 def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words]]:
-    """What a missing force may look like, as columns (n, k), and the words for their coefficients (k,)."""
+    """Yield possible shapes of a missing force as columns (n, k), with the words for their coefficients (k,)."""
     force, span, n = recording.force, float(np.ptp(recording.force)), len(recording.force)
     seconds = np.arange(float(n)) if recording.time is None else recording.time
     clock: Array = np.asarray((seconds - seconds[0]) / np.ptp(seconds))
@@ -163,9 +161,7 @@ def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words]]:
 
     def fading(a: Any) -> str:
         sense = "grows" if a[0] > 0 else "falls"
-        return (
-            f"the force {sense} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % to the end"
-        )
+        return f"the force {sense} with time, whatever the displacement: by {abs(100 * a[0]):.1f} % until the end"
 
     def drifting(a: Any) -> str:
         return f"the zero of the force drifts by {100 * a[0] / span:+.1f} % of the range"
@@ -188,7 +184,7 @@ def _descriptions(recording: Recording) -> Iterator[tuple[Array, Words]]:
 
 
 def _passes(recording: Recording) -> tuple[Array, Array]:
-    """Sense of the motion (n,), 1 or -1 by side where it leads away from zero, reversed towards it; and the cycle."""
+    """Sense of the motion (n,): the sign of q away from zero, its opposite towards zero, 0 in holds; and the cycle."""
     loading, cycle = np.zeros(len(recording.force)), np.zeros(len(recording.force))
     for branch in branches(recording):
         inside = slice(branch.start, branch.stop)

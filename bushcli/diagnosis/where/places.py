@@ -1,4 +1,4 @@
-"""Places in the rubber: cells of different meshes folded onto one another, and parts that have a name."""
+"""Places in the rubber: cells of different meshes mapped onto one another, and parts that have a name."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
-    """Matrix (own cells, host's): the mean over each own cell, and its mirror images, of a field on the host's.
+    """Matrix (cells, host's cells): the mean of a field on the host over each cell and its mirror images.
 
     Parameters
     ----------
@@ -27,13 +27,13 @@ def onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
     """
     flat = host.points.shape[1] == 2
     own, other = (_place_of(c, flat, mirrors | cut) for c in (cells, host))
-    # Cells one behind the other, round the axis or in the images, are one.
+    # Cells at the same place, round the axis or as mirror images, form one group.
     size = 1e-6 * float(np.ptp(host.points, axis=0).max())
     groups, member = np.unique(np.round(own / size), axis=0, return_inverse=True)
     tree = KDTree(groups * size)
     weight = np.zeros((len(groups), len(host.volume)))
     weight[tree.query(other)[1], np.arange(len(host.volume))] = host.volume
-    # A host with larger cells than the channel's.
+    # If the host's cells are larger than the channel's, the nearest one is taken.
     empty = np.flatnonzero(weight.sum(axis=1) == 0)
     weight[empty, KDTree(other).query(groups[empty] * size)[1]] = 1.0
     return np.asarray((weight / weight.sum(axis=1, keepdims=True))[member.ravel()])
@@ -41,7 +41,7 @@ def onto(cells: Cells, mirrors: Mirrors, host: Cells, cut: Mirrors) -> Array:
 
 def _place_of(cells: Cells, flat: bool, mirrors: Mirrors) -> Array:
     """Centres of the cells, (R, Z) or (x, y, z), with all images folded into one."""
-    # The mean radius of the corners: that of their mean would change with the angle that a cell takes.
+    # The mean radius of the corners: the radius of their mean would change with the angle that a cell covers.
     centres = (_section(cells.points) if flat else cells.points)[cells.corners].mean(axis=1)
     names = "rz" if flat else "xyz"
     for plane in mirrors & set(names):
@@ -55,7 +55,7 @@ def _section(points: Array) -> Array:
 
 
 def thickness(cells: Cells) -> float:
-    """Of the rubber across, mm."""
+    """Thickness of the rubber along the radius, mm."""
     return float(np.ptp(_section(cells.points)[:, 0]))
 
 

@@ -1,9 +1,9 @@
-"""Locate, in the record: which parts of which recordings hold the misfit that is more than noise, and in which sense.
+"""Locate the misfit in the record: which parts of which recordings are missed by more than noise, and in which sense.
 
-The record is divided into bins (`bins`), each is tested, and neighbours are joined to the few boxes that stand out
+The record is divided into bins (`bins`), each bin is tested, and neighbours are joined to the few boxes that stand out
 most (`scan`). The first box is the one with the most significant misfit of one sign; its bins are then left out, and
-the next is sought, as long as noise alone makes the like of it in less than 5 % of all recordings and it holds a share
-worth a word. Excess is the sum of squares beyond that of noise, in units of the noise's variance.
+the next box is searched. The search ends at a box that noise alone would cause in more than 5 % of all recordings, or
+whose share is too small to mention. Excess is the sum of squares beyond that of noise, in units of its variance.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from bushcli.diagnosis.where.scan import Box, false_alarm, strongest
 Array = NDArray[np.float64]
 Sign = Literal["too_stiff", "too_soft", "too_high", "too_low"]
 
-# Probability of a mismatch of all channels together when there is none.
+# Probability that noise alone causes a mismatch in any of the channels.
 LEVEL = 0.05
-# Of the excess: what holds less is not worth a sentence.
+# Least share of the excess that is worth a sentence; largest number of mismatches.
 _SMALLEST_SHARE = 0.03
 _MOST = 5
-# Standard deviations that a band may differ from what a box next to it makes expect.
+# Standard deviations by which a band may differ from the value expected from the box next to it.
 _UNSURE = 2.0
-# A force that points one way by this share of its size, and is this share of the largest, can be a reference.
+# A misfit is given relative to the force if this share of the force has one sign, and it is this share of the largest.
 _ONE_WAY, _LARGE_ENOUGH = 0.8, 0.05
 
 
@@ -48,9 +48,9 @@ class Mismatch:
     side : {"positive", "negative", "both"}
         Of the displacement.
     displacement_from, displacement_to : float
-        Size of the displacement, mm or rad; strain of a coupon.
+        Absolute displacement, mm or rad; strain of a coupon.
     rate : (float, float) or None
-        Slowest and fastest branch, mm/s or rad/s, where other rates are recorded that do not belong to it.
+        Slowest and fastest branch, mm/s or rad/s; None if all recorded rates belong to it.
     share : float
         Of the excess misfit of all channels.
     sign : {"too_stiff", "too_soft", "too_high", "too_low"}
@@ -62,10 +62,10 @@ class Mismatch:
     rms : float
         Root mean square misfit over the noise.
     p : float
-        Probability that noise alone makes one like it anywhere in the recordings.
+        Probability that noise alone causes a mismatch like it anywhere in the recordings.
     whole : frozenset of str
-        Which of "cycle", "branch", "side", "displacement" are the recording's all; "largest" where the displacement
-        goes up to the largest recorded.
+        For which of "cycle", "branch", "side", "displacement" it covers the whole recording; "largest" if its
+        displacements reach the largest recorded one.
     samples : (n,) array of bool
         Which samples of the channel belong to it.
     """
@@ -95,7 +95,7 @@ class Location:
     Attributes
     ----------
     mismatch : tuple of Mismatch
-        The one with the largest share first; empty when the misfit is noise.
+        The mismatch with the largest share first; empty if the misfit is noise.
     excess : float
         Sum of squares of the misfit beyond that of noise, over all channels, in units of the noise's variance.
     bins : tuple of Bin
@@ -108,7 +108,7 @@ class Location:
 
 
 def locate(channels: Sequence[Compared]) -> Location:
-    """Say where the misfit of all channels is."""
+    """Return where the misfit of all channels is."""
     grids = [bins(channel.recording) for channel in channels]
     tested = [one for channel, grid in zip(channels, grids, strict=True) for one in bin_tests(channel, grid)]
     excess = sum(_excess(channel, channel.known) for channel in channels)
@@ -134,12 +134,12 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
     boxes: list[tuple[Box, float]] = []
     for _ in range(_MOST):
         box = strongest(total * left, count * left)
-        # Sidak: none of the channels alone may raise more than its part of the false alarms.
+        # Sidak's correction: the probability of a false alarm in any of the channels.
         p = 1.0 if box is None else 1.0 - (1.0 - false_alarm(box.z, count, channel.noise.freedom)) ** channels
         if box is None or p > LEVEL:
             break
         mask = box.mask(grid.shape) & left
-        # Significant, but not what the misfit is about; what comes next stands out less.
+        # Significant, but a small part of the misfit; the next boxes stand out less.
         if boxes and _excess(channel, mask[tuple(grid.place)] & known) < _SMALLEST_SHARE * excess:
             break
         boxes.append((box, p))
@@ -159,7 +159,7 @@ def _mismatches(channel: Compared, grid: Bins, excess: float, channels: int) -> 
 
 
 def _joined(boxes: Sequence[tuple[Box, float]]) -> list[tuple[Box, float]]:
-    """Join boxes of one sign that together form a box, as where the misfit grows with the force."""
+    """Join boxes of one sign that together form a box, as they do if the misfit grows with the force."""
     joined = list(boxes)
     for i, j in combinations(range(len(joined)), 2):
         (a, p), (b, _) = joined[i], joined[j]
@@ -183,10 +183,10 @@ def _hull(a: tuple[int, int], b: tuple[int, int]) -> tuple[int, int]:
 
 
 def _to_zero(box: Box, total: Array, count: Array, force: Array) -> Box:
-    """Extend a box towards zero displacement, band by band, as long as its misfit goes on there.
+    """Extend a box towards zero displacement, band by band, as long as its misfit continues there.
 
-    The misfit is taken as proportional to the force (of a box that is too high: as constant), and to go on where that
-    is nearer to what is seen than no misfit is; where neither can be seen, it goes on.
+    The misfit is assumed to be proportional to the force, or constant in a box that is too high. It continues in a band
+    if the band's misfit is nearer to that expectation than to zero, or within the noise of it.
     """
     signs = np.array(box.signs)[None, None, :, None, None]
     shape = count if _is_higher(box) else force * signs
@@ -224,7 +224,7 @@ def _mismatch(
     if bands.max() == len(grid.edges) - 2:
         whole.add("largest")
     signs = np.array(box.signs)[grid.place[2, samples]]
-    # One side alone: too stiff is away from zero.
+    # On one side alone, too stiff means a misfit away from zero.
     if len(sides) == 1:
         signs = np.full(len(signs), -1.0 if sides == {1} else 1.0)
     force, misfit = channel.recording.force[samples], channel.misfit[samples]
@@ -261,7 +261,7 @@ def _sign(difference: float, higher: bool) -> Sign:
 
 
 def _relative(force: Array, misfit: Array, signs: Array, channel: Compared) -> float | None:
-    """Factor, less 1, by which the recorded force is multiplied to come nearest to the simulated one."""
+    """Factor, less 1, on the recorded force that comes nearest to the simulated force; None if it has no meaning."""
     size = float(np.abs(force).mean())
     largest = float(np.abs(channel.recording.force).max())
     if abs(float((force * signs).mean())) < _ONE_WAY * size or size < _LARGE_ENOUGH * largest:
@@ -270,7 +270,7 @@ def _relative(force: Array, misfit: Array, signs: Array, channel: Compared) -> f
 
 
 def _holm(tested: Sequence[Bin]) -> list[Bin]:
-    """Mark the bins that are significant when all are looked at, by Holm's sequence."""
+    """Mark the bins that are significant among all tested bins, by Holm's procedure."""
     order = np.argsort([one.p for one in tested])
     passed: set[int] = set()
     for rank, i in enumerate(order):

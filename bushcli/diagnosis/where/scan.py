@@ -1,9 +1,9 @@
 """Scan statistic: the part of a grid of bins whose misfit stands out most, and how far noise alone would stand out.
 
-A *box* is a range of cycles by a range of displacement bands, of some branches, sides and rates. The misfit of a box
-that holds n samples adds up to sqrt(n) by noise, so that z = sum / sqrt(n) compares boxes of all sizes; many bins that
-each hide in the noise are found together. What the largest z among all boxes is by noise alone is simulated for the
-grid at hand: with probability 95 % no box of noise exceeds it.
+A *box* is a range of cycles by a range of displacement bands, of some branches, sides and rates. By noise alone, the
+misfit of a box with n samples adds up to about sqrt(n), so that z = sum / sqrt(n) compares boxes of all sizes; many
+bins that are each within the noise are found together. The distribution of the largest z of all boxes by noise alone
+is simulated for the grid at hand.
 
 References
 ----------
@@ -26,14 +26,14 @@ Array = NDArray[np.float64]
 Choice = tuple[tuple[int, ...], tuple[int, ...], tuple[float, float]]
 
 _BRANCHES = ((0, 1, 2), (0, 1), (0,), (1,), (2,))
-# Sign of the misfit on the positive and the negative side: stiffer on both, higher on both, one side alone.
+# Sign of the misfit on the positive and the negative side: too stiff on both, too high on both, one side alone.
 _SIDES = ((1.0, -1.0), (1.0, 1.0), (1.0, 0.0), (0.0, -1.0))
 _SEED = 20_240_905
-# Their maxima follow a Gumbel distribution, whose 95 % point is then known to 0.05 in z.
+# Simulations of noise: their maxima follow a Gumbel distribution, whose 95 % point is then known to 0.05 in z.
 _REPLICATES = 200
 _CHUNK = 10
 _FEWEST = 4.0
-# A box that is described with fewer words wins over one with a z^2 larger by no more than this.
+# A box with a shorter description is chosen if its z^2 is at least this share of the largest.
 _AS_GOOD = 0.90
 
 
@@ -46,8 +46,8 @@ class Box:
     rates, branches : tuple of int
         Classes of rates and indices of branches that belong to it.
     signs : (float, float)
-        Of the misfit on the positive and the negative side: (1, -1) where it is taken as too stiff on both, (1, 1)
-        as too high on both; 0 for a side that does not belong to it.
+        Of the misfit on the positive and the negative side: (1, -1) for too stiff on both, (1, 1) for too high on
+        both; 0 for a side that does not belong to the box.
     cycles, bands : (int, int)
         First and last.
     z : float
@@ -71,7 +71,7 @@ class Box:
 
 
 def strongest(total: Array, count: Array) -> Box | None:
-    """Return the box with the largest |z|, or one nearly as good that takes fewer words; None of an empty grid.
+    """Return the box with the largest |z|, or one nearly as good with a shorter description; None for an empty grid.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def strongest(total: Array, count: Array) -> Box | None:
 
 
 def false_alarm(z: float, count: Array, freedom: float) -> float:
-    """Return the probability that noise alone makes a box with |z| or more somewhere in a grid.
+    """Return the probability that noise alone causes a box with |z| or more somewhere in a grid.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def false_alarm(z: float, count: Array, freedom: float) -> float:
     count : (rates, branches, 2, cycles, bands) array
         Number of samples.
     freedom : float
-        Degrees of freedom of the noise's variance, inf where it is known: z is then a Student variable.
+        Degrees of freedom of the noise's variance, so that z is a Student variable; inf if the variance is known.
     """
     place, scale = _null(count.shape, count.astype(np.int64).tobytes())
     if not np.isfinite(freedom):
@@ -122,13 +122,13 @@ def _null(shape: tuple[int, ...], counts: bytes) -> tuple[float, float]:
     for start in range(0, _REPLICATES, _CHUNK):
         noise = generator.normal(size=(_CHUNK, *shape)) * np.sqrt(count)
         largest[start : start + _CHUNK] = np.max(_z(noise, count, kept) ** 2, axis=(1, 2, 3))
-    # By moments; they are those of a distribution with few parameters, fitted where most of the replicates are.
+    # By the method of moments, which depends on all replicates and not only on the few in the tail.
     scale = float(np.std(largest)) * np.sqrt(6.0) / np.pi
     return float(np.mean(largest)) - np.euler_gamma * scale, max(scale, 1e-9)
 
 
 def _choices(count: Array) -> tuple[list[Choice], Array]:
-    """Choices of rates, branches and sides, those that differ, and their signs (choices, rates, branches, sides)."""
+    """Distinct choices of rates, branches and sides, and their signs (choices, rates, branches, sides)."""
     rates = [tuple(range(count.shape[0]))]
     if count.shape[0] > 1:
         rates += [(i,) for i in range(count.shape[0])]
@@ -172,8 +172,8 @@ def _range(i: np.intp, n: int) -> tuple[int, int]:
 
 
 def _leaders(size: Array) -> Iterator[tuple[np.intp, np.intp]]:
-    """Yield the best range of cycles and bands, and the best that leave cycles, bands or both whole."""
-    # Ranges are in the order of their first, so that the whole is the last of those that begin at 0.
+    """Yield the best range of cycles and bands, and the best ones with all cycles, with all bands, and with both."""
+    # Ranges are ordered by their first index, so that the full range is the last of those that begin at 0.
     whole = [_whole(n) for n in size.shape]
     i, j = np.unravel_index(int(np.argmax(size)), size.shape)
     yield i, j
@@ -188,7 +188,7 @@ def _whole(ranges: int) -> int:
 
 
 def _words(box: Box, count: Array) -> int:
-    """How many restrictions its description needs."""
+    """Number of restrictions that the description of a box needs."""
     sides = count.sum(axis=(0, 1, 3, 4)) > 0
     present = {i for i in range(3) if count[:, i].any()}
     return (

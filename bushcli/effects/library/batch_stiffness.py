@@ -1,8 +1,8 @@
 """Batch: the bushing's rubber is stiffer or softer than that of the coupons which the law was fitted to.
 
 Every force of the bushing is multiplied by exp(log_factor). With a law that is identified from the bushing itself the
-factor is one with the law's moduli; it has a meaning where the law is held to its coupons. Amplitude the logarithm,
-for which twice as stiff and half as stiff are as far from 0.
+factor cannot be distinguished from the law's moduli; it has a meaning where the law is held to its coupons. The
+amplitude is the logarithm, for which twice as stiff and half as stiff are equally far from 0.
 
 References
 ----------

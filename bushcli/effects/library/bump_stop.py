@@ -1,8 +1,8 @@
 """Bump stop: a one-sided stop beside the rubber, which engages after a gap.
 
-With q the bushing's displacement the force stiffness max(0, q - gap) is added where gap >= 0, and the force
-stiffness min(0, q - gap) where gap < 0, a stop on the negative side. The curve has a knee at the gap. Amplitude the
-stiffness; the force has no derivative by the gap at the knee itself, where the one of free travel is taken.
+With q the bushing's displacement, the force stiffness max(0, q - gap) is added if gap >= 0, and the force
+stiffness min(0, q - gap) if gap < 0, a stop on the negative side. The curve has a knee at the gap. The amplitude is the
+stiffness. At the knee itself the force has no derivative by the gap; that of free travel is used.
 
 References
 ----------
@@ -67,7 +67,7 @@ EFFECT = Effect(
             1.0,
             -1000.0,
             1000.0,
-            # The law takes up all of a faint stop but what is near the knee: between points further apart it hides.
+            # The law absorbs a faint stop except near the knee: between points further apart the stop would be missed.
             scan=(*(-g for g in reversed(_GAPS)), *_GAPS),
             scale="amplitude",
             of_channel=True,

@@ -1,8 +1,8 @@
-"""Compressibility: rubber gives in volume, which shows where it is confined.
+"""Compressibility: rubber changes its volume under pressure, which matters where it is confined.
 
 The volumetric energy is kappa/2 (J - 1)^2 with 1/kappa = 1/kappa_case + compliance. Filled rubber has a bulk modulus of
 50 to 200 times its shear modulus, unfilled rubber of 1000 to 10000 times. A long bushing loaded radially is confined
-and loses stiffness; axial shear and torsion hardly change. Amplitude 1/kappa.
+and loses stiffness; axial shear and torsion hardly change. The amplitude is the compliance.
 
 References
 ----------

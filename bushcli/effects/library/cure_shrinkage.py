@@ -1,7 +1,7 @@
 """Cure shrinkage: the rubber cooled between sleeves that hold it, and is left in tension.
 
-The deformation gradient is F = (1 - shrinkage) F_e, and the energy that of F_e: what has no stress is a rubber smaller
-by ``shrinkage`` in all directions. For natural rubber cured at 150 degrees C some 0.02 is typical. Amplitude the
+The deformation gradient is F = (1 - shrinkage) F_e, and the energy is that of F_e: the stress-free rubber is smaller by
+``shrinkage`` in all directions. For natural rubber cured at 150 degrees C some 0.02 is typical. The amplitude is the
 linear shrinkage.
 
 References

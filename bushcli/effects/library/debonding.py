@@ -1,9 +1,9 @@
 """Debonding: part of the bond to one of the sleeves is free, from one end on.
 
 Over ``length`` from one end the rubber no longer follows the inner or the outer sleeve; ``bond`` says which bond, and
-from which end: the top is that at the largest z. The bond is softer, and local strain rises at its new end. Amplitude
-the free length, along which the model is smooth. Free rubber may pass through the sleeve: nothing but the bond holds
-it.
+from which end: the top is that at the largest z. The bond is softer, and local strain rises at its new end. The
+amplitude is the free length, in which the model is smooth. Free rubber may pass through the sleeve: nothing but the
+bond holds it.
 
 References
 ----------
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 
 BONDS = ("inner_top", "inner_bottom", "outer_top", "outer_bottom")
-# Springs of this times the shear modulus over the rubber's thickness hold the bond: some 1e-7 of the stiffness is lost,
-# 5e-7 of a radial one.
+# Stiffness of the springs that are the bond, in shear moduli over the rubber's thickness: with them the bushing loses
+# some 1e-7 of its stiffness, 5e-7 of a radial one.
 BOND = 2e7
 # Length over which the bond's compliance grows by a factor e, over the rubber's thickness. 0.03 brings the curve closer
-# to that of a free boundary, but on the default mesh the slope by the length then jumps from element to element.
+# to that of a free boundary, but on the default mesh the derivative by the length then jumps between elements.
 EDGE = 0.05
-# Of the quadrature along the bond: the edge is narrower than an element.
+# Degree of the quadrature along the bond: the edge is narrower than an element.
 DEGREE = 20
 # Exponents beyond this add nothing to a bond that is free.
 FREE = 60.0
@@ -38,7 +38,7 @@ FREE = 60.0
 def _bond(values: Values, place: Place, bond: str) -> list[Scalar]:
     """Return the energy of springs between rubber and sleeve; beyond the bond's edge their compliance grows.
 
-    With s the distance from the end and d = EDGE times the thickness the compliance (mm/MPa) that is added is
+    With s the distance from the end and d = EDGE times the thickness, the compliance (mm/MPa) that is added is
     d/mu (exp((length - s)/d) - exp(-s/d)): zero everywhere without a free length, and smooth in it. It is that of the
     rubber around the edge, d/mu, at s = length.
     """
@@ -80,7 +80,7 @@ EFFECT = Effect(
     summary="Part of the bond between rubber and sleeve is free, from one end on.",
     acts="assembly",
     parameters=(
-        # The derivative at zero is that of the bond's corner, which is no guide to a length that reaches the bulk.
+        # The derivative at zero is that of the bond's corner: it does not predict a length that reaches the bulk.
         EffectParameter(
             "length",
             "mm",

@@ -2,7 +2,7 @@
 
 The stress-free rubber is the meshed one with every radius beyond the inner bond moved outwards in proportion, by
 ``thickness`` at the outer bond, and with every height in proportion, so that the bushing is longer by ``length``. The
-inner radius stays; sleeves change with the bonds that they carry. Amplitudes the two differences.
+inner radius stays; sleeves change with the bonds that they carry. The amplitudes are the two differences.
 
 References
 ----------
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
-    """Move what is outside by the change of thickness, what is inside not at all, and heights in proportion."""
+    """Move the outer bond by the change of thickness, the inner bond not at all, and heights in proportion."""
     import ufl
 
     from forms.kinematics import Moved

@@ -1,7 +1,7 @@
 """Drift: the zero of the force moves with time, whatever the displacement.
 
-The force is logged as Q + rate t, with t the time since the recording began. Amplitude the rate. A bridge that warms
-up after it was switched on, or a cell beside a warm specimen, drifts about so.
+The force is logged as Q + rate t, with t the time since the recording began. The amplitude is the rate. A bridge that
+warms up after it was switched on, or a cell beside a warm specimen, drifts roughly like this.
 
 References
 ----------

@@ -1,8 +1,8 @@
 """Free play: the rig moves through a dead band about zero before the bushing does.
 
-The bushing's displacement is q - clip(q, -half_width, half_width), q the rig's. Amplitude the half width. At its off
-value 0 the derivative by it is minus the sign of q; it has none at q = 0 and at the edges of the band, where that of
-the inside, no motion, is taken.
+The bushing's displacement is q - clip(q, -half_width, half_width), with q the rig's. The amplitude is the half width.
+At its off value 0 the derivative by it is minus the sign of q; at q = 0 and at the edges of the band, where there is
+no derivative, that of the inside is used, which is zero.
 
 References
 ----------

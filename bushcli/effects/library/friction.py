@@ -4,8 +4,8 @@ In each branch a neo-Hookean spring of modulus g times the law's initial shear m
 slider, which gives way at the shear strain ``slip`` of the spring; after a reversal the branch is stiff again until it
 slips the other way. In simple shear e at small strain its stress obeys s' = g mu e' while |s| < g mu slip, else it
 stays at that bound (the knee is rounded a little). The loop is the same at every rate; cycles to +-e lose
-4 g mu slip (e - slip) per volume. Rubber slips at many strains: branches with several slips lie over each other.
-Amplitudes g, g2, g3.
+4 g mu slip (e - slip) per volume. Rubber slips at many strains: branches with several slips are superposed.
+The amplitudes are g, g2, g3.
 
 References
 ----------

@@ -1,7 +1,7 @@
 """Gain: the force of one channel reads high or low by a factor.
 
-The force is logged as (1 + error) times what the load cell carries. Amplitude the error. Another factor for each
-channel: one factor for all of them would be one with the law's moduli, unless the law is held to coupons.
+The force is logged as (1 + error) times what the load cell carries. The amplitude is the error. Each channel has its
+own factor: a common factor could not be distinguished from the law's moduli, unless the law is held to coupons.
 
 References
 ----------
@@ -60,6 +60,6 @@ EFFECT = Effect(
     source="ASTM E4-21, Force calibration and verification of testing machines, doi:10.1520/E0004-21",
     specimens=frozenset({"bushing", "coupon"}),
     needs_free_channel=True,
-    # The load cell comes before what is added to its reading.
+    # The factor of the load cell acts before anything is added to its reading.
     rig=RigChange(read=read, order=-1),
 )

@@ -1,8 +1,9 @@
 """Misalignment: the inner sleeve is off centre at rest.
 
 The rubber was moulded with the inner sleeve displaced by ``offset`` in the direction of the radial load: the rubber is
-thinner on one side, without stress at rest. The radial response then differs between + and -. Amplitude the offset;
-positive towards positive radial load. Axial and torsional curves change with its square only and are left alone.
+thinner on one side, without stress at rest. The radial response then differs between + and -. The amplitude is the
+offset, positive towards positive radial load. Axial and torsional curves change only with its square and are left as
+they are.
 
 References
 ----------
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def _moved(values: Values, x: Scalar, shape: Shape) -> Moved:
-    """Move what is inside the rubber by the offset, what is outside not at all, and what is between in proportion."""
+    """Move the inner bond by the offset, the outer bond not at all, and the rubber between them in proportion."""
     import ufl
 
     from forms.kinematics import Moved

@@ -1,8 +1,8 @@
-"""Mullins effect: rubber that was stretched before is softer up to where it was stretched to.
+"""Mullins effect: rubber that was stretched before is softer up to its largest earlier deformation.
 
-The stress of the law is multiplied by eta = 1 - (1/r) erf((W_max - W) / (m + beta W_max)), W the isochoric energy
-and W_max the largest it has been at that point. On the virgin path W = W_max and eta = 1; the unloaded rubber is left
-with the factor 1 - (1/r) erf(W_max / (m + beta W_max)). Amplitude 1/r; no Mullins effect is r = inf.
+The stress of the law is multiplied by eta = 1 - (1/r) erf((W_max - W) / (m + beta W_max)), with W the isochoric energy
+and W_max its largest value so far at that point. On the virgin path W = W_max and eta = 1; the unloaded rubber is left
+with the factor 1 - (1/r) erf(W_max / (m + beta W_max)). The amplitude is 1/r; r = inf means no Mullins effect.
 
 References
 ----------

@@ -1,10 +1,10 @@
 """Permanent set: the rubber's rest position follows the largest excursions.
 
-The rubber is deformed by q - set (M+ + M-), M+ and M- the largest positive and negative displacement of the path so
-far, the present included (M+ >= 0 >= M-). On a first loading M+ = q: the virgin curve is stretched by 1 / (1 - set),
-which the law's parameters take up. Unloading from M+ ends at zero force at q = set M+; equal excursions to both sides
-cancel. The excursions are those of the sleeve, after what the rig takes away by free play but before its springs.
-Amplitude ``set``; derivatives hold as long as the sample of the largest excursion stays the same one.
+The rubber is deformed by q - set (M+ + M-), with M+ and M- the largest positive and negative displacement of the path
+so far, the present included (M+ >= 0 >= M-). On a first loading M+ = q: the virgin curve is stretched by 1 / (1 - set),
+which the law's parameters absorb. Unloading from M+ ends at zero force at q = set M+; equal excursions to both sides
+cancel. The excursions are those of the sleeve, after the rig's free play but before its springs are subtracted.
+The amplitude is ``set``; derivatives hold as long as the same sample has the largest excursion.
 
 References
 ----------

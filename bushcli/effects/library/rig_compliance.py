@@ -1,8 +1,8 @@
 """Rig compliance: the displacement that is recorded is shared between the bushing and the rig.
 
-A spring in series: the bushing's displacement q solves q + compliance F(q) = q_rig, F all that the rig carries. The
-error is worst in the stiffest channel. It is a spring in translation: it acts on the modes that are translations, with
-one compliance for all of them; a channel of its own rig has it by ``channels``. Amplitude 1 / stiffness.
+A spring in series: the bushing's displacement q solves q + compliance F(q) = q_rig, with F the whole force that the rig
+carries. The error is worst in the stiffest channel. The spring acts on the modes that are translations, with one
+compliance for all of them; ``channels`` selects those of one rig. The amplitude is 1 / stiffness.
 
 References
 ----------

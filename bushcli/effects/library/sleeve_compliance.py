@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     from forms.law import Scalar
 
 
-# Compliance of a sleeve that counts as rigid, 1/MPa: 240 times as stiff as steel, which is 3e-6 of a radial force. With
-# a quarter of it, rounding beside the rubber's tangent keeps a sleeve that is turned by 7 degrees from equilibrium.
+# Compliance of a sleeve that counts as rigid, 1/MPa: 240 times as stiff as steel, which changes a radial force by 3e-6.
+# With a quarter of it, rounding (beside the rubber's tangent) prevents equilibrium of a sleeve turned by 7 degrees.
 RIGID = 2e-8
 
 
 class Compliant(Sleeve):
-    """A sleeve whose modulus is the effect's."""
+    """A sleeve whose modulus is given by the effect."""
 
 
 def _sleeves(shape: Shape, values: Mapping[str, float]) -> Shape:
-    """Give a bushing the sleeves that it has not, held at their ends."""
+    """Give a bushing the sleeves that it lacks, held at their ends."""
     sleeve = Compliant(thickness=values["thickness"], grip="ends")
     found = shape.sleeved(sleeve, sleeve)
     if found is None:

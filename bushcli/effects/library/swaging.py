@@ -2,10 +2,10 @@
 
 In an extra step before the program the bond on the outer sleeve moves inwards by ``reduction`` everywhere. Radial
 stiffness rises; axial and torsional stiffness fall, as rubber is squeezed out at the ends: the axial one by 9 % at a
-reduction of a twentieth of the thickness, by a quarter at a ninth, where the model ends. Far from the ends axial shear
-does not feel the reduction (the deformation of Klingbeil and Shield, in which Hill solves the problem, leaves the axial
-stiffness as it is); the bond is held along the axis here, while a real sleeve grows longer as it shrinks, so that the
-loss is an upper bound. Amplitude the reduction of the radius.
+reduction of a twentieth of the thickness, by a quarter at a ninth, where the model ends. Far from the ends the
+reduction does not affect axial shear (the deformation of Klingbeil and Shield, with which Hill solves the problem,
+leaves the axial stiffness as it is); the bond is held along the axis here, while a real sleeve grows longer as it
+shrinks, so that the loss is an upper bound. The amplitude is the reduction of the radius.
 
 References
 ----------

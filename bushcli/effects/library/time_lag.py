@@ -1,9 +1,9 @@
 """Time lag: the force is logged late against the displacement.
 
-The force logged at time t is that of t - lag. Loading and unloading then part by lag times the rate of the force, a
-false loop whose width goes with the rate; in a hold it vanishes after the lag. Amplitude the lag. A force that comes
-late (lag > 0) seems to give energy in each cycle, which no rubber does, and hides a part of its loss; a displacement
-that comes late (lag < 0) seems to lose energy as a viscoelastic rubber does.
+The force logged at time t is that of t - lag. Loading and unloading are then apart by lag times the rate of the force:
+a false loop whose width is proportional to the rate, and which vanishes in a hold after the lag. The amplitude is the
+lag. With a late force (lag > 0) the bushing seems to give energy in each cycle, which no rubber does, and a part of its
+loss is hidden; with a late displacement (lag < 0) it seems to lose energy as a viscoelastic rubber does.
 
 References
 ----------

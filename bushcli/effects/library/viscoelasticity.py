@@ -2,8 +2,8 @@
 
 Each branch is a neo-Hookean spring of modulus g_i times the law's initial shear modulus behind a dashpot of relaxation
 time tau_i, at finite strain with a multiplicative split of the deformation. At small strain its stress obeys
-s_i' + s_i / tau_i = g_i mu e', with e the shear. The law is what remains after a long rest; a sudden step is met by
-1 + sum g_i times its initial stiffness. Amplitudes g_i.
+s_i' + s_i / tau_i = g_i mu e', with e the shear. The law is what remains after a long rest; the stiffness at a sudden
+step is 1 + sum g_i times its initial stiffness. The amplitudes are g_i.
 
 References
 ----------
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cases.feature import Feature, Values
     from forms.potential import Attached
 
-# Fractions of the recording: a branch much slower than it is elastic, one much faster is spent within a sample.
+# Fractions of the recording's duration: a much slower branch is elastic, a much faster one relaxes within a sample.
 _TIMES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
 

@@ -1,8 +1,8 @@
 """Warming: the rubber heats itself in the test and becomes softer, whatever the displacement.
 
 Every force of the rubber is multiplied by 1 - amount (1 - exp(-t / tau)), with t the time since the recording began:
-the temperature rises until as much heat is lost as the cycles make, and the modulus falls with it. Amplitude the share
-of the force that is lost in the end. Not of a rubber that warms from elsewhere, nor of entropy elasticity, by which a
+the temperature rises until as much heat is lost as the cycles make, and the modulus falls with it. The amplitude is the
+share of the force that is lost in the end. Heat from elsewhere is not modelled, nor is entropy elasticity, by which a
 gum becomes stiffer.
 
 References

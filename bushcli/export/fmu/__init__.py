@@ -1,1 +1,1 @@
-"""The force law with memory that an FMU carries, how it is found, and how the FMU is made."""
+"""The force law with memory that an FMU contains, and how the FMU is made."""

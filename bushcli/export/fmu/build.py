@@ -1,4 +1,4 @@
-"""A force law -> an FMU: a script that carries the law's code, packed by PythonFMU or PythonFMU3."""
+"""A force law -> an FMU: a script that contains the law's code, packed by PythonFMU or PythonFMU3."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def build(data: dict[str, Any], version: Literal[2, 3]) -> bytes:
     data : dict
         The force law: ``name``, ``description``, ``units``, ``base_units``, ``channels``.
     version : {2, 3}
-        Of the standard FMI.
+        Version of the FMI standard.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def build(data: dict[str, Any], version: Literal[2, 3]) -> bytes:
         raise InputError(Problem(f"--to fmu{version}", what, "", remedy("fmu"))) from None
     with tempfile.TemporaryDirectory(prefix="bushcli-fmu-") as folder, _undisturbed():
         text = json.dumps(data)
-        # A module of its own name: a program may load several FMUs into one Python.
+        # The module's name is unique: a program may load several FMUs into one Python.
         digest = hashlib.sha256(f"{version}{text}".encode()).hexdigest()[:12]
         script = Path(folder) / f"{data['name']}_{digest}_slave.py"
         script.write_text(_script(version, text), encoding="utf-8")
@@ -54,7 +54,7 @@ def build(data: dict[str, Any], version: Literal[2, 3]) -> bytes:
 
 
 def _script(version: int, data: str) -> str:
-    """Return one script of the force law, its data, the variables and the slave."""
+    """Return one script that contains the force law, its data, the variables and the slave."""
     parts = []
     for name in ("force_law", "slave", f"slave{version}"):
         source = (_HERE / f"{name}.py").read_text(encoding="utf-8")

@@ -1,11 +1,11 @@
-"""A bushing's force law with memory in one dimension per channel; plain Python, which an FMU carries along.
+"""A bushing's force law with memory in one dimension per channel; an FMU contains this plain Python code.
 
 The force is F = S(q) + sum_i F_i + sum_j f_j: the curve after a long rest S, Maxwell branches F_i' = g_i H(q)' - F_i
-/ tau_i and sliders f_j, springs on H(q) that give way at a limit. H is the curve of a branch that neither relaxes
-nor slips. S and H are cubic between points with given slopes, straight beyond. Rubber that softens after its first
-loading has lost L(q, a) of S within the largest displacement a that was reached. A rubber with permanent set follows q
-less a share of the largest displacements to both sides in place of q; one that warms loses a share of all its force
-in time. Nothing but the standard library is needed.
+/ tau_i and sliders f_j, springs on H(q) that slip at a limit. H is the curve of a branch that neither relaxes nor
+slips. S and H are cubic between points with given slopes, straight beyond. Rubber that softens after its first loading
+loses L(q, a) of S at displacements within the largest displacement a so far. With permanent set, q is replaced by q
+less a share of the largest displacements to both sides; with warming, the whole force decreases by a share with time.
+The code needs the standard library only.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 
-#: A step is divided so that no part moves further than this share of the curve's range. Within a part H is taken to
+#: A step is divided so that no part moves further than this share of the curve's range. Within a part H is assumed to
 #: rise linearly in time. On a curve that stiffens six-fold, with steps over the whole range in one to three relaxation
-#: times, this is wrong by 0.006 % of the range of the force (parts of 0.1: 0.14 %, undivided steps: 2.3 %).
+#: times, the error is 0.006 % of the range of the force (parts of 0.1: 0.14 %, undivided steps: 2.3 %).
 PART = 0.02
-#: The bound matters only to steps of more than 20 ranges, where the curve is straight; 1000 parts take 0.8 ms.
+#: This bound matters only for steps of more than 20 ranges, where the curve is straight; 1000 parts take 0.8 ms.
 MOST_PARTS = 1000
 
 
@@ -48,12 +48,12 @@ class Cubic:
 
 
 class Softening:
-    """Force that is lost within the largest displacement that was reached; none beyond it.
+    """Force that is lost at displacements within the largest displacement so far; zero beyond it.
 
     Parameters
     ----------
     data : dict
-        ``reached``: largest displacements, rising; ``share``: displacements over them, from -1 to 1; ``lost`` and
+        ``reached``: largest displacements, rising; ``share``: displacements divided by them, from -1 to 1; ``lost`` and
         ``lost_slope``: force lost there, and its derivative by the share, a list for each largest displacement.
     """
 
@@ -68,14 +68,14 @@ class Softening:
         Parameters
         ----------
         q, largest : float
-            Displacement now, and the largest so far, mm or rad, or as the data are.
+            Present displacement, and the largest so far, mm or rad, or in the unit of the data.
         """
         if abs(q) >= largest:
             return 0.0
         x = q / largest
         i = min(bisect_right(self.reached, largest), len(self.lost)) - 1
         below, above = self.reached[i], self.reached[i + 1]
-        # Linear between two largest displacements, from nothing at rest; as the last one beyond it.
+        # Linear between two largest displacements, from zero at rest; constant beyond the last one.
         at = min(1.0, (largest - below) / (above - below))
         low = self.lost[i - 1](x) if i > 0 else 0.0
         return low + at * (self.lost[i](x) - low)
@@ -88,9 +88,9 @@ class Channel:
     ----------
     data : dict
         ``displacement``, ``force``, ``force_slope``: the curve S; ``elastic``, ``elastic_slope``: H at the same
-        points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit). Where they are there:
-        ``softening``, data of a `Softening`; ``set``, the share of the largest displacements that stays; ``warming``,
-        the share of the force that is lost in the end and its time. The states of those three stand after the branches.
+        points; ``maxwell``: pairs (g, tau); ``sliders``: pairs (stiffness on H, limit). Optional: ``softening``, data
+        of a `Softening`; ``set``, the share of the largest displacements that remains; ``warming``, the share of the
+        force that is finally lost and its time constant. The states of these three follow those of the branches.
     """
 
     def __init__(self, data: dict) -> None:  # type: ignore[type-arg]  # JSON
@@ -105,7 +105,7 @@ class Channel:
         self.warming = tuple(float(value) for value in data.get("warming") or ())
         self.q = 0.0
         self.branches = len(self.maxwell) + len(self.sliders)
-        # Places of the states after the branches.
+        # Indices of the states that follow those of the branches.
         self.largest = self.branches
         self.extremes = self.largest + (self.softening is not None)
         self.elapsed = self.extremes + (2 if self.set else 0)
@@ -113,14 +113,14 @@ class Channel:
 
     @property
     def driven(self) -> float:
-        """Displacement of the rubber from where it has set to, mm or rad, or as the data are."""
+        """Displacement from the position to which the rubber has set, mm or rad, or in the unit of the data."""
         if not self.set:
             return self.q
         return self.q - self.set * (self.state[self.extremes] + self.state[self.extremes + 1])
 
     @property
     def force(self) -> float:
-        """The force now."""
+        """The present force."""
         q = self.driven
         force = self.static(q) + sum(self.state[: self.branches])
         if self.softening is not None:
@@ -131,7 +131,7 @@ class Channel:
         return force
 
     def begin(self, q: float) -> None:
-        """Start at rest at a displacement, mm or rad, or as the data are: the branches have relaxed there."""
+        """Start at rest at a displacement, mm or rad, or in the unit of the data, with relaxed branches."""
         self.state[:] = [0.0] * len(self.state)
         self._move(q)
 
@@ -141,9 +141,9 @@ class Channel:
         Parameters
         ----------
         q : float
-            Displacement at the end, mm or rad, or as the data are.
+            Displacement at the end, mm or rad, or in the unit of the data.
         duration : float
-            Time it takes, s; 0 for a sudden step.
+            Duration of the motion, s; 0 for a sudden step.
         """
         parts = min(MOST_PARTS, max(1, math.ceil(abs(q - self.q) / (PART * self.range))))
         begin, h = self.q, self.elastic(self.driven)
@@ -157,7 +157,7 @@ class Channel:
         return self.force
 
     def _move(self, q: float) -> None:
-        """Go to a displacement, and note it where it is the farthest so far."""
+        """Go to a displacement, and save it where it is the largest so far."""
         self.q = q
         if self.set:
             first = self.extremes
@@ -166,7 +166,7 @@ class Channel:
             self.state[self.largest] = max(self.state[self.largest], abs(self.driven))
 
     def _follow(self, rise: float, duration: float) -> None:
-        """Let the branches follow a rise of H: exactly, for one that is linear in time."""
+        """Advance the branches by a rise of H; the result is exact for a rise that is linear in time."""
         n = len(self.maxwell)
         for i, (g, tau) in enumerate(self.maxwell):
             y = duration / tau

@@ -1,7 +1,7 @@
 """Common parts of the FMUs of both versions: variables of each channel, and a step in time.
 
-This file and `force_law` are put before the slave's own lines in one script, so that two FMUs in a program do not
-share modules.
+`build` joins `force_law`, this file and the slave's file into one script, so that two FMUs in a program do not share
+modules.
 """
 
 from __future__ import annotations
@@ -10,17 +10,17 @@ import json
 
 from bushcli.export.fmu.force_law import Channel, ForceLaw
 
-#: The force law; `build` puts it in. A file beside the script would be lost where a program loads the FMU once more
-#: from another folder while Python still knows the module.
+#: The force law, which `build` inserts. A file beside the script would be lost if a program loads the FMU again from
+#: another folder while Python still has the module.
 DATA = ""
 
 
 class Variables:
-    """The variables of a bushing and what a step does; the slaves of FMI 2 and 3 add the standard's own.
+    """The variables of a bushing and the step in time; the slaves of FMI 2 and 3 add what each version requires.
 
-    Of each channel: the inputs ``NAME_displacement`` and ``NAME_velocity``, the output ``NAME_force`` or
+    Each channel has the inputs ``NAME_displacement`` and ``NAME_velocity``, the output ``NAME_force`` or
     ``NAME_moment``, and the state. A step from t to t + h goes to the displacement at t plus h times the velocity; a
-    master that gives no velocity meets the force one step late.
+    master that gives no velocity gets the force one step late.
     """
 
     def load(self) -> None:
@@ -50,7 +50,7 @@ class Variables:
         ]
 
     def states(self) -> list[tuple[str, Channel, int]]:
-        """Return name, channel and place of each state; place -1 is the displacement that was reached."""
+        """Return name, channel and index of each state; index -1 is the present displacement."""
         return [
             (f"{name}_state_{i + 1}", channel, i)
             for name, channel in self.law.channels.items()
@@ -58,13 +58,13 @@ class Variables:
         ]
 
     def advance(self, step_size: float) -> None:
-        """Move every channel to where it is at the end of the step."""
+        """Move every channel to its displacement at the end of the step."""
         for name, channel in self.law.channels.items():
             q = getattr(self, f"{name}_displacement") + step_size * getattr(self, f"{name}_velocity")
             channel.advance(q, step_size)
 
     def begin(self) -> None:
-        """Start at rest, at the displacement that is given: the branches have relaxed there."""
+        """Start at rest at the given displacement, with relaxed branches."""
         for name, channel in self.law.channels.items():
             channel.begin(getattr(self, f"{name}_displacement"))
 
@@ -80,9 +80,9 @@ def reader(channel: Channel, place: int):  # type: ignore[no-untyped-def]  # bot
     Parameters
     ----------
     channel : Channel
-        Whose state it is.
+        The channel of the state.
     place : int
-        As in `Variables.states`.
+        Its index as in `Variables.states`.
     """
     return lambda: channel.q if place < 0 else channel.state[place]
 
@@ -93,9 +93,9 @@ def setter(channel: Channel, place: int):  # type: ignore[no-untyped-def]
     Parameters
     ----------
     channel : Channel
-        Whose state it is.
+        The channel of the state.
     place : int
-        As in `Variables.states`.
+        Its index as in `Variables.states`.
     """
 
     def put(value: float) -> None:

@@ -1,4 +1,4 @@
-"""The FMU of FMI 2.0: co-simulation by PythonFMU."""
+"""The FMU of FMI 2.0: co-simulation with PythonFMU."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not kn
             )
 
     def to_xml(self, model_options=None):  # type: ignore[no-untyped-def]
-        """Return the model's description with units and the outputs to initialise, which PythonFMU leaves out."""
+        """Return the model's description with the units and the outputs to initialise, which PythonFMU leaves out."""
         root = super().to_xml(model_options or {})
         definitions = Element("UnitDefinitions")
         for unit, base in self.data["base_units"].items():
@@ -71,9 +71,9 @@ class Bushing(Fmi2Slave, Variables):  # type: ignore[misc]  # its type is not kn
         Parameters
         ----------
         current_time : float
-            Its beginning, s.
+            Time at the beginning of the step, s.
         step_size : float
-            s.
+            Duration of the step, s.
         """
         self.advance(step_size)
         return True

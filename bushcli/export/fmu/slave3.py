@@ -1,4 +1,4 @@
-"""The FMU of FMI 3.0: co-simulation by PythonFMU3."""
+"""The FMU of FMI 3.0: co-simulation with PythonFMU3."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ class Bushing(Fmi3Slave, Variables):  # type: ignore[misc]  # its type is not kn
         Parameters
         ----------
         current_time : float
-            Its beginning, s.
+            Time at the beginning of the step, s.
         step_size : float
-            s.
+            Duration of the step, s.
         """
         self.advance(step_size)
         self.time = current_time + step_size

@@ -1,1 +1,1 @@
-"""One file per program, offered as ``WRITER``; `bushcli.export.writer.all_writers` finds them."""
+"""One file per program, which defines ``WRITER``; `bushcli.export.writer.all_writers` finds them."""

@@ -1,7 +1,7 @@
 """Abaqus: `*MATERIAL` with hyperelastic law, Prony series and Mullins effect.
 
-The law is given as the long-term one (`MODULI=LONG TERM`). The shares of the Prony series are those of the stiffness
-in a sudden step: g_i / (1 + sum g). The Mullins effect has bushcli's own formula, eta = 1 - (1/r) erf((Um - U) / (m
+The law is the long-term law (`MODULI=LONG TERM`). The Prony series gives shares of the stiffness in a sudden step:
+g_i / (1 + sum g). The Mullins effect has the same formula as in bushcli, eta = 1 - (1/r) erf((Um - U) / (m
 + beta Um)).
 """
 

@@ -1,7 +1,7 @@
 """Adams: a bushing property file (.bus), TeimOrbit version 4, which Simpack and Altair AutoBush read too.
 
-Six curves of force against displacement; the bushing's axis is the marker's z. The damping is zero: what a rubber
-loses is no force in proportion to speed, and an FMU (`fmu2`, `fmu3`) carries it.
+Six curves of force over displacement; the bushing's axis is the marker's z. The damping is zero: the losses of rubber
+are not proportional to speed; an FMU (`fmu2`, `fmu3`) includes them.
 """
 
 from __future__ import annotations

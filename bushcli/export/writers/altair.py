@@ -1,7 +1,7 @@
 """Altair MotionSolve: a general bushing file (.gbs) with a spline in each direction, coupled in the plane of x and y.
 
 A bushing whose radial curve is the same in all directions has cylindrical coupling. Altair's rubber damping has
-coefficients of its own that its identification tool fits; none are written, and an FMU carries the memory.
+its own coefficients, which Altair's identification tool fits; none are written. An FMU includes the memory.
 """
 
 from __future__ import annotations

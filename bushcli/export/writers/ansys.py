@@ -1,9 +1,9 @@
 """Ansys Mechanical APDL: TB,HYPER, TB,PRONY and TB,CDM.
 
-TB,HYPER has bushcli's own energies with d = 2/kappa (1/d (J - 1)^2; Arruda-Boyce and Gent 1/d ((J^2 - 1)/2 - ln J)).
-With TB,PRONY the law is that of a sudden step, so the energy is multiplied by 1 + sum g and the shares are g_i / (1
-+ sum g). d is of the bulk modulus, which does not relax. TB,CDM,,,,PSE2 is Ogden and Roxburgh's model with m + beta
-Wm.
+TB,HYPER has the same energies as bushcli, with d = 2/kappa (1/d (J - 1)^2; Arruda-Boyce and Gent
+1/d ((J^2 - 1)/2 - ln J)). With TB,PRONY the law is that of a sudden step, so the energy is multiplied by 1 + sum g and
+the shares are g_i / (1 + sum g). d belongs to the bulk modulus, which does not relax. TB,CDM,,,,PSE2 is Ogden and
+Roxburgh's model with m + beta Wm.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from bushcli.export.card import incompressibility, instantaneous_shares, ogden_terms, rubber, stresses
 from bushcli.export.writer import Order, Writer
 
-# Law -> option of TB,HYPER and its number of terms; Ogden's is counted.
+# Law -> option of TB,HYPER and its number of terms; for Ogden the terms are counted.
 _OPTIONS = {
     "neo_hookean": ("NEO", 2),
     "mooney_rivlin": ("MOONEY", 2),
@@ -45,7 +45,7 @@ def write(order: Order) -> str:
 
 
 def _constants(order: Order) -> list[float]:
-    """Return the constants of TB,HYPER in its order."""
+    """Return the constants of TB,HYPER in the order of the command."""
     one, D = rubber(order), incompressibility(order)
     values = stresses(order, one.instantaneous)
     if one.law == "neo_hookean":

@@ -1,6 +1,6 @@
 """CalculiX: `*MATERIAL` with a hyperelastic law; it has neither a Prony series nor a Mullins effect.
 
-Where D1 is zero CalculiX takes Poisson's ratio to be 0.475, so an incompressible rubber is refused.
+If D1 is zero, CalculiX assumes a Poisson's ratio of 0.475, so an incompressible rubber is refused.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Project Chrono: a 6 x 6 bushing, ChLoadBodyBodyBushingGeneric, as a Python module for PyChrono.
 
-Chrono's order is force then torque against displacement then rotation, as bushcli's; it knows no units, and SI is
-usual. The matrix holds for small motions about rest, and its symmetric part is what Chrono's loads need.
+Chrono's matrix has the same order as bushcli's: rows force then torque, columns displacement then rotation. Chrono
+knows no units; SI is usual. The matrix holds for small motions about rest; Chrono's loads need its symmetric part.
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ def in_units(matrix: Array, units: UnitSystem) -> Array:
     Parameters
     ----------
     matrix : (6, 6) array
-        Forces and moments against displacements and rotations, N, mm, rad.
+        Forces and moments over displacements and rotations, N, mm, rad.
     units : UnitSystem
-        Of force and length.
+        Units of force and length.
     """
     rows = np.array([units.of_force(1.0)] * 3 + [units.of_moment(1.0)] * 3)
     columns = np.array([units.of_length(1.0)] * 3 + [1.0] * 3)

@@ -6,7 +6,7 @@ from bushcli.export.writer import Order, Writer
 
 
 def write(order: Order) -> str:
-    """Return the table, times empty where there are none."""
+    """Return the table; times are empty where there are none."""
     assert order.bushing is not None
     units = order.units
     lines = [

@@ -1,8 +1,8 @@
 """FEBio: a file with one uncoupled material, viscoelastic if the rubber is.
 
-The energies are bushcli's own, but for Ogden: sum c_i/m_i^2 (l1^m_i + l2^m_i + l3^m_i - 3), so c_i = mu_i alpha_i.
-Arruda-Boyce has N = lambda_m^2. The volumetric energy is k/2 (ln J)^2 in place of k/2 (J - 1)^2, the same at small
-volume changes. The law is the long-term one (g0 = 1), the coefficients of "uncoupled viscoelastic" are bushcli's
+The energies equal bushcli's except Ogden's: sum c_i/m_i^2 (l1^m_i + l2^m_i + l3^m_i - 3), so c_i = mu_i alpha_i.
+Arruda-Boyce has N = lambda_m^2. The volumetric energy is k/2 (ln J)^2 instead of k/2 (J - 1)^2, which is the same at
+small volume changes. The law is the long-term law (g0 = 1); the coefficients of "uncoupled viscoelastic" are bushcli's
 g_i.
 """
 
@@ -42,7 +42,7 @@ def write(order: Order) -> str:
     elastic.set("type", LAWS[one.law])
     for name, value in _constants(order).items():
         _number(elastic, name, value)
-    # FEBio wants the bulk modulus of the whole material on the outer one.
+    # FEBio expects the bulk modulus of the whole material in the outer material.
     _number(material, "k", units.of_stress(one.bulk_modulus))
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="ISO-8859-1"?>\n' + ElementTree.tostring(root, encoding="unicode")

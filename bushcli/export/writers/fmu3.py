@@ -1,6 +1,6 @@
-"""FMI 3.0: the force law with memory of every channel as a co-simulation FMU, which carries its own code.
+"""FMI 3.0: the force law with memory of every channel as a co-simulation FMU, which contains its own code.
 
-The FMU needs a Python on the machine that runs it, as those of PythonFMU do, and nothing of bushcli.
+The FMU needs a Python on the machine that runs it, like every FMU made with PythonFMU, but not bushcli.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """LS-DYNA: *MAT_077_H, *MAT_077_O and *MAT_127, each with a Prony series.
 
 *MAT_077_H has W = sum C_pq (J1 - 3)^p (J2 - 3)^q, *MAT_077_O W = sum mu_j/alpha_j (l1^alpha_j + l2^alpha_j +
-l3^alpha_j - 3), bushcli's own, *MAT_127 the five-term series of Arruda and Boyce with G = mu and N = lambda_m^2. The
-bulk modulus is given by Poisson's ratio (*MAT_127: by itself). The series is added to the law, which is the
-long-term one: shear moduli G_i and decay constants BETA_i = 1/tau_i.
+l3^alpha_j - 3) as bushcli, *MAT_127 the five-term series of Arruda and Boyce with G = mu and N = lambda_m^2. The
+bulk modulus is given by Poisson's ratio (in *MAT_127 directly). The Prony series is added to the law, which is the
+long-term law: shear moduli G_i and decay constants BETA_i = 1/tau_i.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _head(order: Order) -> list[str]:
 
 
 def _ratio(ratio: float) -> str:
-    """Return Poisson's ratio with eight digits: its distance from 0.5 is what the bulk modulus follows from."""
+    """Return Poisson's ratio with eight digits: the bulk modulus follows from its distance from 0.5."""
     return f"{ratio:.8f}"[1:].rjust(10)
 
 

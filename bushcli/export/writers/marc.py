@@ -1,10 +1,10 @@
-"""Marc: a procedure for Mentat, which makes the material; what no public command sets is listed to be typed in.
+"""Marc: a Mentat procedure that makes the material; values that no public command sets are listed to be typed in.
 
-The fields of Marc's input file are in volume C of its manual, which could not be had, so no input deck is written.
-Commands of Mentat that set a material's Mooney and Ogden constants and its density are public in many scripts that run
-them; those for the bulk modulus, for the Arruda-Boyce and Gent laws and for viscoelastic terms were found in none. They
-stand in comments, under the names of the manual, and the material's name then ends in ``_incomplete``. Nothing was
-tried on a Marc. Marc's energies (manual, volume A): MOONEY C10 (I1-3) + C01 (I2-3) + C11 (I1-3)(I2-3) + C20
+The fields of Marc's input file are in volume C of its manual, which was not available, so no input deck is written.
+Mentat's commands that set a material's Mooney and Ogden constants and its density are public in many scripts that run
+them; commands for the bulk modulus, for the Arruda-Boyce and Gent laws and for viscoelastic terms were found in none.
+Those values stand in comments, under the names of the manual, and the material's name then ends in ``_incomplete``.
+Nothing was tested in Marc. Marc's energies (manual, volume A): MOONEY C10 (I1-3) + C01 (I2-3) + C11 (I1-3)(I2-3) + C20
 (I1-3)^2 + C30 (I1-3)^3, OGDEN sum mu_n/alpha_n (l1^alpha_n + l2^alpha_n + l3^alpha_n - 3), ARRUDBOYCE with nkT = mu and
 N = lambda_m^2, GENT -E Im/6 ln(1 - (I1 - 3)/Im), so E = 3 mu. VISCELMOON and VISCELOGDEN take the shares of the
 stiffness in a sudden step that relax, and the law is then that of a sudden step.
@@ -21,7 +21,7 @@ _TYPES = {"MOONEY": "mooney", "OGDEN": "ogden"}
 
 
 def write(order: Order) -> str:
-    """Return commands, and comments with what is left to be typed in."""
+    """Return commands, and comments with the values that remain to be typed in."""
     by_hand = _by_hand(order)
     name = f"{order.name}_incomplete" if by_hand else order.name
     lines = [
@@ -65,7 +65,7 @@ def _law(order: Order) -> list[str]:
 
 
 def _by_hand(order: Order) -> list[tuple[str, float | str]]:
-    """Return names and values of what no public command sets."""
+    """Return names and values of the constants that no public command sets."""
     one, units = rubber(order), order.units
     found: list[tuple[str, float | str]] = []
     if WRITER.laws[one.law] not in _TYPES:

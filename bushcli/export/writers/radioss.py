@@ -1,10 +1,10 @@
 """Radioss: /MAT/LAW42, LAW92, LAW94, LAW100, with a Prony series or Mullins softening.
 
-LAW42 (Ogden) has W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3) + kappa/2 (J - 1)^2, bushcli's own,
-with G_i and tau_i beside the law. Neo-Hookean and Mooney-Rivlin are Ogden with exponents 2 and -2: mu_1 = 2 C10,
+LAW42 (Ogden) has W = sum mu_p/alpha_p (l1^alpha_p + l2^alpha_p + l3^alpha_p - 3) + kappa/2 (J - 1)^2 as bushcli,
+with G_i and tau_i in addition. Neo-Hookean and Mooney-Rivlin are Ogden with exponents 2 and -2: mu_1 = 2 C10,
 mu_2 = -2 C01. LAW92 is the five-term series of Arruda and Boyce, LAW94 Yeoh's cubic, both with D = 2/kappa.
-/FAIL/MULLINS_OR, bushcli's own formula, is documented with LAW92, LAW95 and LAW100: the polynomial laws become
-LAW100 with it, which takes no Prony series.
+/FAIL/MULLINS_OR, whose formula equals bushcli's, is documented for LAW92, LAW95 and LAW100: with it the polynomial
+laws become LAW100, which takes no Prony series.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _ogden(order: Order) -> list[str]:
         "",
         "#            ALPHA_1             ALPHA_2             ALPHA_3             ALPHA_4             ALPHA_5",
         _row(*(alpha for _, alpha in padded)),
-        # The two blank lines are part of the format; what follows keeps the second one from being stripped.
+        # The two blank lines are part of the format; the line after them keeps the second from being stripped.
         "",
         "#",
     ]

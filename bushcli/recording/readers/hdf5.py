@@ -1,6 +1,6 @@
 """HDF5, by h5py: vectors side by side in a group, a matrix, or a table of records.
 
-Nothing is followed out of the file: datasets that store their values elsewhere are left out.
+No other file is read: datasets that store their values outside the file are left out.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _UNIT, _UNITS = (
     ("units", "unit", "Units", "UNITS"),
 )
 _NAMES = ("columns", "column_names", "names", "channels", "channel_names", "fields")
-#: Largest numbers of datasets, and of columns of a matrix, that are read.
+#: Largest number of datasets, and of columns of a matrix, that are read.
 _MOST, _WIDEST = 10_000, 1_000
 
 
@@ -36,7 +36,7 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
 
 
 def _collect(item: Any, found: list[Any]) -> bool | None:
-    """Add an object to a list; end the visit, by True, when there are too many."""
+    """Add an object to a list; return True, which ends the visit, when there are too many."""
     found.append(item)
     return True if len(found) >= _MOST else None
 
@@ -68,7 +68,7 @@ def _unit(attributes: Mapping[str, Any]) -> str:
 
 
 def _texts(attributes: Mapping[str, Any], keys: Sequence[str], count: int) -> list[str]:
-    """Return an attribute that holds one text per column; empty texts where there is none."""
+    """Return an attribute that holds one text per column; empty texts where there is no such attribute."""
     for key in keys:
         value = attributes.get(key)
         if isinstance(value, (np.ndarray, list, tuple)) and len(value) == count:
@@ -83,11 +83,11 @@ def _records(data: Any, samples: int) -> Part:
 
 
 def _matrix(data: Any, shape: tuple[int, ...]) -> Part:
-    """Return a matrix as columns; the longer side is the time."""
+    """Return a matrix as columns; time runs along the longer side."""
     samples, width = max(shape), min(shape)
     along = shape[0] >= shape[1]
     names, units = _texts(data.attrs, _NAMES, width), _texts(data.attrs, _UNITS, width)
-    # `shape` is without sides of length 1, which come first or last.
+    # `shape` lacks sides of length 1, which are the first or last.
     return Part(data.name, names, units, samples, lambda i: _side(data, shape, i, along))
 
 

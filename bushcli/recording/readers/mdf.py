@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bushcli.recording.reader import Part, Reader, numbered
 
-#: Groups of which the time stamps are compared, to join those that have the same.
+#: Largest number of groups whose time stamps are compared, to join groups with the same stamps.
 _MOST_COMPARED = 200
 
 
@@ -21,7 +21,7 @@ _MOST_COMPARED = 200
 def _opened(path: Path) -> Iterator[Sequence[Part]]:
     from asammdf import MDF
 
-    # By its name alone, the file would be judged by its suffix.
+    # Given a name, the library would judge the file by its suffix.
     with path.open("rb") as stream, MDF(stream) as file:
         found = [(i, group) for i, group in enumerate(file.groups) if group.channel_group.cycles_nr]
         names = numbered([_name(group, i) for i, group in found])
@@ -41,14 +41,14 @@ def _part(file: Any, index: int, group: Any, name: str) -> Part:
     names = [channel.name for channel in group.channels]
     units = [file.get_channel_unit(group=index, index=i) or "" for i in range(len(names))]
     if master is not None and _is_time(group.channels[master]):
-        # Loggers call it t, timestamps or by the name of the bus; the format itself says what it is.
+        # Loggers call this channel t, timestamps or by the name of the bus; the format itself marks it as the time.
         names[master], units[master] = "time", units[master] or "s"
     load = partial(_load, file, index)
     return Part(name, names, units, int(group.channel_group.cycles_nr), load)
 
 
 def _is_time(channel: Any) -> bool:
-    """Whether a master channel counts the time; those of MDF 3 all do."""
+    """Whether a master channel is a time; in MDF 3 each of them is."""
     return bool(getattr(channel, "sync_type", 1) == 1)
 
 
@@ -64,7 +64,7 @@ def _load(file: Any, group: int, index: int) -> NDArray[Any]:
 
 
 def _joined(file: Any, groups: Sequence[int], parts: Sequence[Part]) -> Iterator[Part]:
-    """Yield the groups that have the same time stamps as one: some loggers write one group per channel."""
+    """Yield groups with the same time stamps as one group: some loggers write one group per channel."""
     alike: list[tuple[NDArray[Any], list[int]]] = []
     for place, group in list(enumerate(groups))[:_MOST_COMPARED]:
         if "time" not in parts[place].names:

@@ -27,7 +27,7 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
 
 
 def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:
-    """Return the units by column that `DataFrame.attrs["units"]` held."""
+    """Return the units by column that were in `DataFrame.attrs["units"]`."""
     try:
         attributes = json.loads(metadata.get(b"PANDAS_ATTRS", b"{}"))
     except ValueError:
@@ -38,13 +38,13 @@ def _common_units(metadata: dict[bytes, bytes]) -> dict[str, Any]:
 
 def _unit(field: Any, common: dict[str, Any]) -> str:
     if str(field.type).startswith(("timestamp", "duration")):
-        return "s"  # `seconds` makes them so
+        return "s"  # `seconds` converts the stamps
     own = field.metadata or {}
     return unit_of(own.get(b"unit") or own.get(b"units") or common.get(field.name))
 
 
 def _load(file: Any, names: Sequence[str], index: int) -> NDArray[Any]:
-    # By number: two columns may have the same name.
+    # Selected by number, because two columns may have the same name.
     table = file.read(columns=[names[index]], use_threads=False)
     column = table.column(
         0 if names.count(names[index]) == 1 else list(names[: index + 1]).count(names[index]) - 1

@@ -1,9 +1,9 @@
 """RPC III (MTS; .rsp, .rpc, .tim, .drv): keywords in blocks of 512 bytes, then the frames of each channel in turn.
 
-The header has records of 128 bytes, a keyword of 32 and a value of 96, of which FORMAT, NUM_HEADER_BLOCKS and
-NUM_PARAMS come first. Data follow the header blocks in groups of PTS_PER_GROUP points; in a group all points of a
-channel stand together. A group that is not full is filled up, and FRAMES x PTS_PER_FRAME points count. A short integer
-times SCALE is in the channel's unit.
+The header has records of 128 bytes, a keyword of 32 and a value of 96; the first ones are FORMAT, NUM_HEADER_BLOCKS and
+NUM_PARAMS. Data follow the header blocks in groups of PTS_PER_GROUP points; in a group all points of a channel stand
+together. The last group is padded if it is not full; FRAMES x PTS_PER_FRAME points are valid. A short integer times
+SCALE is in the channel's unit.
 
 References
 ----------
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from bushcli.recording.reader import Part, Reader
 
 _RECORD, _KEYWORD, _BLOCK = 128, 32, 512
-#: More than the format permits (256 channels, 1024 parameters); a damaged header has more.
+#: Limits above those of the format (256 channels, 1024 parameters); a damaged header exceeds them.
 _MOST_PARAMETERS, _MOST_CHANNELS, _MOST_BLOCKS = 20_000, 4_000, 10_000
 _ORDERS = {"BINARY_IEEE_LITTLE_END": "<", "BINARY_IEEE_BIG_END": ">", "BINARY": "<"}
 _TYPES = {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}
@@ -34,7 +34,7 @@ _TYPES = {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}
 
 @dataclass(frozen=True)
 class _Layout:
-    """Where the points of a channel are: ``start`` in bytes; points of a group, groups, and points that count."""
+    """Position of a channel's points: ``start`` in bytes; points per group, number of groups, and of valid points."""
 
     path: Path
     kind: np.dtype[np.generic]

@@ -1,4 +1,4 @@
-"""TDMS (LabVIEW), by npTDMS: groups of channels; a waveform carries its sampling interval instead of a time."""
+"""TDMS (LabVIEW), by npTDMS: groups of channels; a waveform has a sampling interval instead of a time channel."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
 
 
 def _parts(group: Any) -> Iterator[Part]:
-    """Yield the channels of a group by their length: unequal ones have different rasters."""
+    """Yield the channels of a group by their length: channels of different lengths have different rasters."""
     lengths: dict[int, list[Any]] = {}
     for channel in group.channels():
         lengths.setdefault(len(channel), []).append(channel)
@@ -50,7 +50,7 @@ def _unit(channel: Any) -> str:
 
 
 def _raster(channels: Sequence[Any]) -> tuple[float, float | None]:
-    """Return start and interval in s of the waveforms, where all that have one have the same."""
+    """Return the common start and interval, s, of the waveforms in a group."""
     found = {
         (float(c.properties.get("wf_start_offset", 0.0)), float(c.properties["wf_increment"]))
         for c in channels

@@ -1,4 +1,4 @@
-"""Excel workbooks (.xlsx, .xlsm), by openpyxl: each worksheet is a table as in a text file, header and all."""
+"""Excel workbooks (.xlsx, .xlsm), by openpyxl: each worksheet is a table as in a text file, with its header."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Any
 
 from bushcli.recording.reader import Part, Reader
 
-#: Cells of a workbook that are read; two million rows of three columns, as of a text file.
+#: Largest number of cells of a workbook: two million rows of three columns, as in a text file.
 _MOST_CELLS = 6_000_000
-#: Bytes that the workbook may have when it is unpacked.
+#: Largest size of an unpacked workbook, bytes.
 _MOST_BYTES = 1_000_000_000
-#: Columns that are read, and empty rows after which a sheet has ended.
+#: Largest number of columns that are read, and number of empty rows after which a sheet counts as ended.
 _WIDEST, _GAP = 1_000, 10_000
 
 
@@ -26,7 +26,7 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
     with zipfile.ZipFile(path) as packed:
         if sum(item.file_size for item in packed.infolist()) > _MOST_BYTES:
             raise ValueError(f"unpacks to more than {_MOST_BYTES / 1e6:g} MB")
-    # By its name alone, the file would be judged by its suffix.
+    # Given a name, the library would judge the file by its suffix.
     with path.open("rb") as stream:
         book = load_workbook(stream, read_only=True, data_only=True)
         try:
@@ -38,7 +38,7 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
 def _sheets(book: Any) -> list[Part]:
     parts, left = [], _MOST_CELLS
     for sheet in book.worksheets:
-        # What is written in the file about its extent may be wrong.
+        # The extent stated in the file may be wrong.
         sheet.reset_dimensions()
         cells: list[tuple[int, list[str]]] = []
         empty, stamps = 0, dict[int, datetime.datetime]()
@@ -63,7 +63,7 @@ def _filled(fields: Sequence[str]) -> int:
 
 
 def _field(value: Any, column: int, stamps: dict[int, datetime.datetime]) -> str:
-    """Return a cell as text; a date or a time in seconds since the first one of its column."""
+    """Return a cell as text; a date or a time becomes seconds since the first one of its column."""
     if value is None:
         return ""
     if isinstance(value, bool):

@@ -1,7 +1,7 @@
 """Zwick testXpert II and III (.zs2), by zs2decode: one table per specimen.
 
-The file stores channels by number; the channel manager names them. It does not say in what unit the numbers are, so
-that the case file has to, where the name of a channel does not.
+The file stores channels by number; the channel manager names them. It does not state the units of the numbers: the case
+file has to, unless the name of the channel does.
 
 References
 ----------
@@ -22,12 +22,12 @@ import numpy as np
 from bushcli.recording.header import heading
 from bushcli.recording.reader import Part, Reader, numbered
 
-#: Bytes of the stream within; that of a series of ten specimens has some ten million.
+#: Largest size of the unpacked stream, bytes; a series of ten specimens has some ten million.
 _MOST_BYTES = 400_000_000
 _MARK = b"\xaf\xbe\xad\xde"
 #: Parameter that holds the name of a specimen.
 _SPECIMEN = 48154
-#: Text in the table for a unit that the file does not name; no unit has this name.
+#: Text in the table for a unit that the file does not state; no unit has this name.
 UNKNOWN = "unknown"
 
 
@@ -40,7 +40,7 @@ class _Node:
     inside: list[_Node] = field(default_factory=list)
 
     def get(self, path: str) -> _Node | None:
-        """Return the first chunk along names, or None."""
+        """Return the first chunk at a path of names, or None."""
         node: _Node | None = self
         for name in path.split("/"):
             node = next((one for one in node.inside if one.name == name), None) if node else None
@@ -79,7 +79,7 @@ def _opened(path: Path) -> Iterator[Sequence[Part]]:
 
 
 def _tree(chunks: Sequence[Sequence[Any]]) -> _Node:
-    """Return chunks, each with its address, name, type and value, as a tree."""
+    """Return chunks, each with its address, name, type and value, as a tree of nodes."""
     root = _Node("")
     above = [root]
     for _, name, kind, value in chunks:
@@ -101,7 +101,7 @@ def _value(node: _Node, path: str) -> Any:
 
 
 def _labels(root: _Node, count: int) -> list[str]:
-    """Return the names of the specimens, or numbers where there is not one name for each."""
+    """Return the names of the specimens, or numbers unless each specimen has a name."""
     found = []
     for context in root.every("ParameterListe"):
         for parameter in context.inside:

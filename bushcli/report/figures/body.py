@@ -1,7 +1,7 @@
 """The bushing itself: its mesh, and its deformed shape coloured by the largest principal stretch, in true scale.
 
-A half-plane is drawn as the section that it is, a twisted one as a body of revolution with a quarter left open, a solid
-from the side on which it is cut.
+A half-plane is drawn as a section, a twisted half-plane as a body of revolution with a quarter left open, a solid from
+the side on which it is cut.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _Layer: TypeAlias = tuple[Array, Array, Array, float, Array]
 """Polygons (n, 4, 3), fill and ink (n, 4), line width in points, depth (n,) in mm: larger is drawn later."""
 
 _RUBBER = "#8fb3c9"
-_COLOURS = "YlOrRd"  # of ColorBrewer, safe for colour-blind eyes; light where nothing happens
+_COLOURS = "YlOrRd"  # from ColorBrewer, safe for colour-blind eyes; light where the stretch is small
 _SPLIT_SECTION, _SPLIT_SOLID = 8, 6
 # The colour scale covers all but this share of the surface: at bond edges the stretch is singular.
 _BEYOND = 0.005
@@ -85,12 +85,12 @@ def _scale(surface: Surface) -> Normalize:
 
 
 class _Drawing:
-    """One drawing of a surface: faces, element edges, outline; and what an engineer measures it by."""
+    """One drawing of a surface: faces, element edges, outline, and axes or a scale bar to measure it."""
 
     def __init__(self, surface: Surface, points: Array, view: View, scale: Normalize | None) -> None:
         self.surface, self.view, self.scale = surface, view, scale
         self.flat = view is projection.SECTION
-        # Triangles are small: whole ones are sorted and coloured well enough.
+        # Triangles are small enough to be sorted and coloured as a whole.
         triangles = bool(np.all(surface.reference[:, 2] == surface.reference[:, 3]))
         self.many = 1 if triangles else _SPLIT_SECTION if self.flat else _SPLIT_SOLID
         self.grid = projection.lattice(surface, points, self.many)
@@ -144,7 +144,7 @@ class _Drawing:
         depth = self.view.depth(pieces).mean(axis=1)
         lines = projection.segments(projection.sides(self.grid))
         bold = np.repeat(projection.outline(self.surface), many)
-        # A line comes right after the piece of face that it bounds. In the plane, where nothing is behind, after all.
+        # A line is drawn right after the piece of face that it bounds; in the plane, where nothing hides it, last.
         beside = projection.side_cells(depth, many) + self.extent * (1.0 if self.flat else 0.006)
         layers = [
             (pieces, fill, fill, 0.4, depth),
@@ -155,7 +155,7 @@ class _Drawing:
             former = projection.lattice(self.surface, self.surface.reference, many)
             edges = projection.once(projection.sides(former)[projection.outline(self.surface)])
             dashes = projection.dashes(edges, 0.012 * self.extent)
-            # Not hidden where nothing has moved, nor by the faces beside it.
+            # Slightly nearer to the eye, so that faces that have not moved, or are beside the line, do not hide it.
             near = self.view.depth(dashes).mean(axis=1) + 0.008 * self.extent
             layers.append(self._lines(dashes, 0.8, 0.7, near))
         self._paint(axes, layers)
@@ -182,7 +182,7 @@ class _Drawing:
         )
 
     def _former_outline(self, axes: Axes) -> None:
-        """Draw the outline before the load over a section; in a solid the outline is drawn among the faces."""
+        """Draw the outline before the load over a section; that of a solid is drawn among the faces."""
         edges = projection.face_edges(self.surface.reference)[projection.outline(self.surface)]
         lines = self.view.project(projection.once(edges))
         axes.add_collection(

@@ -19,7 +19,7 @@ _ACROSS = 3
 
 
 def correlation_figure(fit: Fit) -> Figure:
-    """Draw the correlation of the parameters' errors as a map, numbers in it."""
+    """Draw the correlation of the parameters' errors as a map with numbers."""
     names = list(fit.parameters)
     count = len(names)
     with style():
@@ -75,19 +75,19 @@ def _panel(axes: Axes, fit: Fit, profile: Profile, estimate: Estimate) -> None:
         axes.axvspan(*inside, color=LIGHT, lw=0, zorder=0)
     axes.axhline(RISE_95, color=RED, lw=1.2, ls="--", label="95 %")
     if estimate.std > 0:
-        # Where profile and parabola part, the standard error misleads.
+        # Where profile and parabola differ, the standard error is misleading.
         q = np.linspace(profile.values.min(), profile.values.max(), 101)
         axes.plot(
             q, ((q - estimate.value) / estimate.std) ** 2, color=GREY, lw=1.0, ls=":", label="standard error"
         )
     if len(values) > 2:
         q = np.linspace(values.min(), values.max(), 101)
-        # The root of the rise is close to a straight line on either side: interpolated as such, with its sign.
+        # The signed root of the rise is interpolated, because it is close to a straight line.
         root = np.sign(values - estimate.value) * np.sqrt(np.maximum(rise, 0.0))
         axes.plot(q, PchipInterpolator(values, root)(q) ** 2, color=BLUE)
     axes.plot(values, rise, "o", color=BLUE, ms=4, label="refitted")
     if not good.all():
-        # Along the upper edge: they have no misfit to be drawn at.
+        # Drawn along the upper edge, because they have no misfit.
         axes.plot(
             profile.values[~good],
             np.full((~good).sum(), 0.95),

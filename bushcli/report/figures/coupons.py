@@ -1,4 +1,4 @@
-"""Measured curves and the law that was fitted to them, one panel each."""
+"""Measured curves and the law that was fitted to them, one panel per curve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A simulated curve, alone or against its recording, with the accepted band and the difference below."""
+"""A simulated curve, alone or with its recording, the accepted band and, below, the difference."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bushcli.simulate.response import Simulated
 
 Array = NDArray[np.float64]
 
-# Up to this many samples are drawn one by one; more of them are a line.
+# Up to this many samples are drawn as separate points, more as a line.
 _SEPARATE = 80
 
 
@@ -134,7 +134,7 @@ def _band(axes: Axes, recording: Recording, found: Misfit, shown: Quantities) ->
     """Draw the recording, branch by branch, widened by the tolerance, a share of its force range."""
     width = found.tolerance.band * found.force_range
     for i, branch in enumerate(branches(recording)):
-        # The sample before belongs to both branches: without it the band has gaps at the turning points.
+        # The sample before belongs to both branches; without it the band would have gaps at the turning points.
         part = slice(max(branch.start - 1, 0), branch.stop)
         q, force = recording.displacement[part], recording.force[part]
         if branch.kind == "hold" or len(q) < 2:

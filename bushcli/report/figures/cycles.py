@@ -27,9 +27,9 @@ from bushcli.report.figures.picture import (
 )
 from bushcli.report.quantity import Quantities, number, percent, quantities
 
-# More holds than this are not drawn: those that relax most are.
+# Largest number of holds that are drawn: those that relax most.
 _MOST = 6
-# Up to this many cycles are bars; more of them are lines.
+# Up to this many cycles are drawn as bars, more as lines.
 _BARS = 24
 # Secants that differ by less than this share are drawn as one.
 _SAME = 1e-5
@@ -93,7 +93,7 @@ def _loops(axes: Axes, history: History, shown: Quantities) -> None:
     q = shown.shown(history.path.displacement)
     axes.plot(q, history.simulated_force, color=BLUE, lw=2.2, alpha=0.8, label="simulated", zorder=2)
     if history.has_recording:
-        # On top and thin: where the loop is met, both are seen.
+        # On top and thin, so that both are visible where they agree.
         axes.plot(q, history.path.force, color=BLACK, lw=0.9, label="recorded", zorder=3)
     axes.set(xlabel=shown.displacement_label, ylabel=shown.force_label)
     legend(axes, loc="upper left")
@@ -109,7 +109,7 @@ def _energy(axes: Axes, history: History) -> None:
     axes.axhline(0, color=GREY, lw=0.8, zorder=1)
     axes.set(ylabel=f"energy [{energy_unit(history.mode)}]")
     axes.margins(y=0.12)
-    # Above the bars and their errors.
+    # Space for the legend above the bars and their errors.
     low, high = axes.get_ylim()
     if not any(one.value or one.std for _, _, found in series for one in found.values()):
         low, high = -1.0, 1.0
@@ -132,7 +132,7 @@ def _secant(axes: Axes, history: History, shown: Quantities) -> None:
     axes.set_title("secant stiffness, peak to peak of each cycle", fontsize=9, fontweight="normal", pad=4)
     axes.margins(y=0.15)
     low, high = axes.get_ylim()
-    # A law without memory has one secant; what its cycles differ by is rounding.
+    # A law without memory has one secant; its cycles differ by rounding only.
     if high - low < _SAME * max(abs(low), abs(high)):
         axes.set_ylim(min(0.95 * low, 1.05 * low), max(0.95 * high, 1.05 * high))
 
@@ -149,7 +149,7 @@ def _by_cycle(
         error = 2.0 * np.array([one.std for one in found.values()])
         if bars:
             place = at + (i - 0.5 * (len(series) - 1)) * width
-            # With an edge: a bar of no height is seen.
+            # With an edge, so that a bar of zero height is visible.
             axes.bar(place, value, width, color=colour, edgecolor=colour, lw=1.5, label=label, zorder=2)
             if error.any():
                 axes.errorbar(
@@ -178,7 +178,7 @@ def hold_title(history: History) -> str:
     name = history.name[:1].upper() + history.name[1:]
     std, parts = 0.0, []
     for what, holds in (("recorded", history.recorded_holds), ("simulated", history.simulated_holds)):
-        # From the hold that carries the largest force: near zero force any share is large.
+        # Of the hold at the largest force, because near zero force any share is large.
         held = [hold for hold in holds if hold is not None and math.isfinite(hold.relaxation.value)]
         if held:
             found = max(held, key=lambda hold: abs(hold.force_start.value)).relaxation
@@ -212,7 +212,7 @@ def _relaxation(axes: Axes, history: History, hold: Hold, recorded: Hold | None,
     assert history.path.time is not None
     cut = slice(hold.start, hold.stop)
     since = history.path.time[cut] - history.path.time[hold.start]
-    # The start has no place on a logarithmic axis: it stands half a step before the second sample.
+    # A logarithmic axis has no zero: the start is drawn at half the time of the second sample.
     since[0] = 0.5 * since[1]
     axes.plot(since, history.simulated_force[cut], color=BLUE, lw=2.0, label="simulated", zorder=2)
     if recorded is not None:

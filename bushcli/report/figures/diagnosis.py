@@ -1,4 +1,4 @@
-"""Pictures of a diagnosis: probabilities, values, curves, what is missing, both maps, and the next test."""
+"""Pictures of a diagnosis: probabilities, values, curves, missing force, both maps, and the next test."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from bushcli.report.quantity import Quantities, quantities
 
 Array = NDArray[np.float64]
 
-# Of ColorBrewer, safe for colour-blind eyes: orange where the simulation is too stiff, purple where it is too soft.
+# From ColorBrewer, safe for colour-blind eyes: orange where the simulation is too stiff, purple where it is too soft.
 DIVERGING = "PuOr_r"
-# A colour scale that ends below this, in percent of the force range, would paint noise in full colours.
+# Least end of the colour scale, in percent of the force range; a smaller one would show noise in full colours.
 _LEAST = 0.2
 
 
@@ -55,7 +55,7 @@ def diagnosis_figures(found: Diagnosis, names: Mapping[str, str]) -> tuple[Pictu
         file, title = names[channel.name], diagnosed_title(channel)
         figure = diagnosed_figure(found, channel)
         drawn.append(picture(f"{file}-diagnosis", "diagnosed", title, figure, channel.name))
-        # One that is held out takes part in nothing, and may have no bins.
+        # A held-out channel is not fitted and may have no bins.
         if any(one.channel == channel.name for one in found.location.bins):
             title = f"{channel.name}: where in the record the simulation misses"
             figure = record_figure(found, channel)
@@ -127,7 +127,7 @@ def _cells(
     colours: ScalarMappable,
     scale: float,
 ) -> None:
-    """Draw one rectangle for each cycle and band; bins that differ in rate only are averaged by their samples."""
+    """Draw one rectangle for each cycle and band; bins that differ in rate only are averaged, weighted by samples."""
     groups: dict[tuple[int, float, float], list[Bin]] = {}
     for one in bins:
         sign = 1.0 if one.side == "positive" else -1.0

@@ -33,12 +33,12 @@ from bushcli.report.quantity import percent, quantities
 
 Array = NDArray[np.float64]
 
-# Up to this many samples are drawn one by one; more of them are a line.
+# Up to this many samples are drawn as separate points, more as a line.
 _SEPARATE = 80
-# A plain law that leaves the recording by more than this share of its force range runs out of the picture.
+# The axes extend at most this share of the force range beyond the curves; a plain law further away leaves the picture.
 _LEAVES = 0.6
 _COLOURS = {"stiff": RED, "soft": GREEN}
-# Name of the curve after the diagnosis.
+# Label of the curve after the diagnosis.
 BEST = "most probable model"
 
 
@@ -289,7 +289,7 @@ def _around(x: Array, run: slice) -> tuple[float, float]:
 def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]:
     """Return the runs of marked samples, cut where the path turns and where the lines cross; neighbours share a sample.
 
-    An outline that goes back on itself encloses nothing.
+    An outline that turns back on itself would enclose no area.
     """
     branch = np.zeros(len(marked), dtype=int)
     for i, one in enumerate(branches(channel.recording)):
@@ -299,13 +299,13 @@ def _pieces(channel: DiagnosedChannel, marked: NDArray[np.bool_]) -> list[slice]
     pieces = []
     for run in _runs(marked):
         ends = [run.start, *cuts[(cuts > run.start) & (cuts < run.stop)], run.stop]
-        # A branch ends where the path turns: the next one begins there, too.
+        # A branch ends where the path turns; the next branch begins at the same sample.
         pieces += [slice(max(int(a) - 1, run.start), int(b)) for a, b in pairwise(ends)]
     return [piece for piece in pieces if piece.stop - piece.start >= 2]
 
 
 def _oriented(one: Array, other: Array) -> Array:
-    """Return the outline (2 n, 2) between two lines, counter-clockwise, so that overlapping outlines make no hole."""
+    """Return the outline (2 n, 2) between two lines, counter-clockwise, so that overlapping outlines leave no hole."""
     points = np.concatenate([one, other[::-1]])
     x, y = points.T
     area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))

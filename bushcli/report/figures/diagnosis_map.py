@@ -1,4 +1,4 @@
-"""Map of where in the rubber a change of stiffness would help: a section, or the outside of a solid cut open."""
+"""Map of the places in the rubber where a change of stiffness would help: a section, or the outside of a cut solid."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from bushcli.report.figures.projection import cut_view, shade
 
 Array = NDArray[np.float64]
 
-# Of ColorBrewer: orange where the rubber would have to be stiffer, purple where softer.
+# From ColorBrewer: orange where the rubber would have to be stiffer, purple where softer.
 _COLOURS = "PuOr_r"
 # The colour scale covers all but this share of the rubber.
 _BEYOND = 0.01
-# One that ended below this change of stiffness would paint noise in full colours.
+# Least end of the colour scale, a change of stiffness; a smaller one would show noise in full colours.
 _LEAST = 0.02
 # Characters in a line of the title.
 _LINE = 50
@@ -44,7 +44,7 @@ def map_title(found: LocalMap) -> str:
 
 
 def map_figure(found: LocalMap) -> Figure:
-    """Draw the map, symmetric colours about no change."""
+    """Draw the map in colours that are symmetric about zero change."""
     flat = found.points.shape[1] == 2
     polygons, values, order = _section(found) if flat else _solid(found)
     top = float(np.quantile(np.abs(found.factor), 1.0 - _BEYOND)) if len(found.factor) else 0.0
@@ -87,10 +87,10 @@ def map_figure(found: LocalMap) -> Figure:
 
 
 def numbering(found: LocalMap) -> str:
-    """Whether cells are simplices, or their corners are numbered as a tensor product or around a ring.
+    """Return "simplex", or how the corners of cells are numbered: "tensor" for a tensor product, "ring" around a face.
 
-    The first four are a face: in a tensor product its diagonals join corners 0, 3 and 1, 2, in a ring 0, 2 and 1, 3.
-    Diagonals have one middle, in a parallelogram exactly and in any sensible cell nearly.
+    The first four corners are a face: in a tensor product its diagonals join corners 0, 3 and 1, 2, in a ring 0, 2 and
+    1, 3. The midpoints of the diagonals coincide, exactly in a parallelogram and nearly in any good cell.
     """
     if found.cells.shape[1] == found.points.shape[1] + 1:
         return "simplex"

@@ -1,4 +1,4 @@
-"""Picture of what the most probable model leaves in a channel: by displacement and branch, time, cycle and rate."""
+"""Picture of the misfit that the most probable model leaves: by displacement and branch, time, cycle and rate."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from bushcli.report.quantity import Quantities, quantities
 
 Array = NDArray[np.float64]
 
-# In the order in which they are drawn.
+# Quantities in the order in which they are drawn.
 _ALONG = ("displacement", "time", "cycle", "rate")
 _BRANCHES = {"": (BLACK, "all"), "loading": (BLUE, "loading"), "unloading": (ORANGE, "unloading")} | {
     "hold": (GREEN, "hold")
 }
-# Rates that span more than this are drawn on a logarithmic axis.
+# Rates that span more than this factor are drawn on a logarithmic axis.
 _WIDE = 5.0
-# Up to so many points are drawn one by one, with error bars.
+# Up to this many points are drawn separately, with error bars.
 _FEW = 12
 
 
@@ -46,7 +46,7 @@ def missing_figure(channel: DiagnosedChannel, profiles: Sequence[MissingProfile]
     channel : DiagnosedChannel
         The channel to draw.
     profiles : sequence of MissingProfile
-        What the most probable model leaves in this channel, along each quantity.
+        Misfit that the most probable model leaves in this channel, along each quantity.
     """
     kinds = [along for along in _ALONG if any(one.along == along for one in profiles)]
     across = 1 if len(kinds) == 1 else 2

@@ -27,13 +27,13 @@ from bushcli.report.figures.picture import (
     style,
 )
 
-# Effects that are less probable are named in a line under the bars.
+# Effects that are less probable than this are named in a line under the bars.
 _SMALL = 0.01
-# Characters in a line of those.
+# Characters in a line of those names.
 _LINE = 125
-# A prior that spans more than this is drawn on a logarithmic axis.
+# A prior that spans more than this factor is drawn on a logarithmic axis.
 _DECADES = 20.0
-# An axis that spans less has numbers between the powers of ten.
+# An axis that spans less than this factor has numbers between the powers of ten.
 _FEW_DECADES = 300.0
 _PALE = "#9fc5de"
 
@@ -45,7 +45,7 @@ class Strip:
     Attributes
     ----------
     effect, parameter : str
-        For people; the effect's name with its first parameter only.
+        In words; the effect is named with its first parameter only.
     also : str
         The value under its reciprocal name.
     shown : ShownQuantity
@@ -110,7 +110,7 @@ def strips(found: Diagnosis) -> list[Strip]:
 
 
 def prior_figure(found: Diagnosis) -> Figure:
-    """Draw a line per parameter: where it was expected, where it lies now."""
+    """Draw a line per parameter with the intervals of its prior and its posterior."""
     rows = strips(found)
     with style():
         figure = new_figure(8.6, 0.55 + 0.72 * len(rows))
@@ -118,7 +118,7 @@ def prior_figure(found: Diagnosis) -> Figure:
         for axes, row in zip(panels, rows, strict=True):
             _strip(axes, row)
         handles, labels = panels[0].get_legend_handles_labels()
-        # The point last: it lies on the bars.
+        # The point is the last entry, because it is drawn on the bars.
         figure.legend(
             [*handles[1:], handles[0]],
             [*labels[1:], labels[0]],
@@ -136,7 +136,7 @@ def _strip(axes: Axes, row: Strip) -> None:
     low, high = one.prior
     logarithmic = low > 0 and one.value > 0 and one.lower > 0 and high > _DECADES * low
     bands = [(low, high)]
-    # A prior of the absolute value allows both signs.
+    # A prior of the absolute value permits both signs.
     if low >= 0 and min(one.value, one.lower) < 0:
         bands.append((-high, -low))
     for i, (a, b) in enumerate(bands):

@@ -19,7 +19,7 @@ from geometry.view import View
 
 Array = NDArray[np.float64]
 
-# Of the Okabe-Ito palette, safe for colour-blind eyes.
+# From the Okabe-Ito palette, safe for colour-blind eyes.
 _COLOURS = {
     "inner": "#0072B2",
     "outer": "#D55E00",
@@ -34,14 +34,14 @@ _AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(28.0)
 
 
 def geometry_figure(view: View, title: str, measures: Mapping[str, float]) -> Figure:
-    """Draw a geometry by what its faces were taken for.
+    """Draw a geometry with its faces coloured by their interpretation.
 
     Parameters
     ----------
     view
         Triangles with names.
     title
-        Above the picture.
+        Title above the picture.
     measures
         Volumes (mm^3) and areas (mm^2) by name, bonds as "inner_bond".
     """
@@ -75,7 +75,7 @@ def _label(name: str, measures: Mapping[str, float], view: View) -> str:
 
 
 def _colour(name: str, view: View) -> str:
-    """Colour of what a face was taken for; solids that nobody could tell apart get one each."""
+    """Return the colour for the interpretation of a face; each solid that was not identified has its own colour."""
     if name[:1].isdigit():
         return _OTHERS[view.names.index(name) % len(_OTHERS)]
     return _COLOURS.get(name, METAL)
@@ -117,7 +117,7 @@ def _solid(axes: Axes, view: View, opened: bool) -> None:
     triangles, label = view.triangles[keep], view.label[keep]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    # Both sides are seen where the part is open: light from the side that is turned to the eye.
+    # Where the part is open both sides of a face are visible: the side towards the eye is lit.
     facing = normals * np.sign(normals @ toward)[:, None]
     shade = 0.55 + 0.45 * np.clip(facing @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
     colours = np.array([to_rgb(_colour(name, view)) for name in view.names]).reshape(-1, 3)

@@ -32,9 +32,9 @@ from bushcli.report.quantity import Quantities, percent, quantities
 
 Array = NDArray[np.float64]
 
-# Up to this many samples are drawn one by one; more of them are a line.
+# Up to this many samples are drawn as separate points, more as a line.
 _SEPARATE = 80
-# A start that leaves the recording by more than this share of its force range runs out of the picture.
+# The axes extend at most this share of the force range beyond the curves; a start further away leaves the picture.
 _LEAVES = 0.6
 
 
@@ -44,7 +44,7 @@ def inverse_figures(fits: Sequence[Fit], names: Mapping[str, str]) -> tuple[Pict
     Parameters
     ----------
     fits
-        Best first; all but the ranking show the best one.
+        The best first; all pictures except the ranking show the best law.
     names
         Channel -> name for its files.
     """
@@ -103,7 +103,7 @@ def fitted_figure(curve: FittedCurve) -> Figure:
             marker="o" if few else "",
             ms=3.5,
             label="recorded",
-            # On top and thin: where the curve is met, both are seen.
+            # On top and thin, so that both are visible where they agree.
             zorder=3.5,
         )
         _before(above, curve, shown)
@@ -157,7 +157,7 @@ def _left(axes: Axes, curve: FittedCurve, shown: Quantities) -> None:
     noise = float(np.nan_to_num(curve.noise_percent))
     axes.axhspan(-2 * noise, 2 * noise, color=LIGHT, lw=0)
     axes.axhline(0, color=GREY, lw=0.8)
-    # Dots: lines from cycle to cycle would hide whether what is left follows the displacement.
+    # Dots, because lines from cycle to cycle would hide whether the misfit follows the displacement.
     q = shown.shown(curve.recording.displacement)
     axes.plot(q, difference, "o", color=RED, ms=2.2 if len(difference) > _SEPARATE else 3.5, mew=0)
     reach = 1.15 * max(3 * noise, float(np.abs(difference).max()), 1e-3)

@@ -1,6 +1,6 @@
 """The style of pictures, and saving figures as PNG and SVG.
 
-Figures are made by Matplotlib's objects alone: no window, no global state that another caller could disturb.
+Figures are made with Matplotlib's objects only: no window, no global state that another caller could disturb.
 """
 
 from __future__ import annotations
@@ -91,12 +91,12 @@ class Picture:
     Attributes
     ----------
     name : str
-        Of its files.
+        Name of its files.
     kind : str
     title : str
-        What is seen, in words.
+        Contents in words.
     channel : str
-        The channel that it belongs to; empty for a picture of all.
+        The channel that it belongs to; empty for a picture of all channels.
     png, svg : bytes
     """
 
@@ -129,12 +129,12 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def literal(text: str) -> str:
-    """Return text that is drawn as it stands: a dollar sign of a user's title does not start a formula."""
+    """Return text that is drawn literally: a dollar sign in a user's title does not start a formula."""
     return text.replace("$", r"\$")
 
 
 def log_ticks(axis: Axis, low: float, high: float) -> None:
-    """Label a logarithmic axis with plain numbers, more densely where it spans less than a factor of 50.
+    """Label a logarithmic axis with plain numbers, more densely if it spans less than a factor of 50.
 
     Parameters
     ----------
@@ -182,12 +182,12 @@ def picture(name: str, kind: Kind, title: str, figure: Figure, channel: str = ""
     """
     files: dict[str, bytes] = {}
     with style(), warnings.catch_warnings():
-        # A character that the font lacks is drawn as a box; that is no reason to disturb a run.
+        # A character that the font lacks is drawn as a box; the user need not be warned.
         warnings.filterwarnings("ignore", message=r"Glyph .* missing from font")
         for form, metadata in (("png", {"Software": None}), ("svg", {"Date": None, "Creator": None})):
             buffer = io.BytesIO()
             figure.savefig(buffer, format=form, dpi=_DPI, facecolor="white", metadata=metadata)
             files[form] = buffer.getvalue()
-            # Laid out once: it takes as long as drawing.
+            # The layout is made only once, because it takes as long as drawing.
             figure.set_layout_engine("none")
     return Picture(name, kind, title, channel, files["png"], files["svg"])

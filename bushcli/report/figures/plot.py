@@ -1,7 +1,7 @@
 """A plot as SVG in the page itself, which `templates/zoom.js` makes zoomable; without a script it is a picture.
 
-The data lie in an inner <svg> whose viewBox is what is seen of them: zooming alters that and nothing else. Lines keep
-their width (`vector-effect`), grid and labels lie outside and are drawn anew. Colours are classes of the style sheet,
+The data are in an inner <svg> whose viewBox is the visible part: zooming changes only that viewBox. Lines keep
+their width (`vector-effect`); grid and labels are outside and are drawn again. Colours are classes of the style sheet,
 so that they follow light, dark and print.
 """
 
@@ -44,7 +44,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Region:
-    """A place that is marked, numbered, and can be zoomed to.
+    """A marked and numbered place to which the user can zoom.
 
     Attributes
     ----------
@@ -52,11 +52,11 @@ class Region:
     key : str
         Class in the style sheet: "stiff" or "soft".
     label : str
-        The sentence that it goes with.
+        The sentence that describes it.
     outlines : sequence of shape (n, 2)
         Polygons.
     at : (float, float)
-        Where its number stands.
+        Position of its number.
     """
 
     number: int
@@ -76,17 +76,17 @@ class Plot:
         Unique on the page.
     title, x_label, y_label : str
     x, y : (float, float)
-        What is seen at first.
+        Initially visible range.
     series : sequence of Series
-        Later ones on top.
+        Later series are drawn on top.
     regions : sequence of Region
     bands : sequence of (float, float, float, float, str)
-        Rectangles x0, x1, y0, y1 and their class, behind all; NaN reaches to the edge.
+        Rectangles x0, x1, y0, y1 and their class, behind everything else; NaN means the edge of the plot.
     height : float
     brief : bool
-        Whether the regions are named elsewhere on the page, and only their numbers are to be clicked here.
+        Whether the regions are described elsewhere on the page, so that the legend has their numbers only.
     heading : str
-        Before the legend, if the page has several plots of this kind.
+        Text before the legend, if the page has several plots of this kind.
     """
 
     name: str
@@ -104,7 +104,7 @@ class Plot:
 
 
 def svg(plot: Plot) -> str:
-    """Return the plot with its legend; all text escaped."""
+    """Return the plot with its legend; all text is escaped."""
     width, height = WIDTH - LEFT - RIGHT, plot.height - TOP - BOTTOM
     seen = f'data-x="{plot.x[0]:.9g} {plot.x[1]:.9g}" data-y="{plot.y[0]:.9g} {plot.y[1]:.9g}"'
     inner = [_band(plot, band, width, height) for band in plot.bands]
@@ -185,7 +185,7 @@ def _y(plot: Plot, value: float | Array, height: float) -> Array:
 def _series(plot: Plot, series: Series, width: float, height: float) -> str:
     x, y = _x(plot, series.x, width), _y(plot, series.y, height)
     finite = np.isfinite(x) & np.isfinite(y)
-    # A line of no length with round ends is a dot that keeps its size.
+    # A line of zero length with round ends is a dot that keeps its size.
     parts, pen = [], "M"
     for at_x, at_y, good in zip(x, y, finite, strict=True):
         if not good:
@@ -201,7 +201,7 @@ def _series(plot: Plot, series: Series, width: float, height: float) -> str:
 
 def _band(plot: Plot, band: tuple[float, float, float, float, str], width: float, height: float) -> str:
     x0, x1, y0, y1, key = band
-    far = 50.0  # panes: further than a user can pan
+    far = 50.0  # widths or heights of the pane: further than a user can pan
     left = -far * width if math.isnan(x0) else float(_x(plot, x0, width))
     right = far * width if math.isnan(x1) else float(_x(plot, x1, width))
     top = -far * height if math.isnan(y1) else float(_y(plot, y1, height))

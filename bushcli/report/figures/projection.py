@@ -1,7 +1,7 @@
 """Faces in space -> polygons in the plane of the picture, far ones first.
 
 A parallel projection and the painter's algorithm. Faces are split before they are sorted, so that neither the
-order nor the colour shows how coarse the elements are. Nothing here knows Matplotlib.
+order nor the colour shows how coarse the elements are. This module does not depend on Matplotlib.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ def view_from(direction: Array) -> View:
 
 
 def cut_view(reference: Array) -> View:
-    """Return a view on the cut faces: a model on one side of x = 0 or y = 0 was cut there.
+    """Return a view of the cut faces: a model on one side of x = 0 or y = 0 was cut there.
 
-    From above in any case, where the free end of the rubber is.
+    The view is always from above, because the free end of the rubber is there.
     """
     low, high = reference.reshape(-1, 3).min(axis=0), reference.reshape(-1, 3).max(axis=0)
     small = 1e-3 * (high - low)
-    # Seen from -y where nothing is cut: x to the right then.
+    # A model that is not cut is viewed from -y, with x to the right.
     direction = np.array([0.3, -1.0, 0.65])
     for axis in (0, 1):
         if low[axis] > -small[axis]:
@@ -72,15 +72,15 @@ def is_section(surface: Surface) -> bool:
 
 
 def is_twisted(surface: Surface) -> bool:
-    """Whether the faces of a half-plane are turned out of it."""
+    """Whether the faces of a half-plane have rotated out of it."""
     return bool(np.abs(surface.deformed[..., 1]).max() > 1e-9 * np.abs(surface.reference).max())
 
 
 def lattice(surface: Surface, points: Array, pieces: int) -> Array:
     """Return points on a grid over each face, shape (n, pieces + 1, pieces + 1, 3).
 
-    Between its corners a face of a bushing follows the circle that the corners lie on; the displacement from there to
-    ``points`` (n, 4, 3) is interpolated bilinearly.
+    Between its corners a face of a bushing follows the circle on which the corners lie; the displacements from the
+    reference positions to ``points`` are interpolated bilinearly.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def lattice(surface: Surface, points: Array, pieces: int) -> Array:
     if radius.min() > 1e-6 * radius.max():
         angle = np.arctan2(reference[..., 1], reference[..., 0])
         first = angle[:, :1]
-        # Corners of one face are close to each other also where the angle jumps from pi to -pi.
+        # The corners of a face must have similar angles also where the angle jumps from pi to -pi.
         angle = first + (angle - first + np.pi) % (2 * np.pi) - np.pi
         r, a, z = np.moveaxis(bilinear(np.stack([radius, angle, reference[..., 2]], axis=-1), pieces), -1, 0)
         base = np.stack([r * np.cos(a), r * np.sin(a), z], axis=-1)
@@ -134,7 +134,7 @@ def sides(grid: Array) -> Array:
 
 
 def side_cells(values: Array, pieces: int) -> Array:
-    """Return the values of the cells that lie beside the segments of `sides`, (4 n * pieces,).
+    """Return the values of the cells beside the segments of `sides`, (4 n * pieces,).
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def side_cells(values: Array, pieces: int) -> Array:
         Intervals along each side of a face.
     """
     beside = values.reshape(-1, pieces, pieces, 1)
-    # The cells along a side, in the order of its segments: `sides` of the grid of cells.
+    # `sides` of the grid of cells gives the cells along each side in the order of its segments.
     return sides(beside).reshape(-1)
 
 
@@ -174,7 +174,7 @@ def dashes(lines: Array, length: float) -> Array:
 
 
 def once(lines: Array) -> Array:
-    """Return the lines (n, p + 1, 3) without duplicates, in whatever direction a duplicate runs."""
+    """Return the lines (n, p + 1, 3) without duplicates; a line and its reverse are duplicates."""
     middle = np.round(lines.mean(axis=1), 5)
     return np.asarray(lines[np.unique(middle, axis=0, return_index=True)[1]])
 
@@ -185,7 +185,7 @@ def face_edges(faces: Array) -> Array:
 
 
 def outline(surface: Surface) -> NDArray[np.bool_]:
-    """Return which of `face_edges` bound the body, bend sharply, or separate rubber from metal, shape (4 n,)."""
+    """Return whether each of `face_edges` bounds the body, is a sharp bend, or separates rubber from metal, (4 n,)."""
     edges = face_edges(surface.reference)
     middle = np.round(edges.mean(axis=1), 5)
     _, group, count = np.unique(middle, axis=0, return_inverse=True, return_counts=True)
@@ -203,7 +203,7 @@ def outline(surface: Surface) -> NDArray[np.bool_]:
 
 
 def revolved(surface: Surface) -> Surface:
-    """Return the body of revolution of a half-plane, open over a quarter: its outside and the two cut faces."""
+    """Return the body of revolution of a half-plane with a quarter left open: its outside and the two cut faces."""
     edges = np.stack([np.arange(4), (np.arange(4) + 1) % 4], axis=1)
     bounding = _bounding(surface.reference)
     face, side = np.nonzero(bounding.reshape(-1, 4))

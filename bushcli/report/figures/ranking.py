@@ -1,4 +1,4 @@
-"""Picture of several laws: the misfit of each on every channel, against the noise."""
+"""Picture of several laws: the misfit of each law on every channel, compared with the noise."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from bushcli.report.quantity import percent
 
 
 def ranking_figure(fits: Sequence[Fit]) -> Figure:
-    """Draw a bar per law and channel; what was held out has its own colour and comes last.
+    """Draw a bar per law and channel; held-out channels have their own colour and come last.
 
     Parameters
     ----------
     fits
-        Best first; the best one is on top.
+        The best first; it is drawn on top.
     """
     curves = {curve.name: curve for fit in fits for curve in fit.curves}
     order = sorted(curves, key=lambda name: curves[name].held_out)

@@ -1,4 +1,4 @@
-"""Pictures of the search: misfit and parameters by evaluation, and where several starts ended."""
+"""Pictures of the search: misfit and parameters by evaluation, and the ends of several starts."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from bushcli.report.quantity import number
 
 Array = NDArray[np.float64]
 
-# Outside, where no curve can hide behind it.
+# The legend is outside, so that it hides no curve.
 _BESIDE: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.03), "frameon": False}
-# Ratios worth a label on an axis that is linear up to two and logarithmic beyond.
+# Labelled ratios on an axis that is linear up to two and logarithmic beyond.
 _RATIOS = [sign * ratio for sign in (-1, 1) for ratio in (1, 2, 10, 100, 1000, 1e4)] + [0]
-# More evaluations than this are drawn without a mark on each.
+# Largest number of evaluations that are drawn with a mark on each.
 _SEPARATE = 60
-# Ends whose misfits differ by less than this ratio share one colour: their differences mean nothing.
+# Ends whose misfits differ by less than this ratio share one colour, because such differences are insignificant.
 _SPREAD = 1.5
 
 
@@ -46,7 +46,7 @@ def convergence_figure(fit: Fit) -> Figure:
         figure = new_figure(9.0, 5.6)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.2, 1))
         number_of = np.array([e.number for e in fit.evaluations])
-        # Misfit in units of the noise, as the progress shows it: the cost is its square.
+        # Misfit in units of the noise, as during the search: the cost is its square.
         misfit = np.sqrt([e.cost for e in fit.evaluations])
         profiles = np.array([e.stage == "profile" for e in fit.evaluations])
         _shade(above, number_of, profiles, "for the profiles")
@@ -93,7 +93,7 @@ def _misfit(axes: Axes, number_of: Array, misfit: Array, profiles: NDArray[np.bo
     if len(failed):
         bottom, top = axes.get_ylim()
         axes.set_ylim(top=top * (top / bottom) ** 0.12)
-        # Along the upper edge: they have no misfit to be drawn at.
+        # Drawn along the upper edge, because they have no misfit.
         axes.plot(
             failed,
             np.full(len(failed), 0.95),
@@ -109,7 +109,7 @@ def _misfit(axes: Axes, number_of: Array, misfit: Array, profiles: NDArray[np.bo
 
 
 def _parameters(axes: Axes, fit: Fit, number_of: Array, evaluations: tuple[Evaluation, ...]) -> None:
-    """Draw each parameter over its identified value, so that all of them end at one."""
+    """Draw the ratio of each parameter to its identified value, so that all of them end at one."""
     marks = "os^Dv<>P*"
     few = len(evaluations) <= _SEPARATE
     colours = colormaps["tab10"].colors  # type: ignore[attr-defined]  # a list of colours, which the stubs do not know
@@ -125,7 +125,7 @@ def _parameters(axes: Axes, fit: Fit, number_of: Array, evaluations: tuple[Evalu
             ms=3.5,
             label=literal(name),
         )
-    # Linear around one, logarithmic beyond: starts may be off by factors of hundreds.
+    # Linear around one, logarithmic beyond: starts may deviate by factors of hundreds.
     axes.set_yscale("symlog", linthresh=2.0, linscale=2.0)
     axes.yaxis.set_major_locator(FixedLocator(_RATIOS))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -155,7 +155,7 @@ def ends_figure(fit: Fit) -> Figure:
         for row in (starts - low) / span:
             axes.plot(at, row, color=GREY, lw=0.8, ls=":", marker="o", ms=3, mfc="white", zorder=2)
         colours = colormaps["viridis"]
-        # The best one is drawn last, on top.
+        # The best end is drawn last, on top.
         for row, size in reversed(list(zip((ends - low) / span, misfit, strict=True))):
             colour = colours(norm(size)) if np.isfinite(size) else RED
             axes.plot(at, row, color=colour, lw=1.8, marker="o", ms=5, zorder=3)

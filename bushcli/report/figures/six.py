@@ -1,4 +1,4 @@
-"""A path of six motions: motions of the inner sleeve and its reactions, against time."""
+"""A path of six motions: motions of the inner sleeve and its reactions over time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cases.six import MOTIONS, REACTIONS
 
 Array = NDArray[np.float64]
 
-# Less than this share of the largest of its kind is not drawn.
+# Curves below this share of the largest one of the same kind are not drawn.
 _NOTHING = 1e-3
 
 
@@ -26,9 +26,9 @@ def six_figure(name: str, six: SixCurve) -> Figure:
     Parameters
     ----------
     name : str
-        Of the channel, for the title.
+        Name of the channel, for the title.
     six : SixCurve
-        What was found.
+        Simulated motions and reactions.
     """
     motion = shown_motion(six)
     with style():

@@ -30,7 +30,8 @@ from bushcli.study.analysis import Summary
 from bushcli.study.bands import Band
 from bushcli.study.study import Study
 
-# Bars of a tornado; panels of the scatter plots, across and down; words of a value are cut to so many characters.
+# Largest number of bars in a tornado diagram, of panels of the scatter plots across and down, and of characters of a
+# value in words.
 MOST_KEYS, ACROSS, DOWN, LONGEST = 12, 6, 6, 18
 
 
@@ -68,7 +69,7 @@ def _label(name: str, unit: str) -> str:
 
 
 def tornado_figure(summaries: Mapping[str, Summary], units: Mapping[str, str]) -> Figure:
-    """Draw a panel per answer: a bar per key from its 5 % to its 95 % quantile, the longest on top.
+    """Draw a panel per answer: a bar per key for the change between its 5 % and 95 % quantiles, the longest on top.
 
     Parameters
     ----------
@@ -108,7 +109,7 @@ def _tornado(axes: Axes, found: Summary) -> None:
     axes.invert_yaxis()
     axes.tick_params(axis="y", length=0)
     ends = [Patch(color=ORANGE, label="key at its 5 %"), Patch(color=BLUE, label="at its 95 %")]
-    # Above the panel: bars and limits may be anywhere in it.
+    # Placed above the panel, because bars and limits may be anywhere in it.
     above = (0.0, 1.0)
     axes.legend(handles=ends, loc="lower left", bbox_to_anchor=above, ncols=2, fontsize=8, borderaxespad=0.2)
 
@@ -120,20 +121,20 @@ def _limits(axes: Axes, found: Summary) -> None:
 
 
 def band_figure(found: Study, one: Band) -> Figure:
-    """Draw the median curve, and where 90 % and all curves lie.
+    """Draw the median curve, and the bands that contain 90 % of the curves and all of them.
 
     Parameters
     ----------
     found : Study
     one : Band
-        Of one channel; mm or degrees, N or N mm.
+        Band of one channel; mm or degrees, N or N mm.
     """
     shown = quantities(dict(found.case.channels)[one.channel])
     q, (least, low, middle, high, most) = one.displacement, one.force
     with style():
         figure = new_figure(5.6, 4.2)
         axes = figure.subplots()
-        # A loop leg by leg: between its turning points the displacement goes one way.
+        # A loop is drawn in parts: between its turning points the displacement is monotonic.
         turns = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
         edges = [0, *map(int, turns), len(q) - 1]
         for number, (first, last) in enumerate(pairwise(edges)):
@@ -159,7 +160,7 @@ def band_figure(found: Study, one: Band) -> Figure:
 
 
 def scatter_figure(found: Study, units: Mapping[str, str]) -> Figure:
-    """Draw each answer against each key, a dot per design.
+    """Draw each answer over each key, with a dot per design.
 
     Parameters
     ----------
@@ -189,7 +190,7 @@ def _scatter(axes: Axes, found: Study, name: str, key: str) -> None:
     at = [str(value)[:LONGEST] for value in x] if words else x
     axes.scatter(at, y, s=7, color=BLUE, alpha=0.55, lw=0, rasterized=True)
     if not words:
-        # Dimensions with three decimals do not fit more often.
+        # More ticks than these do not fit if dimensions have three decimals.
         axes.locator_params(axis="x", nbins=3)
     limits = found.summaries[name].limits
     if limits is not None:
@@ -201,7 +202,7 @@ def _scatter(axes: Axes, found: Study, name: str, key: str) -> None:
 
 
 def spread_figure(found: Study, units: Mapping[str, str]) -> Figure:
-    """Draw a histogram per answer, with its limits.
+    """Draw a histogram of each answer with its limits.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 "use strict";
 // Makes every plot of the page zoomable: wheel or pinch about the pointer, drag to move, double click for all,
-// + - 0 and arrows on the keyboard, a click on a numbered place to go there, on a name to hide its line.
+// + - 0 and arrows on the keyboard, a click on a numbered place to zoom to it, on a name to hide its line.
 for (const figure of document.querySelectorAll("figure.plot")) {
   const frame = figure.querySelector("svg.frame"), pane = figure.querySelector("svg.pane");
   const grid = figure.querySelector(".grid"), readout = figure.querySelector(".readout");
@@ -68,7 +68,7 @@ for (const figure of document.querySelectorAll("figure.plot")) {
 
   frame.addEventListener("wheel", (event) => {
     const place = at(event);
-    // The wheel scrolls the page unless the plot was chosen by a click, or Ctrl is held.
+    // The wheel scrolls the page unless the plot was selected by a click or Ctrl is held.
     if (!place.inside || !(event.ctrlKey || document.activeElement === frame)) return;
     event.preventDefault();
     zoom(1.0015 ** event.deltaY, place.x, place.y, true, !event.shiftKey);

@@ -1,10 +1,10 @@
-"""ASTM D575: compression of rubber at 12 mm/min; in its method A the third loading counts.
+"""ASTM D575: compression of rubber at 12 mm/min; its method A evaluates the third loading.
 
 References
 ----------
 ASTM D575-91 (2001), Standard test methods for rubber properties in compression, section 5.1: rate of head travel of
-12 ± 3 mm/min. That method A loads three times and takes the force of the third is in public summaries of it; method B
-applies a force once.
+12 ± 3 mm/min. According to public summaries, method A loads three times and takes the force of the third loading;
+method B applies a force once.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 References
 ----------
 ISO 37, Rubber, vulcanized or thermoplastic: determination of tensile stress-strain properties. Its text is not public.
-Public summaries of it say that a specimen is pulled once, at a constant speed, until it breaks; of the speeds they
-give 500 mm/min, and 200 mm/min for small or stiff specimens.
+Public summaries say that a specimen is pulled once, at a constant speed, until it breaks: at 500 mm/min, or at
+200 mm/min if it is small or stiff.
 """
 
 from __future__ import annotations

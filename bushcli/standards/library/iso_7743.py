@@ -1,7 +1,7 @@
 """ISO 7743: compression of rubber.
 
-Nothing of its clauses is public. What is judged here is what laboratories do: four slow cycles in succession to a
-quarter of the height, of which the last counts.
+None of its clauses is public. The requirements here are laboratory practice: four slow cycles in succession to a
+quarter of the height, the last of which is evaluated.
 
 References
 ----------

@@ -1,12 +1,12 @@
 """SAE J1636: load and deformation tests of elastomeric components.
 
-It asks for a stated test rather than for one set of numbers: cycles before the one that counts, preload, ramp rates,
-hold times, test levels. Three to ten cycles are usual, it says, before a component is steady.
+It asks that the test be stated rather than for one set of numbers: cycles before the evaluated one, preload, ramp
+rates, hold times, test levels. According to it, a component usually takes three to ten cycles to become steady.
 
 References
 ----------
 SAE J1636 (1993, 2017), Recommended guidelines for load/deformation testing of elastomeric components. Its text is not
-public; what is used here is in public summaries of it.
+public; the requirements here come from public summaries of it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from bushcli.standards.observed import Observed
 from bushcli.standards.standard import Clause, Standard, cycles_clause
 from cases.mode import modes
 
-#: Cycles before the one that counts.
+#: Least number of cycles before the evaluated one.
 FEWEST = 3
 
 

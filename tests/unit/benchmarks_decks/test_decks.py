@@ -1,4 +1,4 @@
-"""Frozen decks: what is drawn, what the logger makes of a curve, digests, the ledger, and the rules of the scores."""
+"""Frozen decks: drawn recordings, the simulated logger, digests, the ledger, and the rules of the scores."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_a_manifest_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("deck", manifest.DECKS)
 def test_the_manifests_in_git_are_whole(deck: str) -> None:
-    # Not what the plan would deal today: a catalogue that has grown deals another deck, and the manifest stays.
+    # The plan may draw another deck today, because the catalogue has grown; the manifest stays.
     entries = manifest.read(deck)
     assert len(entries) == len(plan.cards(deck))
     for entry in entries.values():
@@ -105,7 +105,7 @@ def test_the_manifests_in_git_are_whole(deck: str) -> None:
         assert len(entry.sensors) == len(entry.programs)
 
 
-# -- what the logger makes of a curve ----------------------------------------------------------------------------
+# -- the simulated logger ----------------------------------------------------------------------------------------
 
 
 def _line() -> tuple[Array, Array, Array]:
@@ -165,7 +165,7 @@ def test_a_turned_annulus_is_as_stiff_as_the_closed_form_says() -> None:
     law = Law("neo_hookean", {"C10": 0.5}, bulk=5000.0)
     moment = curve(HalfPlane(SMALL, True, law), [0.1, 0.2])
     a, b, L = (SMALL[k] for k in ("inner_radius", "outer_radius", "length"))
-    # T = 4 pi mu L phi / (1/a^2 - 1/b^2), exact for neo-Hookean rubber between ends that are free to bulge: a percent.
+    # T = 4 pi mu L phi / (1/a^2 - 1/b^2), exact with ends held plane; here they are free to bulge: a percent.
     assert moment == pytest.approx(4 * np.pi * L * np.array([0.1, 0.2]) / (a**-2 - b**-2), rel=0.01)
 
 
@@ -174,7 +174,7 @@ def test_a_bond_that_is_off_softens_and_its_end_matters() -> None:
         curve(HalfPlane(SMALL, False, LAW, outer=bond), [2.0])[0]
         for bond in (Bond(), Bond(5.0, "top"), Bond(5.0, "bottom"))
     )
-    # The outer bond carries little at its ends.
+    # The outer bond carries little load at its ends.
     assert 0.8 * whole < top < 0.99 * whole
     assert top != pytest.approx(bottom, rel=1e-3)
 
@@ -237,7 +237,7 @@ def test_a_power_law_relaxes_with_a_power_of_time() -> None:
     force = component.power_law(t, np.where(t > 0, 1000.0, 0.0), 0.2, 0.3, 0.1)
     late = t > 1.0
     slope = np.polyfit(np.log(t[late]), np.log(force[late]), 1)[0]
-    # Steeper than -0.3, for what relaxes later than three times the recording is taken for elastic.
+    # Steeper than -0.3, because relaxation beyond three times the recording counts as elastic.
     assert -0.55 < slope < -0.3
     assert np.all(np.diff(force[1:]) < 0)
 

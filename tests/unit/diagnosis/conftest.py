@@ -1,4 +1,4 @@
-"""A coupon with a recording in closed form, and the problem that a diagnosis makes of it: no mesh, no long march."""
+"""A coupon with a recording in closed form, and the problem that a diagnosis poses for it: no mesh, no long march."""
 
 from __future__ import annotations
 
@@ -64,23 +64,23 @@ class Coupon:
         start = {"neo_hookean": {"C10": 0.4}, "yeoh": {"C10": 0.4, "C20": -0.01, "C30": 0.001}}[law]
         self.plain = fit_plain(self.case, Model(law, start))
         self.used = tuple(np.ones(len(one.force), dtype=bool) for one in self.recordings)
-        # As a diagnosis does it: the plain law at its best under the likelihood, which it sets the units of.
+        # As in a diagnosis: the plain law at its best under the likelihood, whose units depend on it.
         rough = begin(self.case, Model(law, start), self.used)
         self.problem, self.state = posed(self.case, rough, self.recordings, self.used, Workers(1))
 
     @property
     def measured(self):
-        """What fits are told of the recordings."""
+        """The measured data that a fit gets."""
         return Measured(self.used, self.problem.likelihood.plain, self.problem.noises)
 
     def model(self, **effects):
-        """The plain law at its best with effects that begin at some values."""
+        """The best plain law with effects that begin at given values."""
         active = tuple(ActiveEffect(effect(name), values).started() for name, values in effects.items())
         at = self.state.model
         return Model(at.law, at.start, effects=active)
 
     def fit(self, model, *contained):
-        """The state of a model that was fitted, beside those that it contains."""
+        """Fit a model, starting also from the states of models that it contains, and return its state."""
         inside = sorted(contained, key=lambda state: state.objective)
         least = inside[0].objective if inside else float("inf")
         found = fit(self.case, model, self.measured, tuple(one.model for one in inside), least)
@@ -89,7 +89,7 @@ class Coupon:
 
 @pytest.fixture(scope="session")
 def coupon(tmp_path_factory):
-    """Make a coupon: its law, the permanent set that it conceals, and its noise as a share of the force range."""
+    """Make a coupon from its law, its concealed permanent set, and its noise as a share of the force range."""
 
     def make(law="neo_hookean", set_=0.0, noise=0.003, seed=5, **program):
         return Coupon(tmp_path_factory.mktemp("coupon"), law, set_, noise, seed, **program)

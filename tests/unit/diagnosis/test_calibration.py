@@ -1,4 +1,4 @@
-"""What all forces of a channel share: the common factor of calibration and mesh."""
+"""The factor of calibration and mesh that is common to all forces of a channel."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def scale(one):
 
 
 def test_a_fit_is_not_drawn_to_smaller_forces():
-    """With the noisy force in the covariance it is: by a part of the noise's share of the power, here 0.2 %."""
+    """A covariance of the noisy force would bias it, by a part of the noise's share of the power, here 0.2 %."""
     found = np.array([scale(channel(seed)) for seed in range(100)])
     noise = SIGMA / np.linalg.norm(FORCE)
     assert found[0, 1] == pytest.approx(np.hypot(FACTOR, noise), rel=0.05)
@@ -45,14 +45,14 @@ def test_whitening_is_by_the_covariance():
 
 def test_smoothing_takes_most_of_the_noise_off():
     left = smoothed(channel(2).recording) - FORCE
-    # Six coefficients for each of three branches of 65, 99 and 64 samples; at their ends less is known.
+    # Six coefficients for each of three branches of 65, 99 and 64 samples; the error is larger at their ends.
     assert np.sqrt(np.mean(left**2)) < 0.5 * SIGMA
 
 
 def test_what_calibration_may_be_wrong_by_is_taken_out_but_no_more():
     small, large = (calibration.calibrated(channel(3, factor), FACTOR) for factor in (1.004, 1.05))
     assert np.sqrt(np.mean(small.misfit**2)) < 1.1 * SIGMA
-    # Three standard deviations of the factor of the recorded force, and not five percent.
+    # Three standard deviations of the factor on the recorded force are taken out, not the whole five percent.
     left = float(FORCE @ large.misfit) / float(FORCE @ FORCE)
     assert left == pytest.approx(-(0.05 - 3 * FACTOR * 1.05), abs=4 * SIGMA / np.linalg.norm(FORCE))
 

@@ -22,7 +22,7 @@ ROWS = 20
 
 
 def likelihood(signal=0.0):
-    """Of the noise alone: nothing that formulas could get wrong."""
+    """A likelihood of noise alone, without an error of form."""
     one = Features(np.zeros((0, ROWS)), np.zeros(0), np.zeros(ROWS), 0.0, signal, np.zeros(ROWS, dtype=int))
     return Likelihood((one,), (0.0,))
 
@@ -41,7 +41,7 @@ def of(misfit, slopes, values, priors, one_sided=()):
 @pytest.mark.parametrize("best", [0.0, 1.0, 4.0, 30.0])
 @pytest.mark.parametrize("std", [0.3, 2.0])
 def test_amplitudes_of_either_sign(best, std):
-    """A Student's t by quadrature: Laplace takes the posterior for a Gaussian."""
+    """With Student's t as prior, against quadrature: Laplace's method assumes a Gaussian posterior."""
     J, prior = np.ones(ROWS) / math.sqrt(ROWS), Prior("t", std)
     z0 = -best * J
     x = float(_best(z0, J, prior, -40.0, 80.0))
@@ -82,7 +82,7 @@ def _grid(low, high, logarithm):
     return np.geomspace(low, high, 200) if logarithm else np.linspace(low, high, 200)
 
 
-# Where the data alone have the amplitude, in standard deviations of it; the data's over the prior's.
+# Amplitude at which the data alone have their optimum, in its standard deviations; their ratio to the prior's scale.
 @pytest.mark.parametrize("best", [8.0, 3.0, 1.0, 0.3, 0.0, -0.5, -2.0, -5.0])
 @pytest.mark.parametrize("narrow", [0.1, 0.5, 2.0])
 def test_amplitudes_that_cannot_be_negative_are_integrated_above_zero_only(best, narrow):
@@ -101,7 +101,7 @@ def test_amplitudes_that_cannot_be_negative_are_integrated_above_zero_only(best,
 )
 @pytest.mark.parametrize("correlation", [0.0, 0.4])
 def test_two_amplitudes_that_cannot_be_negative(first, second, correlation):
-    """On a dense grid; where both lie near their bounds and act alike, their product is no longer exact."""
+    """Against a dense grid; where both lie near their bounds and act alike, the product of integrals is not exact."""
     rng = np.random.default_rng(3)
     q, _ = np.linalg.qr(rng.normal(size=(ROWS, 2)))
     J = np.column_stack([q[:, 0], correlation * q[:, 0] + math.sqrt(1 - correlation**2) * q[:, 1]])
@@ -133,10 +133,10 @@ LOGARITHMIC = [
 @pytest.mark.parametrize("truth", [0.3, 1.0, 4.0])
 @pytest.mark.parametrize("std", [0.03, 0.3, 1.0])
 def test_logarithmic_priors_are_integrated_in_the_logarithm(prior, truth, std):
-    """Amplitudes that are known to a few per cent, roughly, and hardly.
+    """Amplitudes known to a few per cent, roughly, or hardly at all.
 
-    Of those that are hardly more than nothing a log-uniform prior over four decades leaves a plateau towards zero,
-    which a Gaussian about the maximum does not see: Laplace is 0.6 too low there.
+    For amplitudes of about one standard error a log-uniform prior over four decades leaves a plateau towards zero,
+    which a Gaussian about the maximum neglects: Laplace's method is 0.6 too low there.
     """
     J = np.ones(ROWS) / math.sqrt(ROWS) / std
     z0 = -truth * J
@@ -159,7 +159,7 @@ def test_what_the_data_say_nothing_of_costs_nothing(prior):
 
 
 def test_a_parameter_of_the_law_pays_for_what_it_could_do_to_the_forces():
-    """A normal prior about its value in which it changes the forces by their own size."""
+    """Its prior is normal about its value, so wide that it changes the forces by their own size."""
     signal = 1e6
     J = np.random.default_rng(5).normal(size=(ROWS, 1))
     found = evidence(likelihood(signal), [np.zeros(ROWS)], [J], np.array([0.4]), [None], [0.0])
@@ -179,7 +179,7 @@ def by_grid(coupon, state, sizes):
     one = coupon.problem.likelihood.features[0]
     recorded = coupon.recordings[0].force
     slope = state.slopes[0][:, 0]
-    # The law's prior is the evidence's own: about the value, as wide as a change of all forces by themselves.
+    # The law's prior is that of the evidence: about the value, as wide as a change of all forces by their own size.
     width = LAW_SHARE * math.sqrt(coupon.problem.likelihood.signal.sum()) / float(np.linalg.norm(slope))
     std = math.sqrt(state.evidence.covariance[0, 0])
     moduli = np.linspace(-8.0, 8.0, 161) * std + value
@@ -204,7 +204,7 @@ def by_grid(coupon, state, sizes):
 
 @pytest.mark.parametrize("set_", [0.1, 0.02, 0.0])
 def test_laplace_on_a_coupon_is_the_integral_over_a_grid(coupon, set_):
-    """Large, small beside what the law lacks, and none: to half a nat."""
+    """A large permanent set, one smaller than the error of the law, and none: to half a nat."""
     one = coupon("neo_hookean", set_=set_)
     state = one.fit(one.model(permanent_set={"set": 0.03}))
     std = math.sqrt(state.evidence.covariance[1, 1])
@@ -214,7 +214,7 @@ def test_laplace_on_a_coupon_is_the_integral_over_a_grid(coupon, set_):
 
 
 def test_the_law_alone_on_a_coupon(coupon):
-    """One parameter, linear: Student's likelihood and not a normal one is what Laplace approximates."""
+    """One linear parameter: Laplace's method approximates Student's likelihood, not a normal one."""
     one = coupon("neo_hookean", set_=0.1)
     state = one.state
     features = one.problem.likelihood.features[0]

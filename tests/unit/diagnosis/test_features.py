@@ -1,4 +1,4 @@
-"""What of a misfit is smooth along the branches: in units of the noise, without what calibration leaves open."""
+"""The smooth components of a misfit along the branches, in units of the noise, with calibration factors allowed for."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SEEDS = 200
 
 
 def ramps(*points, samples=40):
-    """Equal samples on every way, a second apart; a hold where two points are one."""
+    """Equally many samples between successive points, a second apart; two equal points make a hold."""
     q = [np.array([float(points[0])])]
     q += [np.linspace(a, b, samples + 1)[1:] for a, b in pairwise(points)]
     path = np.concatenate(q)
@@ -45,7 +45,7 @@ def test_the_basis_is_orthonormal_and_every_feature_is_of_one_branch():
         here = slice(branch.start, branch.stop)
         own = np.any(one.basis[here] != 0.0, axis=0)
         inside[here, own] = 1.0
-        # Degree 5 in some forty samples.
+        # Six features: degree 5 for some forty samples.
         assert own.sum() == 6
         count += int(own.sum())
     assert count == one.count
@@ -56,14 +56,14 @@ def test_white_noise_makes_features_of_unit_variance():
     one = made()
     rng = np.random.default_rng(1)
     z = np.array([one.of(SIGMA * rng.normal(size=len(Q))) for _ in range(SEEDS)])
-    # Sampling error of the mean of chi squares: sqrt(2 / count); four of them, one test in 16,000.
+    # The sampling error of the mean of chi squares is sqrt(2 / count); four times that fails in one test of 16,000.
     assert np.mean(z**2) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / z.size))
     correlation = np.corrcoef(z.T) - np.eye(one.count)
     assert np.abs(correlation).max() < 5.0 / np.sqrt(SEEDS)
 
 
 def test_noise_with_a_memory_counts_no_more_than_white_noise():
-    """An autoregression of correlation 0.6, known as such: four samples count as one."""
+    """An autoregression whose correlation of 0.6 is known: four samples count as one."""
     r = 0.6
     one = made(noise=NoiseModel(SIGMA, r))
     rng = np.random.default_rng(2)
@@ -71,17 +71,17 @@ def test_noise_with_a_memory_counts_no_more_than_white_noise():
     for i in range(1, len(Q)):
         e[:, i] = r * e[:, i - 1] + np.sqrt(1.0 - r**2) * e[:, i]
     z = np.array([one.of(SIGMA * row) for row in e])
-    # The spectrum is largest at zero frequency, where the features' unit is taken, and falls along a branch's own.
+    # The spectrum is largest at zero frequency, which defines the features' unit, and lower at a branch's frequencies.
     assert 0.7 < np.mean(z**2) < 1.0 + 4.0 * np.sqrt(2.0 / z.size)
 
 
 def test_a_common_factor_is_taken_out_as_far_as_calibration_allows():
     factor = 0.005
     one, free = made(factor=factor), made()
-    # A cubic of the displacement is one of time on each ramp: all of it is smooth.
+    # A cubic in displacement is a cubic in time on each ramp, so that all of it is smooth.
     size = np.linalg.norm(FORCE) / SIGMA
     assert np.linalg.norm(free.of(0.01 * FORCE)) == pytest.approx(0.01 * size, rel=1e-3)
-    # A factor of one standard deviation counts for less than one unit, however many samples say it.
+    # A factor of one standard deviation counts for less than one unit, however many samples show it.
     taken = np.linalg.norm(one.whitened(one.of(factor * FORCE), 1.0))
     assert taken == pytest.approx(factor * size / np.sqrt(1.0 + (factor * size) ** 2), rel=1e-3)
     assert factor * size > 3.0
@@ -126,7 +126,7 @@ def test_samples_that_are_masked_do_not_matter():
 
 
 def test_a_spike_that_is_masked_changes_no_feature():
-    """Not even by way of the force without its noise, along which the common factor acts, or of the signal."""
+    """Neither through the smoothed force, along which the common factor acts, nor through the signal."""
     used = ALL.copy()
     used[60] = False
     spiked = replace(RECORDING, force=np.where(used, FORCE, 2.0 * np.abs(FORCE).max()))
@@ -140,13 +140,13 @@ def test_a_hum_contributes_next_to_nothing():
     """Nine periods on each branch of forty samples: polynomials of degree 5 miss it, the noise model does not."""
     hum = 3.0 * SIGMA * np.sin(2.0 * np.pi * TIME / 4.3)
     z = made().of(hum)
-    # White noise of the same power would have the features' share of the samples.
+    # White noise of the same power would contribute in the ratio of features to samples.
     white = made().count / len(Q) * float(np.sum((hum / SIGMA) ** 2))
     assert float(z @ z) < 0.2 * white
     noisy = replace(RECORDING, force=FORCE + hum + SIGMA * np.random.default_rng(5).normal(size=len(Q)))
     left = noisy.force - FORCE
     z = made(noisy, noise=noise_model(noisy)).of(left)
-    # What noise and hum make together is no more than noise is expected to, within three standard errors.
+    # Noise and hum together contribute no more than noise alone should, within three standard errors.
     assert float(z @ z) < len(z) + 3.0 * np.sqrt(2.0 * len(z))
 
 
@@ -155,7 +155,7 @@ def test_smoothing_keeps_what_is_smooth_and_takes_noise_off():
     smooth = 3.0 * Q - 0.1 * Q**2
     np.testing.assert_allclose(one.shrunk(smooth), smooth, atol=SIGMA)
     noise = SIGMA * np.random.default_rng(4).normal(size=len(Q))
-    # Six coefficients for forty samples.
+    # Six coefficients for forty samples, and a factor of two.
     assert np.std(one.shrunk(noise)) < 2.0 * SIGMA * np.sqrt(6.0 / 40.0)
 
 
@@ -163,6 +163,6 @@ def test_a_recording_without_time_and_with_short_branches_has_features_too():
     time, q = ramps(0, 5, 0, 8, 0, samples=7)
     recording = Recording("axial", q, 100.0 * q, None, name="axial")
     one = made(recording, np.ones(len(time), dtype=bool))
-    # Three samples per coefficient: constant and slope.
+    # Three samples per coefficient leave constant and slope.
     assert 0 < one.count <= 2 * len(branches(recording))
     np.testing.assert_allclose(one.basis.T @ one.basis, np.eye(one.count), atol=1e-12)

@@ -1,4 +1,4 @@
-"""Fits on a coupon: the plain law is that of `bushcli inverse`, and no model ends worse than one that it contains."""
+"""Fits on a coupon: the plain law agrees with `bushcli inverse`, and no model ends worse than one that it contains."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_the_plain_law_of_a_bushing_is_that_of_an_identification(tmp_path):
 
 
 def no_worse(one, states):
-    """Every state of a model that contains another's is at least as good, by its own objective and the fit's."""
+    """Check that no state is worse than those of models that its model contains; return the number of pairs."""
     pairs = [(a, b) for a in states for b in states if a.model.contains(b.model)]
     for a, b in pairs:
         assert a.objective <= b.objective + WORSE, (a.model.identities, b.model.identities)
@@ -63,7 +63,7 @@ def no_worse(one, states):
 
 
 def test_no_model_ends_worse_than_one_that_it_contains(coupon):
-    """Three effects that cost no kernel, in all combinations, begun far from their best values."""
+    """Three effects that need no kernel, in all combinations, started far from their best values."""
     one = coupon("yeoh", set_=0.05)
     begun = {"permanent_set": {"set": 0.6}, "drift": {"rate": 0.02}, "time_lag": {"lag": 1.5}}
     states = [one.state]
@@ -77,7 +77,7 @@ def test_no_model_ends_worse_than_one_that_it_contains(coupon):
 
 
 def test_a_fit_minimises_what_a_state_is_judged_by(coupon):
-    """Twice the negative log posterior: the same number from the fit's rows and from the features of the answer."""
+    """Twice the negative log posterior is the same from the fit's rows and from the features of the result."""
     one = coupon("yeoh", set_=0.05)
     state = one.fit(one.model(permanent_set={"set": 0.03}))
     _, problem = pose(one.case, state.model, one.measured)
@@ -88,7 +88,7 @@ def test_a_fit_minimises_what_a_state_is_judged_by(coupon):
 
 
 def test_a_model_that_contains_a_better_one_begins_again_from_there(coupon):
-    """With a start from which the search alone does not come back."""
+    """With a start from which the search alone does not find the better point."""
     one = coupon("yeoh", set_=0.05)
     good = one.fit(one.model(permanent_set={"set": 0.03}))
     both = one.model(permanent_set={"set": 0.85}, drift={"rate": 0.0})
@@ -98,7 +98,7 @@ def test_a_model_that_contains_a_better_one_begins_again_from_there(coupon):
 
 
 def test_the_plain_law_does_not_leave_the_recording_where_physics_is_missing(coupon):
-    """A factor on all forces is known to half a percent, whatever formulas get wrong."""
+    """A factor on all forces is known to half a percent, whatever the error of form."""
     one = coupon("yeoh", set_=0.1)
 
     def rms(fitted):
@@ -108,7 +108,7 @@ def test_the_plain_law_does_not_leave_the_recording_where_physics_is_missing(cou
 
 
 def test_friction_beside_viscoelasticity_is_no_worse_than_either(coupon):
-    """The pair that was thrown away because it had been refitted to more than friction alone left."""
+    """This pair was once discarded because its refit had left more than friction alone."""
     one = coupon("yeoh", set_=0.05)
     begun = {"viscoelasticity": {"g1": 0.1, "tau1": 5.0}, "friction": {}}
     states = [one.state]

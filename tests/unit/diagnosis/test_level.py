@@ -1,4 +1,4 @@
-"""The size of the noise in the features of a misfit: flat over the degrees, where missing physics falls."""
+"""The size of the noise from the features of a misfit: noise is flat over the degrees, missing physics falls."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from bushcli.diagnosis.likelihood.noise import NoiseModel
 BRANCHES = 14
 DEGREES = np.tile(np.arange(6), BRANCHES)
 K = len(DEGREES)
-# Known to some 40 %.
+# Degrees of freedom of a noise that is known to some 40 %.
 NOISE = NoiseModel(5.0, 0.3, 3.0)
 
 
@@ -37,7 +37,7 @@ def test_where_missing_physics_covers_all_degrees_the_noise_stays_what_the_recor
 
 
 def test_flat_misfit_is_noise():
-    """The recording's own noise said 1; features of 1.7 in all degrees say that it is more."""
+    """The recording's noise was estimated as 1; features of 1.7 in all degrees show that it is larger."""
     better = levelled(NOISE, features(), drawn(1.7, 0.0, 0.5, 3))
     assert better.sigma == pytest.approx(1.7 * NOISE.sigma, rel=0.2)
     assert better.freedom > 2 * NOISE.freedom

@@ -54,11 +54,11 @@ def path():
 
 
 def shares(mode, cells):
-    """Derivatives (n, m): what each cell contributes to the force; more toward the inner bond, or toward mid-length.
+    """Derivatives (n, m): each cell's contribution to the force, larger toward the inner bond or toward mid-length.
 
-    Axial shear stress goes as 1 / r, its energy as 1 / r^2, a stiffening law's also as 1 / r^4; the ends bulge the more
-    to one side the further the sleeve goes. Torsional stress goes as 1 / r^2. Radial load builds up pressure at
-    mid-length.
+    Axial shear stress is proportional to 1 / r, its energy to 1 / r^2, for a stiffening law also to 1 / r^4; the ends
+    bulge to one side, increasingly with the travel. Torsional stress is proportional to 1 / r^2. Radial load causes
+    pressure at mid-length.
     """
     q, (r, z) = path()[:, None], cells.centres.T
     z = z / END
@@ -76,13 +76,13 @@ def shares(mode, cells):
 
 
 def spot(cells, amount):
-    """Softer near the inner bond at the upper end."""
+    """Change of stiffness by `amount` near the inner bond at the upper end."""
     r, z = cells.centres.T
     return np.where((r < INNER + 3.0) & (z > END / 3), amount, 0.0)
 
 
 def seen(mode, change, seed=None, *, shared=0.0, noise=None, cells=None, mirrors=frozenset()):
-    """A channel whose rubber has another stiffness than simulated, with noise; its law is held."""
+    """A channel whose rubber differs in stiffness from the simulated one, with noise; its law is fixed."""
     cells = cells or section()
     slope, q = shares(mode, cells), path()
     error = 0.0 if seed is None else SIGMA * np.random.default_rng((seed, len(mode))).standard_normal(SAMPLES)
@@ -93,7 +93,7 @@ def seen(mode, change, seed=None, *, shared=0.0, noise=None, cells=None, mirrors
 
 
 def fitted(parts):
-    """The same with a law of two parameters, one of which stiffens, fitted to all channels."""
+    """The same channels with a law of two parameters, one for stiffening, fitted to all of them."""
     powers = np.column_stack([path(), path() ** 3])
     jacobians = [powers * np.linalg.lstsq(powers, one.slope.sum(axis=1), rcond=None)[0] for one in parts]
     misfit = np.concatenate([one.compared.misfit for one in parts])
@@ -114,7 +114,7 @@ MODES = ("axial", "torsional", "radial")
 @pytest.mark.parametrize("law", ["held", "fitted"])
 @pytest.mark.parametrize("modes", [("axial",), MODES])
 def test_noise_alone_makes_no_place(modes, law):
-    """At the level of 1 %, no more false alarms in 40 seeds than come once in a thousand such tests."""
+    """At the level of 1 %, no more false alarms in 40 seeds than one such test in a thousand would give."""
     cells = section()
     prior = covariance(cells, OUTER - INNER)
     alarms = 0
@@ -129,7 +129,7 @@ def test_noise_alone_makes_no_place(modes, law):
 
 
 def test_noise_of_doubtful_size_makes_no_place():
-    """Noise twice as large as it was thought to be: the misfit's own size counts."""
+    """Where noise is twice as large as estimated, the size of the misfit itself decides."""
     prior = covariance(section(), OUTER - INNER)
     alarms = 0
     for seed in range(SEEDS):
@@ -141,7 +141,7 @@ def test_noise_of_doubtful_size_makes_no_place():
 
 def test_one_factor_on_all_rubber_is_found_and_is_no_place():
     found = combined([seen(mode, -0.2, 1) for mode in MODES])
-    # SIZE over SIGMA, in some hundred samples: the factor is known to 1e-4.
+    # With SIZE over SIGMA and some hundred samples the factor is known to 1e-4.
     assert found.uniform == pytest.approx(-0.2, abs=1e-3)
     result = found.map(found.gains, 1.0)
     assert not result.helps_locally
@@ -153,7 +153,7 @@ def test_one_factor_on_all_rubber_is_found_and_is_no_place():
 
 
 def test_a_place_that_hardly_matters_beside_the_factor_is_no_place():
-    """Another batch, and a spot that is softer by a per cent: seen beyond doubt, and nothing that anybody looks for."""
+    """Another batch, and a spot that is softer by a per cent: significant, but too small to be of interest."""
     cells = section()
     found = combined([seen(mode, -0.3 + spot(cells, -0.01), 8) for mode in MODES])
     assert found.field.p < LEVEL
@@ -193,7 +193,7 @@ def test_one_channel_knows_that_the_rubber_differs_but_not_where():
     change = spot(cells, np.log(0.5))
     torsional = combined([seen("torsional", change, 3)])
     result = torsional.map(torsional.gains, 1.0)
-    # One shape of curve, whatever the place: a factor does as well.
+    # All places give the same shape of curve, so that a factor explains it as well.
     assert not result.helps_locally
     axial = combined(fitted([seen("axial", change, 3)]))
     result = axial.map(axial.gains, 1.0)
@@ -202,7 +202,7 @@ def test_one_channel_knows_that_the_rubber_differs_but_not_where():
 
 
 def test_a_channels_own_calibration_is_no_place():
-    """Two per cent between channels, where calibration and mesh leave one per cent open."""
+    """Two per cent between channels, with a standard deviation of one per cent for calibration and mesh."""
 
     def answers(shared):
         parts = [seen("axial", 0.02, 4, shared=shared), seen("torsional", 0.0, 4, shared=shared)]
@@ -213,7 +213,7 @@ def test_a_channels_own_calibration_is_no_place():
 
 
 def test_a_hysteresis_loop_is_no_place():
-    """What is different on loading and unloading is no elastic curve's, however large it is."""
+    """A difference between loading and unloading cannot come from an elastic change, however large it is."""
     one = seen("axial", 0.0, 5)
     loop = 20.0 * SIGMA * np.sign(np.gradient(path()))
     force = one.compared.recording.force + loop
@@ -254,12 +254,12 @@ def test_a_solids_cells_are_means_over_rings_of_both_halves():
     host, half = section(), solid()
     matrix = onto(half, frozenset({"y", "z"}), host, frozenset())
     np.testing.assert_allclose(matrix.sum(axis=1), 1.0)
-    # A field that is even in z is seen as it is, at the resolution of the cells; one that is odd not at all.
+    # A field that is even in z is reproduced at the resolution of the cells; an odd one vanishes.
     radius, height = host.centres.T
     np.testing.assert_allclose(matrix @ height, 0.0, atol=1e-9)
     own = np.linalg.norm(half.points[half.corners][..., :2], axis=2).mean(axis=1)
     np.testing.assert_allclose(matrix @ radius, own, atol=0.1)
-    # And every host cell counts with its volume, once.
+    # Every host cell counts once, with its volume.
     np.testing.assert_allclose(half.volume @ matrix, host.volume, rtol=0.05)
 
 

@@ -1,4 +1,4 @@
-"""Where the misfit is: toy curves whose misfit is put in one place must be found there, and noise nowhere."""
+"""Where the misfit is: a misfit that is put into one place of a toy curve is found there, and noise nowhere."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -21,7 +21,7 @@ from bushcli.recording import Recording, branches, select_cycles
 
 SIGMA = 5.0
 SEEDS = 200
-# As many false alarms at 5 % in 200 trials come once in a thousand tests.
+# So many false alarms in 200 trials at 5 % occur once in a thousand tests.
 MOST_FALSE = int(binom.ppf(0.999, SEEDS, 0.05))
 
 
@@ -48,7 +48,7 @@ def recording(time, q, force, name="axial", mode="axial"):
 
 
 def which(time, q, kind=None, cycles=None):
-    """Samples of a kind of branch in some cycles."""
+    """Mask of the samples in branches of this kind and in these cycles."""
     mask = np.zeros(len(q), dtype=bool)
     for b in branches(recording(time, q, law(q))):
         mask[b.start : b.stop] = (kind is None or b.kind == kind) and (cycles is None or b.cycle in cycles)
@@ -56,7 +56,7 @@ def which(time, q, kind=None, cycles=None):
 
 
 def found(time, q, truth, seed=0, noise=None):
-    """Locate, for a law that is right but for what the truth has more."""
+    """Locate the misfit of `law` against a recording of the truth with noise."""
     force = truth + SIGMA * np.random.default_rng(seed).normal(size=len(q))
     return locate([Compared(recording(time, q, force), law(q), noise or NoiseModel(SIGMA))])
 
@@ -66,7 +66,7 @@ BOTH_SIDES = ramps(0, 8, 0, -8, 0, 8, 0, -8, 0, 8, 0, -8, 0)
 
 
 def test_the_sentence_of_the_issue():
-    """Unloading below 4 mm in cycles 1 to 3, where the recording has 1 / 1.21 of the force."""
+    """In unloading below 4 mm in cycles 1 to 3 the recording has 1 / 1.21 of the simulated force."""
     time, q = ONE_SIDED
     place = which(time, q, "unloading", (1, 2, 3)) & (q < 4)
     location = found(time, q, np.where(place, law(q) / 1.21, law(q)))
@@ -82,7 +82,7 @@ def test_the_sentence_of_the_issue():
 
 
 def test_a_coupon_has_strain():
-    """A number without a unit does not say what it is of."""
+    """A strain has no unit, so that the sentence must name the quantity."""
     time, q = ONE_SIDED
     place = which(time, q, "unloading") & (q < 4)
     (one,) = found(time, q, np.where(place, law(q) / 1.21, law(q))).mismatch
@@ -154,7 +154,7 @@ def test_a_hold():
 
 
 def test_a_rate():
-    """Slow and fast cycles take turns, so that no range of cycles says it."""
+    """Slow and fast cycles alternate, so that no range of cycles describes the place."""
     fast = np.tile([1.0, 1.0, 20.0, 20.0], 3)
     time, q = ramps(*[0, 8] * 6, 0, rates=fast)
     location = found(time, q, np.where(which(time, q, None, (2, 4, 6)), 1.1 * law(q), law(q)))
@@ -235,7 +235,7 @@ def test_bands_have_round_edges_and_cover_all():
 
 @pytest.mark.parametrize("estimated", [False, True])
 def test_noise_gives_no_region(estimated):
-    """Family-wise 5 %, over all boxes; also when the noise is estimated from the recording."""
+    """The family-wise rate over all boxes is 5 %, also when the noise is estimated from the recording."""
     time, q = BOTH_SIDES
     rng = np.random.default_rng(6)
     false = bins_called = 0
@@ -248,12 +248,12 @@ def test_noise_gives_no_region(estimated):
     assert false <= MOST_FALSE
     assert bins_called <= MOST_FALSE
     if not estimated:
-        # A level that is never reached would be no level.
+        # Without any false alarm the test would not be at its stated level.
         assert false >= 1
 
 
 def test_noise_with_a_memory_gives_no_region():
-    """Correlation 0.7 between neighbours; taken for white it would be a region nearly always."""
+    """Correlation 0.7 between neighbours; treated as white, this noise would nearly always give a region."""
     time, q = BOTH_SIDES
     e = np.random.default_rng(7).normal(size=(SEEDS, len(q)))
     for i in range(1, len(q)):
@@ -286,7 +286,7 @@ def test_noise_model_sees_white_noise_as_white():
         for i in range(50)
     ]
     assert np.mean([m.sigma for m in models]) == pytest.approx(SIGMA, rel=0.05)
-    # 10 cycles say how much memory there is to some 0.1.
+    # Ten cycles determine the correlation to some 0.1.
     assert np.median([m.correlation for m in models]) < 0.2
 
 
@@ -307,7 +307,7 @@ def test_noise_model_sees_a_memory():
 def test_coarse_sampling_without_noise_is_not_taken_for_a_memory():
     q = 8 * np.sin(np.linspace(0, 6 * np.pi, 100))
     found = noise_model(recording(np.arange(100.0), q, law(q)))
-    # Cubics miss the curve; what differences say nothing of is as the prior has it.
+    # Cubics do not fit the curve, and differences do not determine the correlation, which keeps its prior value.
     assert found.correlation == pytest.approx(0.35, abs=0.01)
     assert found.freedom < 2.0
 
@@ -321,7 +321,7 @@ def test_a_recording_without_noise_is_not_trusted_beyond_what_models_are():
 
 
 def test_correlation_time():
-    """Of an autoregression (1 + r) / (1 - r); white noise 1."""
+    """It is (1 + r) / (1 - r) for an autoregression and 1 for white noise."""
     rng = np.random.default_rng(9)
     e = rng.normal(size=20_000)
     assert correlation_time(e) == pytest.approx(1.0, abs=0.1)

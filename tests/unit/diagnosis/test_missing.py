@@ -1,4 +1,4 @@
-"""What the unknown effect looks like, in words: forces that miss one thing, and the sentence that says which."""
+"""The unknown effect in words: forces that lack one kind of physics, and the sentence that describes it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SIGMA = 3.0
 
 
 def program():
-    """Four cycles to 6 mm and as far to the other side at two rates."""
+    """Four cycles to 6 mm and to -6 mm at two rates."""
     q = np.concatenate(
         [[0.0], *(np.linspace(a, b, 31)[1:] for a, b in pairwise([0.0, *[6.0, -6.0] * 4, 0.0]))]
     )
@@ -62,12 +62,12 @@ def test_a_constant_factor_in_one_channel_is_said_of_that_channel():
     assert found.text[0].startswith("in the axial channel, the recorded force is wrong by +")
     assert found.text[0].endswith("a constant factor")
     assert not any("radial" in one and "constant factor" in one for one in found.text)
-    # A calibration of half a percent is taken out first, and hardly matters.
+    # A calibration factor of half a percent is taken out first, which hardly matters.
     assert np.abs(found.force["radial"]).max() < 2.0 * SIGMA
 
 
 def test_a_constant_factor_is_said_in_its_size():
-    """0.08 / 1.08 of the recorded force, sixteen standard deviations of the calibration: 5.3 % are said."""
+    """7.4 % are reported: 0.08 / 1.08 of the recorded force, sixteen standard deviations of the calibration."""
     (said, *_) = described(compared(1.08 * LAW)).text
     assert float(said.partition("wrong by ")[2].split()[0]) == pytest.approx(7.4, abs=0.7)
 

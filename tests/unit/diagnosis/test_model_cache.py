@@ -1,4 +1,4 @@
-"""Models that a process keeps: one that is known is not made again, and one of other data is another one."""
+"""Models that a process keeps: a known model is not made again, and other data make another model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Noise of a recording from itself: known noise on curves with turns, holds and memory."""
+"""Noise estimated from the recording itself: known noise on curves with turns, holds and memory."""
 
 import itertools
 
@@ -13,7 +13,7 @@ TRIALS = 40
 
 
 def cycles(samples_per_leg: int, legs: int = 8):
-    """A path to and fro with that many samples on each way, s and mm."""
+    """Time (s) and displacement (mm) of a path to and fro with this many samples on each leg."""
     ends = [0.0, *[5.0 if i % 2 == 0 else -2.0 for i in range(legs)]]
     q = np.concatenate(
         [[0.0], *(np.linspace(a, b, samples_per_leg + 1)[1:] for a, b in itertools.pairwise(ends))]
@@ -22,7 +22,7 @@ def cycles(samples_per_leg: int, legs: int = 8):
 
 
 def force(q):
-    """Stiffening, with a loop: another curve on the way back."""
+    """A stiffening force with a loop."""
     back = np.concatenate([[0.0], np.diff(q)]) < 0
     return 120 * q + 3 * q**3 - 40 * back * (5 - q) * (q + 2) / 10
 
@@ -48,14 +48,14 @@ def remembering(correlation):
 
 
 def unit(size, correlation):
-    """Standard deviation of an independent sample."""
+    """Standard deviation of the noise per independent sample."""
     return size * np.sqrt((1 + correlation) / (1 - correlation))
 
 
 @pytest.mark.parametrize("samples", [30, 60])
 @pytest.mark.parametrize("correlation", [0.0, 0.4, 0.7])
 def test_an_independent_sample_is_known_as_well_as_is_stated(samples, correlation):
-    """Over many recordings of one noise: where that is not the prior's mean, the estimate leans towards it."""
+    """Over many recordings with the same noise; the estimate is drawn towards the prior's mean."""
     found = estimates(samples, remembering(correlation))
     away = np.log([unit(one.sigma, one.correlation) for one in found]) - np.log(unit(SIGMA, correlation))
     stated = np.array([0.5 * np.sqrt(2 / one.freedom) for one in found])
@@ -74,7 +74,7 @@ def test_memory_shows_in_long_branches():
 
 
 def test_a_kink_in_a_branch_is_not_taken_for_noise():
-    """Contact in the middle of the way: polynomials miss it, differences hardly see it."""
+    """Contact in the middle of a leg: polynomials do not fit it, but differences are hardly affected."""
     time, q = cycles(60)
     rng = np.random.default_rng(5)
     stop = 200 * np.maximum(q - 3.0, 0.0)
@@ -84,7 +84,7 @@ def test_a_kink_in_a_branch_is_not_taken_for_noise():
 
 @pytest.mark.parametrize("correlation", [0.0, 0.4, 0.7])
 def test_branches_too_short_for_cubics_leave_the_memory_of_the_noise_open(correlation):
-    """Differences alone say nothing of it: the stated spread covers every memory that loggers have."""
+    """Differences alone do not determine it: the stated spread covers every correlation that loggers have."""
     found = estimates(10, remembering(correlation))
     away = np.log([unit(one.sigma, one.correlation) for one in found]) - np.log(unit(SIGMA, correlation))
     stated = np.sqrt(0.5 / np.mean([one.freedom for one in found]))
@@ -93,7 +93,7 @@ def test_branches_too_short_for_cubics_leave_the_memory_of_the_noise_open(correl
 
 
 def test_noise_about_the_floor_is_not_taken_for_known():
-    """Half the floor by differences may be the floor or twice that: known only where it is far below."""
+    """Noise of nearly the floor's size is uncertain; the floor counts as known only where the noise is far below it."""
     time, q = cycles(10)
     rng = np.random.default_rng(5)
     span = float(np.ptp(force(q)))

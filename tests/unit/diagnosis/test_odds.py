@@ -1,4 +1,4 @@
-"""The table of odds, and priors as fits see them."""
+"""The table of odds, and priors as fits use them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_the_odds_are_of_the_catalogue_and_of_all_of_it():
 
 
 def test_an_effect_is_missing_in_about_one_test_of_four():
-    """What the table says of itself: the odds of all effects, each by itself."""
+    """The probability of at least one effect by all odds together, as the comment at the table states it."""
     some = 1.0 - math.prod(1.0 / (1.0 + odds) for odds in ODDS.values())
     assert 0.15 < some < 0.35
 
@@ -84,7 +84,7 @@ def test_every_identified_parameter_of_the_catalogue_has_a_prior_with_a_source()
 
 @pytest.mark.parametrize(("name", "parameter"), KNOWN, ids=[name for name, _ in KNOWN])
 def test_a_fit_meets_the_density_of_the_prior(name, parameter):
-    """Half the square of the row is the negative log density but for a constant, of the logarithm where it is one's."""
+    """Up to a constant, half the square of the row is the negative log density (of the logarithm, where it applies)."""
     known = Known(parameter.prior, SCALES, False)
     if parameter.prior.shape == "choice":
         return

@@ -21,7 +21,7 @@ def state(*names, log=0.0, unknown=-5.0, fixed=False):
 
 
 def test_a_law_set_free_stands_among_the_effects():
-    """Coupons give the law; a model that identifies it from the recordings has no effect, but it is not "nothing"."""
+    """With a law from coupons, a model that refits the law to the recordings has no effect, but is not "nothing"."""
     states = {0: state(fixed=True), 1: state(log=3.0), 2: state("batch_stiffness", log=4.0, fixed=True)}
     search = SimpleNamespace(
         states=states,
@@ -61,7 +61,7 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
     def weights(one):
         return one.evidence.log + known[id(one)], one.evidence.log_unknown + known[id(one)] - 4.0
 
-    # A third model counts by its prediction alone.
+    # A third model is included by its prediction alone.
     queued = SimpleNamespace(
         base=states[1],
         model=SimpleNamespace(identities=("mullins", "offset"), fixed=False),

@@ -1,4 +1,4 @@
-"""First-order predictions: on a linear problem they are the evidence of the exact fit."""
+"""First-order predictions: on a linear problem they equal the evidence of the exact fit."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def addition(one, name, column, **values):
 
 
 def exactly(one, *added):
-    """Evidence of the linear problem at its exact minimum, with the fit's own units."""
+    """Evidence and amplitudes of the linear problem at its exact minimum, in the fit's units."""
     state = one.state
     J = np.hstack([state.slopes[0], *(a.slopes[0] for a in added)])
     actives = tuple(a.trial.active for a in added)
@@ -46,11 +46,11 @@ def exactly(one, *added):
     best = np.zeros(J.shape[1])
     low = np.full(J.shape[1], -np.inf)
     low[p:] = [0.0 if k.one_sided else -np.inf for k in known]
-    # In turns with the variance that the likelihood gives the result, as fits and predictions are.
+    # Alternate with the variance that follows from the likelihood, as fits and predictions do.
     for _ in range(1 + TURNS):
         whitened, misfit = features.whitened(J, variance), features.whitened(state.misfit[0], variance)
         for _ in range(100):
-            # A prior pulls as strongly as where the last step has ended.
+            # The weight of a prior is that at the end of the previous step.
             rows = np.zeros((len(added), J.shape[1]))
             for i, k in enumerate(known):
                 rows[i, p + i] = np.sqrt(k.pull(float(best[p + i])))
@@ -92,7 +92,7 @@ def test_a_prediction_is_the_evidence_after_the_exact_fit(made):
 
 
 def test_an_amplitude_that_cannot_be_negative_is_not(made):
-    """Of the two signs of a column one helps; the other stays off and costs evidence, as a useless effect does."""
+    """One sign of a column helps; with the other the effect stays off and costs evidence, as any useless effect."""
     here, there = (
         Beside(made.state, [addition(made, "permanent_set", sign * loop(made))]).singles()[0]
         for sign in (1.0, -1.0)
@@ -100,7 +100,7 @@ def test_an_amplitude_that_cannot_be_negative_is_not(made):
     worse, better = sorted((here, there), key=lambda one: one.log_evidence)
     assert better.log_evidence > worse.log_evidence + 1.0
     assert worse.log_evidence < made.state.evidence.log
-    # A fit begins inside: at a bound a search cannot.
+    # A fit starts inside the bounds, because a search cannot start at one.
     assert 0.0 < worse.model.effects[0].values["set"] < 0.05
 
 
@@ -114,7 +114,7 @@ def test_one_that_can_have_either_sign_is_found_with_both(made):
 
 
 def test_pairs_are_fitted_together(made):
-    """Two changes that are much alike: together they are not the sum of what each brings."""
+    """Two similar changes: together they gain less than the sum of what each gains."""
     set_ = addition(made, "permanent_set", loop(made))
     drift = addition(made, "drift", loop(made) + 0.01 * made.time / made.time[-1])
     (found,) = Beside(made.state, [set_, drift]).pairs()
@@ -126,7 +126,7 @@ def test_pairs_are_fitted_together(made):
 
 
 def test_points_of_a_grid_are_averaged(made):
-    """A shape parameter is integrated over: one good point of two has half the weight."""
+    """The evidence is integrated over a shape parameter: one good point of two has half the weight."""
     good = addition(made, "permanent_set", loop(made))
     bad = addition(made, "permanent_set", 1e-6 * loop(made))
     single = [Beside(made.state, [one]).singles()[0].log_evidence for one in (good, bad)]
@@ -143,7 +143,7 @@ def test_what_the_law_does_itself_is_no_share_of_its_own(made):
 
 @pytest.mark.parametrize("name", ["permanent_set", "drift", "warming", "time_lag"])
 def test_predictions_of_the_catalogue_are_what_fits_bring(made, name):
-    """From real derivatives on a coupon, as near as the search takes them to be."""
+    """From real derivatives on a coupon, as accurately as the search assumes."""
     some, reason = trials(made.case, made.state.model, effect(name), made.recordings)
     assert some, reason
     features = made.problem.likelihood.features[0]

@@ -1,4 +1,4 @@
-"""The search on a world of straight lines, where every fit is one least-squares step and no model takes any time."""
+"""The search on a linear problem, in which every fit is one least-squares step and takes no time."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ TRUTH = {"drift.rate": 2.5, "permanent_set.set": 3.5}
 
 
 class World:
-    """A coupon whose stress is that of the plain law and a column for each amplitude of an effect."""
+    """A coupon whose stress is that of the plain law plus a column for each amplitude of an effect."""
 
     def __init__(self, coupon, **truth):
         self.one = coupon("yeoh")
@@ -41,7 +41,7 @@ class World:
         self.columns, self.median = {}, {}
         for name in NAMES:
             for parameter in effect(name).amplitudes:
-                # An amplitude of its prior's median changes the stress by some per cent of its range.
+                # An amplitude equal to its prior's median changes the stress by some per cent of its range.
                 scales = scales_of(self.one.case, 1.0, self.one.recordings)
                 size = parameter.prior.median(scales) if parameter.prior else parameter.start
                 full = f"{name}.{parameter.name}"
@@ -51,7 +51,7 @@ class World:
         plain = self.one.state.fitted
         recorded = self.one.recordings[0].force
         bent = plain.simulated[0] - sum(a * self.median[n] * self.columns[n] for n, a in truth.items())
-        # What is simulated lacks what is concealed; what is recorded stays.
+        # The simulation lacks the concealed effects; the recording is unchanged.
         self.base = Fitted(plain.model, plain.names, plain.x, (bent,), plain.jacobians, True, 1)
         self.recorded = recorded
         excess = State(self.one.problem, self.base).evidence.left.excess
@@ -75,7 +75,7 @@ class World:
         names = (*self.base.names, *(name for name, _ in held))
         own = self.base.jacobians[0]
         if model.law != self.base.model.law:
-            # No other law helps: it has one more useless parameter.
+            # No other law is of use: it would only have one more parameter.
             return None
         J = np.hstack([own, *(self.columns[name][:, None] for name, _ in held)])
         variance = self.problem.variances[0]
@@ -89,7 +89,7 @@ class World:
             step = lsq_linear(
                 whole, -np.concatenate([z, np.zeros(len(names))]), (low, np.inf), method="bvls"
             ).x
-            # As strongly as its prior pulls where the last step has ended.
+            # The weight of each prior at the end of the previous step.
             pulls = [
                 (
                     priors[n].prior.curvature(0.5 * p.start, priors[n].scales)
@@ -130,7 +130,7 @@ class World:
 
 @pytest.fixture
 def world(coupon):
-    # In medians of their priors.
+    # `TRUTH` is in medians of the amplitudes' priors.
     return World(coupon, **TRUTH)
 
 
@@ -151,7 +151,7 @@ def test_the_best_waits_least(world, monkeypatch):
         order.append(taken >= set(best))
 
     monkeypatch.setattr(Search, "_fit_next", spied)
-    # So that more than two are fitted.
+    # A lower limit, so that more than two models are fitted.
     monkeypatch.setattr(queue, "LEFT", 1e-6)
     found = world.search(monkeypatch)
     assert len(order) > 1
@@ -162,13 +162,13 @@ def test_the_best_waits_least(world, monkeypatch):
 
 
 def test_of_two_predictions_the_surer_one_counts(world, monkeypatch):
-    """A model that is predicted beside the plain law is predicted again beside one that is nearer to it."""
+    """A model that is predicted from the plain law is predicted again from a model that is nearer to it."""
     found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
     key, one = next(
         item for item in found.waiting.items() if item[1].model.identities == ("drift", "time_lag")
     )
     del found.waiting[key]
-    # Of unsure ones the largest; a sure one before these; of sure ones the surest.
+    # Of uncertain predictions the largest counts; a sure one replaces them; of sure ones the surest counts.
     for log, slack, kept in ((5, 9.0, 5), (7, 20.0, 7), (6, 5.0, 7), (2, 1.0, 2), (9, 1.2, 2), (1, 0.6, 1)):
         found._queue(replace(PREDICTION, model=one.model, log_evidence=log), found.plain, slack)
         assert found.waiting[key].log_evidence == kept
@@ -180,7 +180,7 @@ def test_what_is_surely_predicted_counts(world, monkeypatch):
     models = posterior(found)
     assert sum(one.probability for one in models) == pytest.approx(1.0, abs=1e-9)
     assert any(one.predicted for one in models)
-    # The first model of all has values.
+    # The most probable model has been fitted.
     assert models[0].predicted is None
     most = max(max(found.weights(one)) for one in found.states.values())
     assert all(one.predicted < most and one.slack <= queued.SURE for one in found.counted)
@@ -190,7 +190,7 @@ def test_it_ends_when_what_is_left_is_next_to_nothing(world, monkeypatch):
     found = world.search(monkeypatch)
     assert found.ended == "nothing left"
     assert found.left < LEFT
-    # And before: with seven effects there are 63 sets of up to three.
+    # It ends before all are fitted: with seven effects there are 63 sets of up to three.
     assert found.waiting
     assert len(world.asked) < 40
     said = answer.searched(found)
@@ -205,7 +205,7 @@ def test_a_budget_ends_it_and_says_so(world, monkeypatch):
     found = world.search(monkeypatch, deadline=time.perf_counter() - 1.0)
     assert found.ended == "budget"
     assert world.asked == []
-    # The plain law's neighbours are known by their predictions.
+    # The plain law's neighbours are known only by their predictions.
     assert found.left > 0.5
     said = answer.searched(found)
     assert not said.complete
@@ -258,7 +258,7 @@ def test_no_model_ends_worse_than_one_that_it_contains(world, monkeypatch):
 
 
 def test_a_model_with_effects_exchanged_is_predicted_beside_a_fitted_one(world, monkeypatch):
-    """Everything is linear here: the prediction beside the truth is what a fit finds."""
+    """The problem is linear, so that the prediction from the true model is what a fit finds."""
     found = world.search(monkeypatch)
     truth = next(s for s in found.states.values() if s.model.identities == ("drift", "permanent_set"))
     (other,) = [

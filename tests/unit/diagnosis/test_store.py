@@ -1,4 +1,4 @@
-"""Fits on disk: whole or absent, never executed, and under another name where the question is another one."""
+"""Fits on disk: whole or absent, never executed as code, and under another name for another question."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bushcli.effects.effect import effect
 from bushcli.runtime.store import Store
 
 MODEL = Model("neo_hookean", {"C10": 0.4}, effects=(ActiveEffect(effect("permanent_set")).started(),))
-# What a fit is asked: a case, a model, ...
+# The arguments of a fit: a case, a model, ...
 QUESTION = ("case", MODEL)
 
 
@@ -71,7 +71,7 @@ def test_what_is_not_there_is_absent(store, tmp_path):
 
 
 def damaged(content: bytes):
-    """The file cut short, empty, of something else, and with pieces of it overwritten."""
+    """Yield the file cut short, empty, replaced by something else, and with parts overwritten."""
     yield b""
     yield b"no archive"
     for share in (0.1, 0.5, 0.9, 0.999):
@@ -91,7 +91,7 @@ def test_a_damaged_file_counts_as_absent(store):
         file.write_bytes(content)
         there, after = store.read(file, QUESTION)
         lost += not there
-        # Bytes that nobody reads, such as a date, may change.
+        # Bytes that are not read, such as a date, may change.
         assert not there or np.array_equal(after.x, before.x)
     assert lost > 30
 
@@ -109,7 +109,7 @@ def test_an_archive_that_lacks_something_counts_as_absent(store, change):
 
 
 class Harm:
-    """Leaves a file behind when it is unpickled."""
+    """An object that creates a file when it is unpickled."""
 
     def __init__(self, place):
         self.place = place
@@ -128,7 +128,7 @@ def test_nothing_in_a_file_is_executed(store, tmp_path):
     file.write_bytes(raw.getvalue())
     assert store.read(file, QUESTION) == (False, None)
     assert not done.exists()
-    # It would have been there otherwise.
+    # Unpickled on purpose, it does create the file.
     np.load(io.BytesIO(raw.getvalue()), allow_pickle=True)
     assert done.exists()
 
@@ -182,13 +182,13 @@ def test_a_new_run_begins_with_an_empty_folder_and_says_what_was_there(tmp_path)
     assert again.there == 1
     assert sorted(one.suffix for one in tmp_path.iterdir()) == [".npz", ".txt"]
     assert Store(tmp_path, FitCodec()).there == 1
-    # What is not a result is somebody's.
+    # A file that is not a result belongs to the user.
     assert [one.name for one in tmp_path.iterdir()] == ["notes.txt"]
     assert Store(tmp_path, FitCodec()).there == 0
 
 
 def test_a_full_disk_does_not_end_a_diagnosis(store, monkeypatch):
-    """The answer goes on without the file; what is there stays, and the end of the run says that nothing was kept."""
+    """The run continues without the file; existing files stay, and the end of the run says that nothing was saved."""
 
     def full(descriptor):
         raise OSError(28, "No space left on device")

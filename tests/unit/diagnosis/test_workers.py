@@ -1,4 +1,4 @@
-"""Independent runs: in order, kept under the same names in every process, ended with the first one."""
+"""Independent runs in worker processes: answers in order, the same file names, ended with the first process."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ def case(tmp_path):
 def none_left() -> bool:
     """Whether all processes have ended.
 
-    The pool's own thread may have asked for the end of one just before, and not have written it down yet: seen on
-    Python 3.14 once in 25 interruptions.
+    The pool's thread may have just asked for the end of a process and not have recorded it yet: seen on Python 3.14
+    once in 25 interruptions.
     """
     soon = time.monotonic() + 5.0
     while active_children() and time.monotonic() < soon:
@@ -88,7 +88,7 @@ def test_an_interruption_ends_all_processes_at_once_and_what_is_done_is_kept(tmp
     assert none_left()
     (file,) = tmp_path.glob(f"*{SUFFIX}")
     assert Store(tmp_path, FitCodec(), resume=True).read(file, (0.0,)) == (True, None)
-    # Another answer than the work would give: it can only come from there.
+    # This answer differs from the calculation's, so that it can only come from the file.
     Store(tmp_path, FitCodec(), resume=True).write(file, (np.arange(3.0),))
     ((found,),) = Workers(1, Store(tmp_path, FitCodec(), resume=True)).run(time.sleep, [(0.0,)])
     np.testing.assert_array_equal(found, np.arange(3.0))
@@ -104,7 +104,7 @@ def test_processes_that_do_not_hear_are_killed_and_gone_when_the_interruption_is
         raise KeyboardInterrupt
 
     with Workers(2).open() as crew:
-        # As one that is still being started: SIGTERM waits until it is ready.
+        # Like a process that is still starting: SIGTERM waits until it is ready.
         crew.run(signal.pthread_sigmask, [(signal.SIG_BLOCK, [signal.SIGTERM])] * 8)
         with pytest.raises(KeyboardInterrupt):
             crew.run(time.sleep, [(0.0,), (100.0,), (100.0,), (100.0,)], interrupt)
@@ -130,7 +130,7 @@ def test_processes_end_with_the_first_one_when_that_is_killed(tmp_path):
         assert process.stdout is not None
         workers = {int(pid) for pid in process.stdout.readline().split()}
         process.kill()
-        # What they inherited of the pipe is closed when they have ended.
+        # The workers' inherited end of the pipe is closed when they have ended.
         process.communicate(timeout=60)
     assert workers
     end = time.monotonic() + 20.0
@@ -140,7 +140,7 @@ def test_processes_end_with_the_first_one_when_that_is_killed(tmp_path):
 
 
 def lives(pid):
-    """Whether a process runs; what has ended and waits to be asked does not."""
+    """Whether a process runs; a zombie does not."""
     try:
         state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except OSError:
@@ -158,7 +158,7 @@ def test_a_question_has_the_same_name_in_every_process(case, tmp_path, seed):
         "case = load_case(Path(sys.argv[1]))\n"
         "print(Store(Path(sys.argv[2]), None).file('mul', (case, {'a', 'b', 'c', 'd'})).name)\n"
     )
-    # Sets have another order with another seed of the hash; the geometry holds one.
+    # The order of a set depends on the seed of the hash, and the geometry holds a set.
     environment = os.environ | {"PYTHONHASHSEED": seed, "PYTHONPATH": str(Path(__file__).parents[2])}
     arguments = [sys.executable, "-c", script, str(case.path), str(tmp_path / "out")]
     said = subprocess.run(arguments, env=environment, capture_output=True, text=True, check=True).stdout
@@ -166,7 +166,7 @@ def test_a_question_has_the_same_name_in_every_process(case, tmp_path, seed):
 
 
 def test_equal_questions_have_one_name_whether_their_parts_are_one_object_or_two(tmp_path):
-    # No literals: equal ones would be one object.
+    # No literals, because equal literals would be the same object.
     one, two = "".join(["ax", "ial"]), "".join(["ax", "ial"])
     assert one is not two
     assert name(tmp_path, (one, one)) == name(tmp_path, (one, two))
@@ -196,7 +196,7 @@ def test_a_signal_that_comes_while_processes_are_started_is_heard_when_they_are(
             time.sleep(0.01)
             whole.append(True)
 
-    # A process that was started in the background ignores it.
+    # A process that was started in the background ignores SIGINT.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt):

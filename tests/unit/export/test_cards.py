@@ -1,7 +1,7 @@
 """Material cards read back with each program's own formulas: the stress, the bulk modulus, relaxation and softening.
 
-The readers below know the manuals (named in each), not the writers: a card is split into its fields, and the energy
-that the program makes of them is evaluated.
+The readers below follow the manuals (named in each), not the writers: a card is split into its fields, and the energy
+that the program computes from them is evaluated.
 """
 
 import re
@@ -30,13 +30,13 @@ LAWS = {
 BULK = 2000.0
 SERIES = ((0.2, 10.0), (0.1, 0.5))
 SOFTENING = Softening(inverse_r=0.4, m=0.08, beta=0.15)
-# What a field of ten characters can hold.
+# Precision of a field of ten characters.
 DIGITS = 2e-5
 
 
 @dataclass
 class Read:
-    """What a program makes of a card, in the card's units."""
+    """The material that a program reads from a card, in the card's units."""
 
     energy: object
     bulk: float
@@ -56,11 +56,11 @@ class Read:
         return 2 * (self.energy(1 + h, 1 / (1 + h), 1.0) - self.energy(1, 1, 1)) / (2 * np.log1p(h)) ** 2
 
     def relaxation(self, time):
-        """Shear modulus at small strain, a time after a step."""
+        """Shear modulus at small strain, this time after a step."""
         mu = self.shear_modulus()
-        if self.instantaneous:  # shares of the law's own modulus
+        if self.instantaneous:  # shares of the law's modulus
             return mu * (1 - sum(a * (1 - np.exp(-time / tau)) for a, tau in self.series))
-        return mu + sum(g * np.exp(-time / tau) for g, tau in self.series)  # moduli beside it
+        return mu + sum(g * np.exp(-time / tau) for g, tau in self.series)  # moduli added to it
 
 
 def _uniaxial(stretch):
@@ -128,7 +128,7 @@ def abaqus(text):
     prony = blocks.get("*VISCOELASTIC,TIME=PRONY", [])
     found.series = [(prony[i], prony[i + 2]) for i in range(0, len(prony), 3)]
     if found.series:
-        # Shares are of the instantaneous modulus, which follows from the long-term one given.
+        # Shares refer to the instantaneous modulus, which follows from the given long-term one.
         assert "MODULI=LONGTERM" in head
         rest = 1 - sum(g for g, _ in found.series)
         mu = found.shear_modulus()
@@ -259,7 +259,7 @@ def febio(text):
     return found
 
 
-#: Commands of Mentat that set a material, as public scripts that run them have them, and their order.
+#: Commands of Mentat that set a material, in the order and form of public scripts.
 MENTAT = (
     r"\*new_mater standard",
     r"\*mater_option general:state:solid",
@@ -274,7 +274,7 @@ MENTAT_LAW = re.compile(
 
 
 def marc(text):
-    """Marc, volume A: constants set by commands, those left to be typed in under the names of the manual."""
+    """Marc, volume A: some constants are set by commands, the others are to be entered under the manual's names."""
     lines = text.splitlines()
     commands = [line for line in lines if not line.startswith("|")]
     for line, form in zip(commands, MENTAT, strict=False):
@@ -352,7 +352,7 @@ def test_a_card_has_the_stress_of_the_law(program, name, units):
     pascal = unit_system(units).force / unit_system(units).length ** 2
     found = np.array([read.stress(stretch) for stretch in stretches]) * pascal / 1e6
     assert found == pytest.approx(expected, rel=DIGITS)
-    # Poisson's ratio has eight digits where a card has no place for a bulk modulus.
+    # A card without a field for the bulk modulus has Poisson's ratio to eight digits.
     assert read.bulk * pascal / 1e6 == pytest.approx(BULK, rel=1e-4)
 
 
@@ -390,7 +390,7 @@ def test_a_card_softens_as_the_rubber(program, name):
     read = READERS[program](written(program, rubber_with(name, softening=SOFTENING), "SI"))
     r, m, beta = read.softening
     assert (r, m, beta) == pytest.approx((1 / 0.4, 0.08e6, 0.15), rel=DIGITS)
-    # Not the law: Radioss has another one where there is softening.
+    # The stress again, because Radioss has another material model where there is softening.
     stress = nominal_stress(law(name), LAWS[name], "uniaxial", 1.7)
     assert read.stress(1.7) == pytest.approx(1e6 * float(stress), rel=DIGITS)
 

@@ -1,4 +1,4 @@
-"""What an export finds in the results of the commands: identified laws and effects, in the units of the case inside."""
+"""Laws and effects that an export reads from the results of other commands, converted to internal units."""
 
 import json
 import math

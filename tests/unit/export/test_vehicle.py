@@ -1,4 +1,4 @@
-"""Vehicle models read back: property files by a reader of their own format, the 6 x 6 by running it, JSON, curves."""
+"""Vehicle models read back: property files by a reader of their format, the 6 x 6 by running it, JSON, curves."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""A least-squares problem whose answers are known on paper."""
+"""A least-squares problem with closed-form answers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 class Linear:
     """One channel whose force is linear in two parameters, with noise.
 
-    `wall(x)` says where nothing can be solved, `edge(x)` returns what instability adds to the misfit.
+    `wall(x)` is true where no solution exists; `edge(x)` is what instability adds to the misfit.
     """
 
     names = ("a", "b")
@@ -68,7 +68,7 @@ class Linear:
         return float(np.sum(self.residual(x) ** 2))
 
     def minimum(self):
-        """Least squares in closed form (without bend), and the covariance of white noise as it is left."""
+        """Least-squares solution in closed form (without bend), and its covariance from the remaining white noise."""
         force = self.channels[0].recording.force
         x = np.linalg.lstsq(self.rows, force, rcond=None)[0]
         left = force - self.rows @ x

@@ -15,7 +15,7 @@ TRUTH = np.array([0.5, -0.04, 0.007])
 
 
 class Channel:
-    """Yeoh's law in simple shear, force = 2 C10 q + 4 C20 q^3 + 6 C30 q^5: as a bushing nearly is, or as a coupon."""
+    """Yeoh's law in simple shear, nearly a bushing, or as a coupon: force = 2 C10 q + 4 C20 q^3 + 6 C30 q^5."""
 
     def __init__(self, coupon):
         self.coupon = coupon
@@ -26,7 +26,7 @@ class Channel:
 
 
 class Problem:
-    """What a first point needs of a problem; `unsolvable(x)` fails."""
+    """The parts of a problem that `first_point` uses; the solution fails where `unsolvable(x)` is true."""
 
     names = ("C10", "C20", "C30")
 
@@ -82,13 +82,13 @@ def test_an_unstable_start_is_not_solved_but_mixed_with_the_laws_own():
     found, instead = first_point(problem, start, LOWER, UPPER)
     assert is_stable(problem, found)
     assert not any(np.array_equal(x, start) for x in problem.asked)
-    # Some of its shape is kept: between the law's own and what was given.
+    # Part of the given shape is kept: the point lies between the law's own start and the given one.
     own = own_start(problem, start)
     assert start[1] / start[0] < instead[1] / instead[0] <= own[1] / own[0]
 
 
 def test_a_stable_start_that_cannot_be_solved_is_given_up_step_by_step():
-    """Solutions end at a ratio between the start's and the law's own: the nearest step to the start is taken."""
+    """Only small ratios C20 / C10 can be solved: the solvable point nearest to the start is taken."""
     start = np.array([0.5, 0.2, 0.0])
     problem = Problem(unsolvable=lambda x: x[1] > 0.1 * x[0])
     assert is_stable(problem, start)

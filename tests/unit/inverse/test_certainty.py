@@ -1,4 +1,4 @@
-"""Autocorrelation, intervals and leverage, against what is known of them on paper."""
+"""Autocorrelation, intervals and leverage, against closed forms."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ class Linear:
 
 
 def test_leverage_against_a_finite_change_of_a_force():
-    """Raise the force of a channel by 1 % and fit again: for a linear model the first order is all there is."""
+    """Raise the force of a channel by 1 % and fit again: for a linear model the first order is exact."""
     problem, x = Linear(), np.array([2.0, -0.5])
     found = leverage(problem, x)
     clean = [force for force, _ in problem.forces(x)]
     for i, name in enumerate(("one", "two")):
         moved = problem.solve([force * (1.01 if k == i else 1.0) for k, force in enumerate(clean)])
         assert list(found[name].values()) == pytest.approx(list(moved / x - 1), rel=1e-9)
-    # All channels together only scale the law.
+    # Raising all channels together only scales the law.
     for parameter in problem.names:
         assert sum(changes[parameter] for changes in found.values()) == pytest.approx(0.01, rel=1e-9)

@@ -1,4 +1,4 @@
-"""Profiles and their intervals: parabolas in closed form, edges of stability, walls, and a best point that was none."""
+"""Profiles and intervals: parabolas in closed form, edges of stability, walls, and a best point that was not one."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_an_interval_ends_where_the_profile_could_not_go_on(limit):
     assert 0 < high < 1
 
 
-# -- the way along a parameter --------------------------------------------------------------------------------------
+# -- steps along a parameter ----------------------------------------------------------------------------------------
 
 
 LOWER, UPPER = np.full(2, -1e3), np.full(2, 1e3)
@@ -70,13 +70,13 @@ def test_profile_of_a_linear_model_is_the_standard_errors_parabola(linear, index
     )
     assert found.limits == ("misfit", "misfit")
     assert better is None
-    # Two points a side, each solved once: the step is known from the derivatives.
+    # Two points on each side, each solved once, because the derivatives give the step.
     assert len(found.values) == 5
     assert len({point.tobytes() for point in problem.asked}) <= 6
 
 
 def test_a_larger_covariance_than_the_noises_scales_the_interval(linear):
-    """Autocorrelated misfit makes the standard errors larger by its time's root: so it does the profile's interval."""
+    """A covariance that is larger by autocorrelation widens the profile's interval as it does the standard errors."""
     problem = linear()
     x, covariance = problem.minimum()
     found, _ = profile(problem, x, 1, covariance, LOWER, UPPER)
@@ -93,7 +93,7 @@ def test_profile_ends_at_a_wall_and_says_so(linear):
     found, _ = profile(problem, x, 1, covariance, LOWER, UPPER)
     assert found.limits == ("unsolvable", "misfit")
     low, high = interval(found)
-    # Halved towards it three times, from 1.1 or less.
+    # The step of at most 1.1 standard errors towards the wall has been halved three times.
     assert edge <= low < edge + 0.2 * spread
     assert high == pytest.approx(x[1] + np.sqrt(RISE_95) * spread, rel=1e-6)
 
@@ -129,7 +129,7 @@ def test_profile_finds_out_that_the_best_point_was_none(linear):
 
 
 def test_curvature_makes_the_interval_lopsided(linear):
-    """The force bends with b: on the steeper side the interval is the shorter one."""
+    """The force is nonlinear in b: the interval is shorter on the steeper side."""
     problem = linear(bend=2.0)
     x = least_squares(problem.residual, [2.0, -0.5], problem.jacobian).x
     slope = problem.forces(x)[0][1]
@@ -148,7 +148,7 @@ def test_what_is_worth_a_profile(linear):
     problem, x = linear(), np.array([2.0, -0.5])
     well = np.diag([1e-4, 1e-4])
     assert parameters_to_profile(problem, minimum(x), well) == []
-    # One poorly determined bends all of the law's with it; so does an edge.
+    # One poorly determined parameter requires profiles of all of the law's parameters; so does an edge of stability.
     assert parameters_to_profile(problem, minimum(x), np.diag([1e-4, 0.04])) == [0, 1]
     assert parameters_to_profile(problem, minimum(x, at_edge=True), well) == [0, 1]
     assert parameters_to_profile(problem, minimum(x, beside_failure=True), well) == [0, 1]

@@ -1,4 +1,4 @@
-"""Iteration, step and radius as SciPy has them, who does not tell: compared with what its own rule is called with."""
+"""Iteration, step and radius, which SciPy does not report: compared with the arguments of its internal rule."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_radius_and_step_are_those_of_scipy(method, start, monkeypatch):
         trial = follower.asks(x)
         value = rosenbrock(x)
         follower.gets(value)
-        # SciPy's rule is not called for the start and for failures.
+        # SciPy's rule is not called for the start or after failures.
         if trial.iteration and np.isfinite(value).all():
             found.append((trial.radius, trial.step))
         return value

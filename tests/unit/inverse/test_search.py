@@ -1,4 +1,4 @@
-"""Searches beside walls: what they end with, and what they say about it."""
+"""Searches beside walls: where they end, and what they report."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_without_a_wall_the_minimum_is_found(linear):
 @pytest.mark.parametrize("normal", [(0.0, 1.0), (1.0, 0.0), (0.3, 1.0), (1.0, -0.5), (-1.0, -1.0)], ids=str)
 @pytest.mark.parametrize("start", [(1.0, 1.0), (3.0, -3.0)], ids=str)
 def test_a_wall_in_front_of_the_minimum_is_followed_to_its_lowest_point(linear, normal, start, method):
-    """Half the plane has no solution, the minimum lies three standard errors inside of it."""
+    """Half the plane has no solution; the minimum lies three standard errors inside that half."""
     problem, normal, start = linear(), np.array(normal), np.array(start)
     x, covariance = problem.minimum()
     # The wall faces the start.
@@ -43,12 +43,12 @@ def test_a_wall_in_front_of_the_minimum_is_followed_to_its_lowest_point(linear, 
     assert normal @ found.x >= level
     assert found.beside_failure
     assert not found.converged
-    # A rise by 1/200 is one unit of chi square: the wall's own is 9.
+    # A rise by 1/200 is one unit of chi square; at the wall's lowest point it has risen by 9.
     assert found.cost < least * (1 + 1 / 200)
 
 
 def test_a_search_ends_after_so_many_failures(linear):
-    """Beside a wall trials fail now and then, not in a row."""
+    """Beside a wall some trials fail, but not in succession."""
     problem = linear()
     x, covariance = problem.minimum()
     normal = np.array([0.3, 1.0])
@@ -63,8 +63,8 @@ def test_a_search_ends_after_so_many_failures(linear):
     assert sum(np.isnan(one.cost) for one in problem.evaluations) == 3
     assert found.message == "too many trials could not be solved"
     assert not found.converged
-    # It ends with the best that it has seen.
-    # `cost` asks, too: over a copy.
+    # It ends with the best point of all.
+    # A copy, because `cost` adds to the list.
     assert found.cost == min(one for one in map(problem.cost, list(problem.asked)) if np.isfinite(one))
     assert found.cost >= whole.cost
 
@@ -85,10 +85,10 @@ def test_nothing_is_promised_at_a_minimum(linear):
     problem = linear()
     x, covariance = problem.minimum()
     assert predicted_decrease(problem, x, LOWER, UPPER) == pytest.approx(0.0, abs=1e-9)
-    # Two standard errors away: chi square 4 of about 198.
+    # Two standard errors away chi square falls by 4, of about 198 + 4.
     away = x + 2.0 * covariance[:, 1] / np.sqrt(covariance[1, 1])
     assert predicted_decrease(problem, away, LOWER, UPPER) == pytest.approx(4.0 / 202.0, rel=0.01)
-    # A bound on the way takes it away.
+    # Bounds that leave no room leave no decrease.
     assert predicted_decrease(problem, away, away - 1e-12, away + 1e-12) == pytest.approx(0.0, abs=1e-6)
 
 
@@ -100,6 +100,6 @@ def test_a_start_is_given_up_when_it_neither_comes_near_nor_gets_on():
     stuck = [500.0, 400.0, nan, 390.0, 380.0, nan, 370.0, 365.0, 361.0]
     assert not is_outperformed(stuck[: OUTPERFORMED_AFTER - 1], reference)
     assert is_outperformed(stuck, reference)
-    # Near enough to be another minimum worth knowing: twice the misfit.
+    # Twice the misfit is near enough for a second minimum that is worth finding.
     assert not is_outperformed([4.1] * 20, reference)
     assert is_outperformed([nan] * OUTPERFORMED_AFTER, reference)

@@ -1,4 +1,4 @@
-"""What is identified from what: names, bounds, and errors that say what would be valid."""
+"""The task of an identification: names, bounds, and errors that say what would be valid."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Times that are repaired, made up or refused; channels that were logged more slowly than the others."""
+"""Times that are repaired, constructed or refused; channels that were logged more slowly than the others."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def test_lost_telegrams_are_not_thinned(tmp_path):
 
 def test_a_channel_that_is_stuck_most_of_the_time_is_a_fatal_fault(tmp_path):
     rng = np.random.default_rng(2)
-    # In noise five equal samples are no accident, wherever they are.
+    # In the presence of noise five equal samples are no coincidence.
     held = F + rng.normal(0.0, 1.0, N)
     start = 12
     while start < N - 30:

@@ -1,4 +1,4 @@
-"""Loops that are cut at their turning points, and overshoots of zero: what a rig makes of a program."""
+"""What rigs do to a program: recordings that begin at a turning point, and overshoots of zero."""
 
 from itertools import pairwise
 
@@ -34,7 +34,7 @@ def test_a_loop_cut_at_its_turning_points_is_one_cycle(corners, sigma):
     (found,) = loops(q)
     assert code(q) == "U1 L1 U1 L1"
     assert found.closed
-    # 4 x 20 N x 4 mm, less 0.5 N mm where friction turns round within a step, and the noise's own.
+    # 4 x 20 N x 4 mm, less 0.5 N mm where friction reverses within a step, and the effect of noise.
     assert found.energy.value == pytest.approx(320.0, abs=1.5 + 400 * sigma)
     # Work done while loading: twice 1/2 100 4^2 + 20 * 4.
     assert found.loss.value == pytest.approx(320.0 / (2 * (800 + 80)), rel=0.03)

@@ -1,4 +1,4 @@
-"""Texts in the encodings of test rigs: numbers and the right names of the columns."""
+"""Text files in the encodings of test rigs: numbers and column names are read correctly."""
 
 from __future__ import annotations
 

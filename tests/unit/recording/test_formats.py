@@ -50,7 +50,7 @@ def write_mdf4(path: Path) -> Path:
                 for name, unit, values in zip(NAMES[1:], UNITS[1:], COLUMNS[1:], strict=True)
             ]
         )
-        Path(file.save(path, overwrite=True)).replace(path)  # it chooses the suffix itself
+        Path(file.save(path, overwrite=True)).replace(path)  # asammdf chooses the suffix
     return path
 
 
@@ -63,7 +63,7 @@ def write_mdf3(path: Path) -> Path:
                 for name, unit, values in zip(NAMES[1:], UNITS[1:], COLUMNS[1:], strict=True)
             ]
         )
-        Path(file.save(path, overwrite=True)).replace(path)  # it chooses the suffix itself
+        Path(file.save(path, overwrite=True)).replace(path)  # asammdf chooses the suffix
     return path
 
 

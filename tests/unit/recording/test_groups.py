@@ -1,4 +1,4 @@
-"""Several groups, sheets and rasters in a file, and columns that are found by unit or are there twice."""
+"""Several groups, sheets and rasters in a file, and columns that are found by unit or occur twice."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_rasters_of_mdf_are_brought_to_the_stamps_of_the_force(tmp_path):
     )
     recording = read(path)
     np.testing.assert_allclose(recording.time, fast, atol=1e-12)
-    np.testing.assert_allclose(recording.force, force, atol=1e-12)  # as it was measured
+    np.testing.assert_allclose(recording.force, force, atol=1e-12)  # unchanged
     np.testing.assert_allclose(recording.displacement, force / 90.0, atol=1e-12)
     (text,) = said(recording)
     assert 'group "raster 1" every 0.1 s, is interpolated at the 900 time stamps' in text
@@ -71,7 +71,7 @@ def test_rasters_of_mdf_are_brought_to_the_stamps_of_the_force(tmp_path):
 def test_stamps_at_which_the_travel_is_not_known_are_left_out_with_their_count(tmp_path):
     fast = -1.005 + np.arange(1400) * 0.01
     force = 90.0 * np.interp(fast, TIME, Q)
-    # 3 s without a travel, while it moves; before and after it there is none either.
+    # No travel for 3 s of motion, nor before its first and after its last stamp.
     there = (TIME < 4.0) | (TIME > 7.0)
     path = mdf(tmp_path / "a.mf4", slow(Q[there], TIME[there]), [("Kraft", "N", fast, force)])
     recording = read(path)

@@ -1,4 +1,4 @@
-"""Damaged and malicious files of each format: one sentence, in bounded time, whatever the parser does."""
+"""Damaged and malicious files of each format are refused with one sentence, in bounded time."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_head_with_nonsense_behind_it(tmp_path, name, rest):
 
 @pytest.mark.parametrize(("name", "reason"), [("mdf", "not a valid MDF file"), ("xlsx", "not a zip file")])
 def test_the_reason_is_the_parsers_own(tmp_path, name, reason):
-    """And not what it prints while it comes down, or the name of its exception."""
+    """The message has neither the parser's output while it fails nor the name of its exception."""
     path = tmp_path / f"rig.{name}"
     path.write_bytes(HEADS[name] + b"\x07" * 3000)
     refused(path, rf"cannot be read as an? [^:]*: [^:]*{reason} \(is it complete")
@@ -92,7 +92,7 @@ def rpc(path: Path, body: bytes = b"", **changes: object) -> Path:
     ],
 )
 def test_headers_of_rpc_that_cannot_be(tmp_path, changes, message):
-    # What is wrong with the interval shows where the data are complete.
+    # A wrong interval is noticed only if the data are complete.
     body = bytes(64) if "DELTA_T" in changes else b""
     refused(rpc(tmp_path / "a.rsp", body, **changes), message)
 
@@ -113,7 +113,7 @@ def test_a_stray_cell_at_the_end_of_a_sheet_does_no_harm(tmp_path):
     book = openpyxl.Workbook()
     for i in range(50):
         book.active.append([i, i])
-    # The last cell of the largest sheet that Excel has.
+    # The last cell of Excel's largest sheet.
     book.active.cell(row=1_048_576, column=16_384, value=1)
     book.save(tmp_path / "a.xlsx")
     columns = {"displacement": 1, "force": 2}

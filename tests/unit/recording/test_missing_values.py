@@ -1,4 +1,4 @@
-"""Missing values, codes for them, separators of thousands: read where they can mean one thing, else refused."""
+"""Missing values, codes for them, separators of thousands: read where they are unambiguous, else refused."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def rows(n=12):
 @pytest.mark.parametrize("text", ["#N/A", "#NV", "#n/a", "#DIV/0!", "#WERT!", "#REF!"])
 @pytest.mark.parametrize("column", [0, 1, 2])
 def test_a_missing_value_is_refused_wherever_it_stands(tmp_path, text, column):
-    """A row that begins with #N/A is no comment."""
+    """A row that begins with #N/A is not a comment."""
     found = rows()
     found[5][column] = text
     with pytest.raises(
@@ -58,7 +58,7 @@ def test_a_code_within_the_range_of_the_others_jumps(tmp_path):
     """A force of 15 kN goes through -9999 N; a single sample of it in the middle of +15 kN is a code."""
     q = np.sin(np.linspace(0, 4 * np.pi, 200))
     found = [[f"{0.1 * i:.2f}", f"{v:.4f}", f"{15000 * v:.0f}"] for i, v in enumerate(q)]
-    found[120][2] = "-9999"  # sin is near -1 at 7.6 rad / ... but its neighbours are not near -9999
+    found[120][2] = "-9999"  # at 7.6 rad sin is near 1: the neighbours are near +15 kN
     value = 15000 * q[120]
     assert abs(value + 9999) > 15000
     with pytest.raises(RecordingError, match=r"rig\.csv:122: .*-9999 looks like a code"):
@@ -96,15 +96,14 @@ def test_one_number_that_can_only_be_decimal_is_enough(tmp_path, proof):
 def test_separators_of_thousands_that_can_mean_one_thing_are_left_out(tmp_path, decimal, by, columns):
     force = np.array([0.5, 250.25, -900.75, 1018.0, -12345.5, 1234567.0, 1000.5])
     found = [[f"{0.1 * i:.2f}", f"{0.5 * i:.1f}", f"{f:,.2f}".replace(",", "_")] for i, f in enumerate(force)]
-    found[3][2] = "1_018"  # without decimals, it is one thousand because the others are
+    found[3][2] = "1_018"  # one thousand, although it has no decimals, because the others are thousands
     found = [[text.replace(".", decimal).replace("_", by) for text in row][3 - columns :] for row in found]
     head = ";".join(HEAD.strip().split(";")[3 - columns :]) + "\n"
     recording = read(tmp_path, found, head)
     np.testing.assert_allclose(recording.force, force)
     [said] = [repair.text for repair in recording.repairs if repair.kind == "columns"]
     assert (
-        f"column {columns}: separators of thousands are left out of 4 numbers: 1{by}018 is read as 1018"
-        in said
+        f"column {columns}: thousands separators are removed from 4 numbers: 1{by}018 is read as 1018" in said
     )
 
 

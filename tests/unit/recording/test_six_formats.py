@@ -1,4 +1,4 @@
-"""Recordings of six motions in every format that a rig writes; MDF with rasters of their own."""
+"""Recordings of six motions in every format that a rig writes; in MDF with different rasters."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from bushcli.errors import InputError
 from bushcli.recording import read_recording
 
 TIME = np.linspace(0.0, 20.0, 401)
-#: What a cubic would see: the motions are linear in time between corners that are stamps of both rasters.
+#: The motions are linear in time between corners that are stamps of both rasters, so that interpolation is exact.
 MOTIONS = {
     "ux_mm": np.interp(TIME, [0, 5, 10, 15, 20], [0, 1.5, 0, -1.0, 0]),
     "uz_mm": np.interp(TIME, [0, 5, 15, 20], [0, 0, 3.0, 0]),

@@ -1,4 +1,4 @@
-"""A unit that is written is converted or refused with its place; it is never taken for N, mm or s."""
+"""A stated unit is converted, or refused with its place; it is never silently taken for N, mm or s."""
 
 import math
 import re
@@ -50,7 +50,7 @@ CONVERTED = {
     },
     "strain": {"%": 0.01, "mm/mm": 1, "permille": 1e-3, "ppm": 1e-6},
 }  # fmt: skip
-#: Not known, of something else, or with two meanings: refused.
+#: Refused: unknown units, units of another quantity, and units with two meanings.
 REFUSED = {
     "force": [
         "kg",

@@ -42,7 +42,7 @@ name = "measured"
 
 @pytest.fixture
 def case(tmp_path):
-    """Make a case by title; its recording lies beside it."""
+    """Make a case with this title and a recording beside it."""
 
     def make(title="a bushing"):
         folder = tmp_path / "case"
@@ -56,7 +56,7 @@ def case(tmp_path):
 
 
 def section():
-    """Four faces of a half-plane, sheared along the axis by 2 mm at the inner radius; a sleeve inside."""
+    """Four faces of a half-plane, sheared along the axis by 2 mm at the inner radius, with an inner sleeve."""
     r, z = np.array([7.0, 9.0, 13.5, 18.0]), np.array([-17.0, 17.0])
     corners = [[(r[i], z[0]), (r[i + 1], z[0]), (r[i + 1], z[1]), (r[i], z[1])] for i in range(3)]
     reference = np.array([[(a, 0.0, b) for a, b in face] for face in corners])
@@ -121,7 +121,7 @@ def answer(case):
 
 @pytest.fixture
 def fit():
-    """A law fitted to three coupons, two of them of the same mode; nothing about it is certain."""
+    """A law fitted to three coupons, two of them in the same mode, with every kind of doubt about it."""
     curves = []
     for name, mode, off in (
         ("uniaxial", "uniaxial", 1.0),

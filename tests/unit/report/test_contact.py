@@ -30,7 +30,7 @@ def test_a_table_has_a_row_for_each_pair_and_none_without(answer, channel):
 
 @pytest.mark.parametrize(
     ("contact", "words"),
-    [(True, "takes part from the step on"), ("sleeves", "beyond their bonds"), (False, "not modelled")],
+    [(True, "active from the step in which"), ("sleeves", "beyond their bonds"), (False, "not modelled")],
 )
 def test_a_case_says_what_can_meet(answer, channel, contact, words):
     case = answer(channel("axial", 100.0)).case

@@ -21,7 +21,7 @@ DATA = Path(__file__).parents[1] / "data"
 
 
 def elastic(q):
-    """About the axial law of the viscoelastic recording, N of mm; it has no memory."""
+    """Force (N) at a displacement (mm): nearly the axial law of the viscoelastic recording, without memory."""
     return 260.0 * q
 
 
@@ -32,7 +32,7 @@ def measured():
 
 @pytest.fixture
 def simulated(channel, answer):
-    """Make a response whose one channel is a line beside a recording."""
+    """Make a response with one channel, a straight line beside a recording."""
 
     def make(recording, reach=(-6.5, 6.5), mode="axial", **changes):
         q = np.linspace(*reach, 41)
@@ -47,7 +47,7 @@ def histories(found):
 
 
 def cyclic(loss, sigma=2.0, mode="axial", factor=1.0):
-    """Two turns of 4 mm, a loop of so many N on either side of the line, and noise."""
+    """Two cycles of 4 mm with a loop of `loss` (N) on either side of a line, and noise."""
     phase = np.linspace(0.0, 4 * np.pi, 401)
     noise = sigma * np.random.default_rng(0).standard_normal(401)
     q = 4.0 * np.sin(phase)
@@ -73,7 +73,7 @@ def test_json_has_recorded_and_simulated_values_side_by_side(simulated, measured
     assert held["recorded"].keys() >= {"force_start", "force_end", "relaxation_percent"}
     assert held["recorded"]["relaxation_percent_after"].keys() == {"1", "10"}
     assert held["simulated"]["relaxation_percent"] == pytest.approx(0.0, abs=0.1)
-    # No force is held at zero displacement that could relax.
+    # At zero displacement the simulated force is zero, so that its relaxation is undefined.
     assert released["simulated"]["relaxation_percent"] is None
 
 
@@ -101,7 +101,7 @@ def test_a_program_alone_has_simulated_cycles(answer, channel):
 
 
 def test_the_rounding_of_a_solver_is_no_loop(answer, channel):
-    """A law without memory, solved to some 1e-8: no energy, one secant, and no factor of 1e-6 at an axis."""
+    """A law without memory, solved to some 1e-8: no energy, one secant stiffness, and no factor of 1e-6 on an axis."""
     q = np.concatenate([np.linspace(0, 4, 9), np.linspace(3.5, 0, 8), np.linspace(0.5, 4, 8)])
     q = np.concatenate([q, np.linspace(3.5, 0, 8)])
     for size, lossless in ((1e-8, True), (1e-3, False)):
@@ -115,7 +115,7 @@ def test_the_rounding_of_a_solver_is_no_loop(answer, channel):
 
 
 def test_rotations_are_in_degrees(answer, channel):
-    """1 N mm/rad and a loop of b N mm at a rad: pi a b N mm a turn, however the angle is shown."""
+    """A loop of b N mm at an amplitude of a rad takes pi a b N mm per cycle, in whatever unit the angle is shown."""
     recording = cyclic(30.0, 0.0, "torsional", factor=0.1)
     q = np.linspace(-0.5, 0.5, 21)
     found = answer(channel("torsional", curve=Curve("torsional", q, 2600.0 * q), recording=recording))

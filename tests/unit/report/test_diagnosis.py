@@ -46,7 +46,7 @@ def text_of(found, width=100):
 
 
 def flat(found):
-    """Without the line breaks words follow each other."""
+    """Return the text without line breaks."""
     return " ".join(text_of(found).split())
 
 
@@ -79,7 +79,7 @@ def test_json_is_what_scripts_rely_on(case, diagnoses):
         "variants",
     }
     assert best["effects"] == ["mullins", "friction"]
-    # Without the first; by the effects' own names.
+    # Rivals do not include the most probable set; effects have their names in the catalogue.
     assert document["rivals"] == [["mullins", "viscoelasticity"], ["mullins", "friction", "offset"]]
     assert document["groups"][0]["effects"] == ["friction", "viscoelasticity"]
     assert document["form_error"]["percent"] == {"axial": 0.4, "radial": 0.4}
@@ -154,7 +154,7 @@ def test_angles_are_reported_in_degrees(case, diagnoses):
 
 
 def test_rates_of_the_next_test_are_of_its_own_mode(case, diagnoses):
-    # Torsion has not been recorded: 0.1 rad/s is 5.73 degrees/s.
+    # Torsion has not been recorded; 0.1 rad/s is 5.73 degrees/s.
     test = replace(diagnoses.NEXT, channel="torsional", rates=(0.1,) * 4)
     document = report.diagnosis_json(diagnoses.diagnosis(case(), next_test=test), {})
     assert document["next_test"]["unit"] == "deg"
@@ -198,7 +198,7 @@ def test_names_are_for_people():
     assert together(()) == "no effect"
     a, b, c = map(phrase, ("mullins", "friction", "offset"))
     assert together(("mullins", "friction", "offset")) == f"{a} with {b} and {c}"
-    # An effect that the catalogue of this revision has not yet.
+    # An effect that is not in the catalogue of this revision.
     assert title("soft_stop") == "Soft stop"
 
 
@@ -246,7 +246,7 @@ def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_can
         "The Yeoh law alone, fitted to the axial recording, leaves out Mullins softening (more than 99 %) and "
         "dissipation (98 %): internal friction or viscoelasticity, which one rate cannot tell; perhaps also "
     )
-    # The field's name of a parameter where it has one; an effect that is not certain never without its probability.
+    # Parameters have their names in the literature; an effect that is not certain always has its probability.
     assert "Mullins softening: r = 3.205 ± 0.082, m = 0.102 ± 0.011 MPa" in text
     assert "(Internal friction, 67 %: g = 0.14 ± 0.02" in text
     assert "With them the misfit falls: axial from " in text
@@ -259,7 +259,7 @@ def test_the_paragraph_says_what_was_left_out_how_much_better_it_is_and_what_can
 
 
 def test_the_paragraph_has_what_is_added_and_the_total(case, diagnoses):
-    # 1/2000 beside the case's 1/1500 per MPa: 857 MPa, whose error is 857**2 times that of the compliance.
+    # 1/2000 added to the case's 1/1500 per MPa makes 857 MPa, whose error is 857**2 times that of the compliance.
     added = Quantity(
         5e-4,
         1e-5,
@@ -349,7 +349,7 @@ def test_rivals_are_in_the_headline_with_their_probabilities(case, diagnoses):
         f"Missing physics: {one} (62 %), or viscoelasticity (30 %), or {together(('compressibility', 'offset'))} "
         "(5 %); these recordings cannot tell them apart"
     )
-    # A member of the group that all of them have stands for none of them.
+    # Where every set has a member of the group, the group's name replaces the rivals.
     assert headline(diagnoses.dissipating(case())) == (
         "Missing physics: dissipation (97 %); internal friction or viscoelasticity, which one rate cannot tell"
     )
@@ -421,7 +421,7 @@ def test_probabilities_are_bars_the_largest_first(case, diagnoses):
     assert [row[0] for row in table.rows][-2:] == ["Unknown physics", "11 others, each"]
     lengths = [len(row[1]) for row in table.rows]
     assert lengths == sorted(lengths, reverse=True)
-    # 24 characters are certain: 0.67 of it are 16 and an eighth.
+    # Certainty is 24 characters: 0.67 of that is 16 and an eighth.
     assert lengths[1] == 17
 
 
@@ -450,7 +450,7 @@ def test_the_form_error_says_how_much_it_covers(case, diagnoses):
     assert "that covers all of what is left" in form_error_line(
         replace(found, form_error=FormError(0.1, {}, 1.0))
     )
-    # With unknown physics what is left is no noise.
+    # With unknown physics the remaining misfit is not noise.
     assert form_error_line(diagnoses.diagnosis(case(), "unexplained")).endswith("are taken to be exact")
 
 
@@ -468,7 +468,7 @@ def test_the_search_says_whether_it_was_complete(case, diagnoses):
 
 
 def test_faults_of_the_data_are_told_once(case, diagnoses):
-    """Also where they are conditions of the result; the JSON has both."""
+    """Even where they are also conditions of the result; the JSON has both."""
     doubt = Condition("bad_samples", "axial: at 41.2, 66.0 and 88.7 s", "nothing: they are left out")
     found = replace(diagnoses.rivalling(case()), conditions=(doubt,))
     document = report.diagnosis_json(found, {})
@@ -527,7 +527,7 @@ def test_areas_lie_between_recording_and_plain_law(case, diagnoses):
 
 
 def test_areas_that_overlap_are_one(case, diagnoses):
-    # Of loading and unloading the outlines would run in opposite senses, and cut holes into each other.
+    # The outlines of loading and unloading would have opposite senses, and cut holes into each other.
     found = diagnoses.diagnosis(case())
     for region in curve_plot(found, found.channels[0]).regions:
         for x, y in (outline.T for outline in region.outlines):
@@ -540,7 +540,7 @@ def enclosed(region):
 
 
 def test_an_area_on_the_way_there_and_back_is_not_cancelled(case, diagnoses):
-    """Twice as stiff everywhere: the outline of the whole path would enclose nothing."""
+    """If the model is twice as stiff everywhere, the outline of the whole path would enclose nothing."""
     _, q = diagnoses.program([3.0, 6.0], 0.5)
     force = 100.0 * q
     one = replace(
@@ -554,7 +554,7 @@ def test_an_area_on_the_way_there_and_back_is_not_cancelled(case, diagnoses):
     found = diagnoses.diagnosis(case(), channels=(one,))
     (region,) = curve_plot(found, one).regions
     assert found.location.mismatch[0].samples.all()
-    # Two triangles, on the way there and back: q * 100 q / 2.
+    # A triangle of area q * 100 q / 2 on loading and one on unloading.
     assert enclosed(region) == pytest.approx(2 * (50 * 3**2 + 50 * 6**2))
 
 
@@ -585,13 +585,13 @@ def test_faulty_samples_are_marked_and_belong_to_no_line(case, diagnoses):
     assert np.isnan(curve.series[2].y[one.faulty]).all()
     assert np.isfinite(curve.series[3].y).sum() == 3
     assert all(np.isnan(series.y[one.faulty]).all() for series in misfit.series)
-    # One sample alone, and two that are neighbours: from the middle before to the middle behind them.
+    # A single sample and two neighbours, marked from the midpoint before them to the midpoint after them.
     t = one.recording.time
     ends = [band[:2] for band in misfit.bands if band[4] == "faulty"]
     assert ends == [
         pytest.approx((t[a - 1 : a + 1].mean(), t[b : b + 2].mean())) for a, b in ((40, 40), (90, 91))
     ]
-    # No spike stretches the plot.
+    # The spikes do not extend the axis.
     assert misfit.y[1] < 20.0
 
 
@@ -655,14 +655,14 @@ def test_the_record_is_mapped_before_and_after_on_one_scale(case, diagnoses):
     ]
     cells = [len(axes.collections) for axes in figure.axes[:4]]
     assert cells[0] == cells[2] == sum(b.branch == "loading" for b in found.location.bins)
-    # Where the misfit is noise, nearly nothing is marked.
+    # Where the misfit is noise, hardly any bin is marked.
     dots = [len(axes.lines) - 1 for axes in figure.axes[:4]]
     assert dots[0] > 10 * dots[2]
 
 
 def test_a_bar_is_as_long_as_its_probability(case, diagnoses):
     axes = probability_figure(diagnoses.rivalling(case())).axes[0]
-    # Behind each bar lies one that is as wide as the picture.
+    # Behind each bar lies a background as wide as the picture.
     drawn = [patch.get_width() for patch in axes.patches if patch.get_width() < 100.0]
     assert drawn == pytest.approx([99.4, 67.0, 31.0, 5.0, 2.1])
     labels = [label.get_text() for label in axes.get_yticklabels()]
@@ -683,7 +683,7 @@ def test_a_prior_of_the_absolute_value_lies_on_both_sides(case, diagnoses):
     figure = prior_figure(diagnoses.torsional(case()))
     one, other, _ = figure.axes[0].patches
     assert (one.get_width(), other.get_x()) == (60.0, -60.0)
-    # 0.01 rad, and the other side has nothing to do with a value that is positive.
+    # 0.01 rad; a value that is positive has no second side.
     assert len(figure.axes[1].patches) == 2
     assert figure.axes[1].patches[0].get_width() == pytest.approx(0.57296, abs=1e-5)
 
@@ -733,7 +733,7 @@ def test_a_section_is_mirrored_and_a_solid_shows_its_outside(diagnoses):
 
 
 def test_maps_on_triangles_and_tetrahedra_are_drawn_and_written(diagnoses):
-    """As sections and CAD parts have them: the unit square and the unit cube, cut into simplices."""
+    """The cells of sections and CAD parts: here a unit square and a unit cube, cut into simplices."""
     square, cube = diagnoses.half_plane(across=1, along=1), diagnoses.solid()
     corners = np.array([(x, y, z) for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
     # Six tetrahedra around the diagonal from corner 0 to corner 7.
@@ -754,7 +754,7 @@ def test_maps_on_triangles_and_tetrahedra_are_drawn_and_written(diagnoses):
 
 
 def test_a_channel_without_places_in_its_record_has_no_picture_of_them(case, diagnoses):
-    """One that is held out takes part in nothing."""
+    """For example a channel that is held out."""
     found = diagnoses.diagnosis(case(), "missing_physics")
     names = {one.name: one.name for one in (*found.channels, *found.maps)}
     assert any(one.kind == "record_map" for one in diagnosis_figures(found, names))
@@ -777,7 +777,7 @@ def test_both_numberings_of_corners_are_understood(diagnoses, made):
     order = [0, 1, 3, 2] if made == "half_plane" else [0, 1, 3, 2, 4, 5, 7, 6]
     ring = replace(tensor, cells=tensor.cells[:, order])
     assert (numbering(tensor), numbering(ring)) == ("tensor", "ring")
-    # The same file: VTK has one numbering.
+    # Both give the same file, because VTK has one numbering.
     assert map_vtu(tensor) == map_vtu(ring)
 
 
@@ -798,7 +798,7 @@ def test_a_map_that_asks_for_nothing_is_pale(diagnoses):
     one = diagnoses.half_plane()
     nothing = replace(one, factor=1e-3 * one.factor / np.abs(one.factor).max())
     (drawn,) = (c for c in map_figure(nothing).axes[0].collections if isinstance(c, PolyCollection))
-    # The scale ends at 2 %, not at the tenth of a per cent that is asked for.
+    # The scale ends at 2 %, although the map's largest change is a tenth of a per cent.
     assert np.ptp(drawn.get_facecolors()[:, :3]) < 0.15
 
 
@@ -810,11 +810,11 @@ def test_a_map_is_a_file_for_paraview(diagnoses):
     cells = arrays["connectivity"].astype(int).reshape(-1, 8)
     assert np.allclose(arrays["stiffness_change"], one.factor)
     assert (arrays["types"] == 12).all()
-    # VTK's hexahedron: the base goes round, and the first edge upwards joins corners 0 and 4.
+    # VTK's hexahedron: corners 0 to 3 go round the base, and corner 4 is above corner 0.
     x = points[cells]
     base = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])[:, 2] / 2
     volume = base * (x[:, 4] - x[:, 0])[:, 2]
-    # Half a ring of 24 chords: 24/2 sin(pi/24) (18^2 - 9^2) 34 mm^3; none of its cells is inside out.
+    # Half a ring of 24 chords: 24/2 sin(pi/24) (18^2 - 9^2) 34 mm^3; no cell is inverted.
     assert volume.sum() == pytest.approx(12 * np.sin(np.pi / 24) * (18**2 - 9**2) * 34)
     assert (volume > 0).all()
 
@@ -880,11 +880,11 @@ def test_every_verdict_has_its_page(case, diagnoses, kind):
         assert words in text
     if found.models:
         assert "How far the search went" in text
-        # Each model that was fitted, each effect that cannot be seen with why.
+        # Each model that was fitted, and each effect that cannot be seen with the reason.
         assert text.count("cannot be solved from any start") == 1
         assert "Cannot be seen in these recordings" in text
         assert "one rate only: a lag looks like friction" in text
-    # Where it misses stands beside the curves, once, besides the paragraph at the top.
+    # Each place of the misfit is named once beside the curves, besides the paragraph at the top.
     shown = text.replace(paragraph(found), "", 1)
     for place in sentences(found.location):
         assert shown.lower().count(f"{place}.") + shown.count(f" {place}</button>") == 1

@@ -1,4 +1,4 @@
-"""The report of a diagnosis in a real browser: it renders, its plots are there and zoom, it fetches nothing."""
+"""The report of a diagnosis in a real browser: it renders, its plots are visible and zoom, it fetches nothing."""
 
 import base64
 import io
@@ -15,7 +15,7 @@ from bushcli.case import load_case
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, diagnoses):
-    """Results of a diagnosis of two channels, with rivals, a map, and what is to be recorded next."""
+    """Results of a diagnosis of two channels, with rivals, a map, and the recommended next recording."""
     place = tmp_path_factory.mktemp("case")
     (place / "axial.csv").write_text(
         "displacement_mm,force_N\n" + "".join(f"{q},{100 * q}\n" for q in range(6))
@@ -44,7 +44,7 @@ def clicked(page, selector):
 
 
 def middle(page, plot="curve-0"):
-    """Middle of a plot's pane on the screen."""
+    """Centre of a plot's pane on the screen."""
     return page.value(
         f"(() => {{ const e = document.querySelector('#{plot} .edge'); e.scrollIntoView({{block: 'center'}});"
         " const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()"
@@ -56,7 +56,7 @@ def mouse(page, kind, x, y, **more):
 
 
 def at_rest(page):
-    """Wait until the page scrolls no more."""
+    """Wait until the page has stopped scrolling."""
     places = [float("nan")]
     while places[-3:].count(places[-1]) < 3:
         time.sleep(0.1)
@@ -69,7 +69,7 @@ def test_it_renders_without_an_error_and_asks_the_network_for_nothing(page, fold
     assert asked[0] == (folder / "report.html").as_uri()
     assert all(address.startswith("data:image/") for address in asked[1:])
     assert page.value("[...document.images].every((i) => i.complete && i.naturalWidth > 100)")
-    # Probabilities, priors, what is missing and a record map of two channels, a map in the bushing, the next test.
+    # Probabilities, priors, missing force and record map of two channels, a map in the bushing, the next test.
     assert page.value("document.images.length") == 8
     assert page.value("document.documentElement.scrollWidth <= innerWidth")
 
@@ -78,7 +78,7 @@ def test_every_channel_has_its_plots_with_all_lines(page):
     for plot, lines in (("curve-0", 3), ("curve-1", 3), ("misfit-0", 2), ("misfit-1", 2)):
         paths = f"[...document.querySelectorAll('#{plot} .pane path.line')]"
         assert page.value(f"{paths}.length") == lines
-        # As long as the plot is wide, at least: nothing is collapsed.
+        # At least as long as the plot is wide: no line is collapsed.
         assert page.value(f"{paths}.every((p) => p.getTotalLength() > 700)")
     assert page.value("document.querySelectorAll('.region').length") == 2 * page.value(
         "document.querySelectorAll('#curve-0 .place, #curve-1 .place').length"
@@ -125,7 +125,7 @@ def test_wheel_and_drag_act_where_the_pointer_is(page):
     mouse(page, "mousePressed", px, py, button="left", clickCount=1)
     mouse(page, "mouseMoved", px + 60, py, button="left", buttons=1)
     mouse(page, "mouseReleased", px + 60, py, button="left", clickCount=1)
-    # The curve follows the pointer: what is seen moves the other way.
+    # The curve follows the pointer, so that the view moves the opposite way.
     assert seen(page)[0] < before[0] - 10
     assert seen(page)[1:] == pytest.approx(before[1:], abs=1.0)
     assert page.troubles() == []

@@ -1,4 +1,4 @@
-"""The JSON contract: its keys, its units, and nothing that JSON does not know."""
+"""The JSON contract: its keys, its units, and only values that JSON can represent."""
 
 import json
 
@@ -12,7 +12,7 @@ EVERY_RESULT = {"command", "case", "versions", "timings_s", "problems"}
 
 
 def strict(document):
-    """The document as a script reads it; fails on nan, infinity and NumPy's types."""
+    """The document as a script reads it; nan, infinity and NumPy's types raise an error."""
     return json.loads(json.dumps(document, allow_nan=False))
 
 
@@ -37,7 +37,7 @@ def test_a_direct_result_has_the_keys_that_scripts_rely_on(direct):
     assert recording["stiffness_simulated"] == pytest.approx(104.0)
     assert recording["stiffness_ratio"] == pytest.approx(1.04)
     assert recording["within_10_percent"] is True
-    # 4 % off at the ends, where the force is half of its range.
+    # The force is off by 4 % at the ends, where it is half of its range.
     assert recording["peak_percent"] == pytest.approx(2.0)
     assert recording.keys() >= {"rms_percent", "noise_percent", "compared", "initial_stiffness_measured"}
     assert result["verdict"]["within_10_percent"] is True

@@ -1,4 +1,4 @@
-"""Pictures: sound files, and a projection that puts faces where they belong."""
+"""Pictures: valid files, and a projection that puts faces where they belong."""
 
 import xml.etree.ElementTree as ET
 
@@ -169,7 +169,7 @@ def test_a_revolved_section_is_a_ring_with_a_quarter_left_open(ring):
     angle = np.degrees(np.arctan2(body.reference[..., 1], body.reference[..., 0])) % 360
     assert angle.max() == pytest.approx(270.0)
     assert np.hypot(body.reference[..., 0], body.reference[..., 1]).max() == pytest.approx(18.0)
-    # 8 bounding sides in 18 steps of 15 degrees, and the three faces at either end.
+    # 8 bounding sides in 18 steps of 15 degrees, and three faces at either end.
     assert len(body.reference) == 8 * 18 + 2 * 3
 
 

@@ -1,4 +1,4 @@
-"""What may be written into a folder of results, and what is left alone."""
+"""Files that may be written into a folder of results, and files that are not touched."""
 
 import json
 from pathlib import Path

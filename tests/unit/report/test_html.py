@@ -23,7 +23,7 @@ def page(answer, channel):
 
 
 class Tags(html.parser.HTMLParser):
-    """Collects start tags, and checks that every one is closed."""
+    """Collect start tags, and check that every tag is closed."""
 
     VOID = frozenset({"meta", "img", "br"})
 

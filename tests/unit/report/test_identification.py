@@ -30,13 +30,13 @@ def recorded(mode="axial", samples=400, reach=6.0, seed=0, wave=0.0):
     q = reach * np.sin(np.linspace(0.0, 2 * np.pi, samples))
     force = 100.0 * q
     noise = np.random.default_rng(seed).normal(size=samples) * NOISE / 100 * np.ptp(force)
-    # A loop: the sign of the velocity, which no function of displacement gives.
+    # A loop: the sign of the velocity, which is not a function of displacement.
     loop = wave * np.sign(np.cos(np.linspace(0.0, 2 * np.pi, samples))) * np.ptp(force)
     return Recording(mode, q, force + noise + loop, None, name=mode)
 
 
 def curve(mode="axial", rms=NOISE, held_out=False, before=80.0, **changes):
-    """A fitted curve that has this rms misfit, percent, on paper; drawn is the line behind the noise."""
+    """A fitted curve with this nominal rms misfit (percent); its points are those of the line without noise."""
     recording = recorded(mode, **changes)
     q = recording.displacement
     after = Curve(mode, q, 100.0 * q)
@@ -47,7 +47,7 @@ def curve(mode="axial", rms=NOISE, held_out=False, before=80.0, **changes):
 
 
 def identified(law="yeoh", curves=None, names=("C10", "C20"), **changes):
-    """An identified law, as certain as its last parameter is poor: value -0.02, standard error 0.01."""
+    """An identified law whose last parameter is poorly determined: value -0.02, standard error 0.01."""
     values = [0.25, *(-0.02 for _ in names[1:])]
     errors = [0.0012, *(0.01 for _ in names[1:])]
     bounds = (-100.0, 100.0)
@@ -192,7 +192,7 @@ def test_compliance_is_shown_with_unit_and_bulk_modulus(case):
     document = report.inverse_json(case(), [found], {})
     assert document["parameters"]["compliance"]["unit"] == "1/MPa"
     assert document["bulk_modulus"] == 2000.0
-    # -0.02 ± 0.01 per MPa is not told from none: no value of the bulk modulus can be given.
+    # -0.02 ± 0.01 per MPa cannot be distinguished from zero, so that the bulk modulus has no value.
     assert "Bulk modulus: not determined" in shown([found])
 
 
@@ -208,7 +208,7 @@ def test_bulk_modulus_is_the_compliance_in_other_words(compliance, std, expected
 
 
 def test_what_was_held_out_ranks_laws():
-    # The worse fit predicts better: a law is wanted for predictions.
+    # The worse fit ranks first because it predicts better.
     overfitted = identified(curves=(curve("axial", 0.5), curve("radial", 8.0, held_out=True)))
     honest = identified("neo_hookean", (curve("axial", 2.0), curve("radial", 3.0, held_out=True)), ("C10",))
     unsolved = identified("gent", (curve("axial", 0.4),))
@@ -238,7 +238,7 @@ def test_misfits_below_what_a_recording_is_trusted_to_are_equal():
 
 
 def test_white_noise_leaves_all_samples_a_loop_few():
-    # Sokal's window overestimates the time of white noise a little.
+    # Sokal's window slightly overestimates the correlation time of white noise.
     assert 300 < effective_samples(curve()) <= 400
     assert effective_samples(curve(wave=0.1)) < 30
 
@@ -334,5 +334,5 @@ def test_files_of_an_identification(case, tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     assert "reproduced to within their noise" in page
     assert "identified from the recordings" in page
-    # Both channels go there and back: each has a picture of its loops.
+    # Both channels are loaded and unloaded, so that each has a picture of its loops.
     assert page.count("<figure") == 8

@@ -1,4 +1,4 @@
-"""Intervals as the table of parameters shows them: digits of their width, and what ends them."""
+"""Intervals in the table of parameters: digits by their width, and the reason for each end."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_a_line_of_progress_has_misfit_iteration_step_radius_and_parameters():
     assert " ".join(progress_line(found).split()) == shown
     failed = replace(found, number=5, cost=float("nan"), best=False)
     assert "no solution" in progress_line(failed)
-    # The columns of the parameters stand below each other.
+    # The columns of the parameters are aligned.
     scaled = Evaluation(1, {"C10": 0.5, "C20": -0.05}, 248000.0, True)
     profiled = replace(found, stage="profile", start=0)
     assert len({progress_line(e).index("C10") for e in (found, failed, scaled, profiled)}) == 1

@@ -1,4 +1,4 @@
-"""The folder of results: what is in it, and what is left alone."""
+"""The folder of results: its contents, and files that are not touched."""
 
 import json
 
@@ -16,7 +16,7 @@ from bushcli.simulate.meshes import Meshed
 @pytest.fixture
 def write(answer, channel):
     def make(folder, *channels):
-        # Without its surface a channel is drawn in a third of the time.
+        # A channel without a surface is drawn in a third of the time.
         found = answer(*(channels or (channel("axial", 130.0, 100.0, surface=None),)))
         result = direct_json(found.response, found.misfits, None, {})
         return write_direct(folder, result, found.response, found.misfits, None)
@@ -109,7 +109,7 @@ def test_every_command_is_refused_its_own_files_before_it_begins(case, tmp_path,
 
 @pytest.mark.parametrize("command", ["inverse", "diagnose"])
 def test_results_may_be_written_beside_the_case(case, command):
-    # What these write has other names than the recordings.
+    # These commands write files whose names differ from the recordings'.
     check_output(case().path.parent, case(), command)
 
 
@@ -132,7 +132,7 @@ def test_names_stay_in_the_folder_and_apart():
 
 
 def test_a_map_of_several_channels_gets_a_name_that_no_channel_has():
-    # As `write_diagnosis` asks: a map of one channel is called as the channel is.
+    # As in `write_diagnosis`: the map of a single channel has the channel's name.
     names = file_names(["axial", "radial", "axial_radial", "axial", "axial + radial"])
     assert names["axial"] == "axial"
     assert names["axial + radial"] == "axial_radial_2"

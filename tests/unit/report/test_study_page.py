@@ -1,4 +1,4 @@
-"""The report of a study in a real browser: it renders, its pictures are there, it fetches nothing."""
+"""The report of a study in a real browser: it renders, its pictures are visible, it fetches nothing."""
 
 import pytest
 from click.testing import CliRunner

@@ -1,4 +1,4 @@
-"""What the terminal shows, and what a pipe gets."""
+"""The output on a terminal, and into a pipe."""
 
 import io
 
@@ -35,7 +35,7 @@ def test_piped_output_is_plain_and_aligned(direct, channel):
     head = next(line for line in lines if line.startswith("channel"))
     rows = [line for line in lines if "secant, N" in line]
     assert len(rows) == 2
-    # Numbers are flush right under their head.
+    # Numbers are right-aligned under their heads.
     end = head.index("measured") + len("measured")
     assert [row[:end].split()[-1] for row in rows] == ["363", "314"]
     assert all(row[end - 1] != " " for row in rows)

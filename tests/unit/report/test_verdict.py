@@ -13,7 +13,7 @@ def judged(found):
 
 
 def test_too_stiff_says_how_much_and_what_factor_would_help(answer, channel):
-    # The literature's situation: 645 N/mm by coupon data, 363 N/mm measured; 645 / 363 = 1.777, 363 / 645 = 0.563.
+    # The literature's case: 645 N/mm from coupon data, 363 N/mm measured; 645 / 363 = 1.777, 363 / 645 = 0.563.
     verdict = judged(answer(channel("radial", 645.0, 363.0)))
     assert verdict.within is False
     assert verdict.channels[0].text == (
@@ -58,8 +58,8 @@ def test_the_factor_is_the_least_squares_one(answer, channel):
     assert factor.factor == pytest.approx(2 / 3)
     assert factor.explains
     assert max(factor.rms_after.values()) < 1e-9
-    # Over a symmetric straight line rms / range is half of 1/sqrt(3) times the relative error, about 14 %, here a
-    # little more since 41 evenly spaced samples include both ends: sqrt(sum(k^2) / n) / range, k = -20..20.
+    # For a symmetric straight line rms / range is half of 1/sqrt(3) times the relative error, about 14 %, here a little
+    # more because 41 evenly spaced samples include both ends: sqrt(sum(k^2) / n) / range, k = -20..20.
     k = np.arange(-20, 21)
     assert factor.rms_before["axial"] == pytest.approx(100 * 0.5 * np.sqrt(np.mean(k**2)) / 40)
 
@@ -74,7 +74,8 @@ def test_channels_that_ask_for_different_factors_are_not_explained_by_one(answer
 
 def test_a_curve_of_another_shape_is_outside_though_its_secant_agrees(answer, channel):
     q = np.linspace(-4.0, 4.0, 41)
-    # Secant stiffness 100 N/mm, but 3/8 of the force range off at most: (q/4)^3 - q/4 is largest at q = 4/sqrt(3).
+    # The secant stiffness is 100 N/mm, but the curve is off by 400 N ((q/4)^3 - q/4), which is largest at q =
+    # 4/sqrt(3).
     bent = Curve("axial", q, 400.0 * (q / 4.0) ** 3)
     verdict = judged(answer(channel("axial", measured=100.0, curve=bent)))
     assert verdict.within is False

@@ -123,7 +123,7 @@ def test_mean_and_yield_of_a_saltelli_design_are_those_of_the_designs_that_were_
     chosen = plan([variable("a=0:1"), variable("b=0:1")], "saltelli", 4096)
     drawn = np.flatnonzero(chosen.independent)
     assert len(drawn) == 2 * len(chosen.rows) // 4
-    # Drawn designs share no value; the mixed ones have theirs from them.
+    # Drawn designs have no value in common; mixed designs take their values from them.
     assert len({row[0] for row in np.array(chosen.rows)[drawn]}) == len(drawn)
     assert len({row[0] for row in chosen.rows}) == len(drawn)
     found = summary(chosen, columns(chosen, [a * b for a, b in chosen.rows]), "y", Limits(0.0, 0.25))

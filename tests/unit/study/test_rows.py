@@ -62,7 +62,7 @@ def test_rows_come_back_in_order_whatever_order_they_came_in(tmp_path):
 def test_nothing_is_lost_and_nothing_twice_when_a_line_is_cut_short(tmp_path):
     found = rows(tmp_path)
     found.add([row(number) for number in (0, 1, 2, 3, 5)])
-    # Killed while it wrote design 6, after design 1 had come again.
+    # Killed while writing design 6, after design 1 had been written a second time.
     with (tmp_path / JOURNAL).open("ab") as file:
         file.write(json.dumps(row(1)).encode() + b"\n" + json.dumps(row(6)).encode()[:20])
     again = rows(tmp_path, resume=True)
