@@ -48,8 +48,8 @@ parameters (and the other effect of a pair) have been refitted, and a factor of 
 and mesh leave open (0.5 %, in three dimensions 1 %): chi square falls by its square. On rich programs the law is
 really refitted, elsewhere to first order. Sizes are drawn between a strength of {faint:g} and 120, to
 first order, as far as the effect's typical range allows: *faint* below {clear:g}, *clear* below {large:g}, *large*
-above. On rich programs an effect that cannot be seen is drawn again; on poor ones the law imitates much, and an effect of
-typical size may stay *hidden*: then the right answer lists it among the rivals.
+above. On rich programs an effect that cannot be seen is drawn again; on poor ones the law imitates much, and an
+effect of typical size may stay *hidden*: then the right answer lists it among the rivals.
 *Look-alikes* are the other effects that, at their best, stay within four standard errors of the noise-free recording:
 no method can tell them from the truth. Each is tried with one typical size, scaled, and one set of shape parameters;
 effects with memory are not tried in radial channels.
