@@ -222,7 +222,9 @@ def _confusion(items: Sequence[Item]) -> str:
             f"{'**' * (a == truth)}{a}{'**' * (a == truth)} {n}" for a, n in answers.most_common()
         )
         rows.append([truth, str(sum(answers.values())), said])
-    return "## Concealed effects and answers\n\nRight answers in bold.\n\n" + table(["concealed", "", "named"], rows)
+    return "## Concealed effects and answers\n\nRight answers in bold.\n\n" + table(
+        ["concealed", "", "named"], rows
+    )
 
 
 def _secret(truth: Truth) -> str:
