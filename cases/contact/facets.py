@@ -83,7 +83,7 @@ class Basis:
         xi : Array
             Points, shape (p, a), dimensionless.
         slack : float
-            How far outside they may lie, in reference coordinates.
+            Distance by which they may lie outside, in reference coordinates, dimensionless.
         """
         upper = xi.sum(axis=1) if self.kind == "triangle" else xi.max(axis=1)
         return np.asarray((xi.min(axis=1) >= -slack) & (upper <= 1.0 + slack))
