@@ -17,7 +17,6 @@ doi:10.1016/0168-9002(94)90719-6 (the bias).
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -25,9 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.likelihood.linearised import Linearised, linearised, weighed
-from bushcli.diagnosis.likelihood.noise import Compared, smoothed
+from bushcli.diagnosis.likelihood.noise import Compared
 from bushcli.inverse.channel import Channel
-from bushcli.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -35,10 +33,6 @@ Array = NDArray[np.float64]
 # model, or a default mesh in three dimensions, whose forces are 0.2 to 0.8 % off converged ones (measured).
 SECTION, SOLID = 0.005, 0.01
 SURE = 3.0
-# Number of recordings whose smoothed force is cached.
-_KEPT = 8
-
-_smoothed: OrderedDict[bytes, Array] = OrderedDict()
 
 
 def factor_of(channel: Channel) -> float:
@@ -63,7 +57,8 @@ def whitened(rows: Array, channel: Compared, factor: float) -> Array:
 
 
 def _shared(found: Array, channel: Compared, factor: float) -> Array:
-    force = _shape(channel.recording) * channel.weights
+    # The common factor multiplies the recorded force without its noise.
+    force = channel.smoothed_force * channel.weights
     size = float(np.linalg.norm(force))
     if size == 0.0 or factor == 0.0:
         return found
@@ -71,17 +66,6 @@ def _shared(found: Array, channel: Compared, factor: float) -> Array:
     taken = 1.0 - 1.0 / np.sqrt(1.0 + (factor * size) ** 2)
     along = unit @ found
     return np.asarray(found - taken * (unit * along if found.ndim == 1 else np.outer(unit, along)))
-
-
-def _shape(recording: Recording) -> Array:
-    """Force (n,) that the common factor multiplies: the recorded one without its noise."""
-    clock = b"" if recording.time is None else recording.time.tobytes()
-    name = recording.displacement.tobytes() + recording.force.tobytes() + clock
-    if name not in _smoothed:
-        _smoothed[name] = smoothed(recording)
-        if len(_smoothed) > _KEPT:
-            _smoothed.popitem(last=False)
-    return _smoothed[name]
 
 
 def linear_fit(
@@ -136,7 +120,7 @@ def calibrated(channel: Compared, factor: float) -> Compared:
     factor : float
         Standard deviation of the common factor, a share of the force.
     """
-    shape = _shape(channel.recording)
+    shape = channel.smoothed_force
     force = np.where(channel.known, shape, 0.0) * channel.weights
     misfit = np.where(channel.known, channel.misfit, 0.0) * channel.weights
     power = float(force @ force) + (np.inf if factor == 0.0 else factor**-2)

@@ -19,6 +19,7 @@ Suppl. J. R. Stat. Soc. 8:184-197, doi:10.2307/2983560.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -112,6 +113,11 @@ class Compared:
         """Weights of misfit and derivatives (n,): 1 / (sigma sqrt(correlation time)), 0 where not known."""
         unit = self.noise.sigma * np.sqrt(self.noise.correlation_time)
         return np.where(self.known, 1.0 / unit, 0.0)
+
+    @cached_property
+    def smoothed_force(self) -> Array:
+        """The recorded force (n,) without its noise."""
+        return smoothed(self.recording)
 
     @property
     def effective_samples(self) -> float:
