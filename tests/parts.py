@@ -181,7 +181,7 @@ PARTS: dict[str, tuple[Draw, Change | None, str | None]] = {
         lambda text: text.replace(".MILLI.,.METRE.", "$,.METRE."),
         None,
     ),
-    "wrong_unit": (lambda: ring(0.010, 0.022, 0.040) and None, None, "which is not that of a bushing"),
+    "wrong_unit": (lambda: ring(0.010, 0.022, 0.040) and None, None, "which is impossible for a bushing"),
     "tilted": (
         lambda: ring(at=(5.0, -3.0, 8.0), direction=(0.6, 0.0, 0.8)) and None,
         None,

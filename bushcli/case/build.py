@@ -236,7 +236,9 @@ class Builder:
         if any(a == b for a, b in pairwise(path)):
             what = f"{dotted(key)} = {shown(getattr(table, given[0]))} stands still"
             self.findings.append(
-                Finding(key, what, expected="points that differ; a hold needs times: use file")
+                Finding(
+                    key, what, expected="consecutive points must differ; write a hold as a file with times"
+                )
             )
         if shape is not None:
             self.findings += checks.travel(key, load_case, shape)

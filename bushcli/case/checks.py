@@ -63,7 +63,7 @@ def _stiffness(material: Material, shear: float) -> Iterator[Finding]:
         yield Finding(_PARAMETERS, what, expected=expected)
     elif material.bulk_modulus < LEAST_BULK * shear:
         keys = ("material", "bulk_modulus")
-        what = f"{dotted(keys)} = {shown(material.bulk_modulus)} is too small beside a shear modulus of {shear:.3g} MPa"
+        what = f"{dotted(keys)} = {shown(material.bulk_modulus)} is too small for a shear modulus of {shear:.3g} MPa"
         expected = f"at least {LEAST_BULK * shear:.3g} MPa, or Poisson's ratio is negative; rubber has 1000 to 3000 MPa"
         yield Finding(keys, what, expected=expected)
 
@@ -98,7 +98,7 @@ def dimensions(shape: Shape) -> Iterator[Finding]:
     name, largest = max(sizes.items(), key=lambda size: abs(size[1]))
     if abs(largest) < SMALLEST_SHAPE:
         what = f"geometry.{name} = {shown(largest)} is the largest dimension: no bushing is so small"
-        expected = f"dimensions in mm; {1e3 * largest:g} mm, if they are in metres"
+        expected = f"dimensions are in mm; if this one is in metres, write {1e3 * largest:g}"
         yield Finding(("geometry", name), what, expected=expected)
 
 
@@ -181,7 +181,7 @@ def travel(keys: Keys, load_case: LoadCase, shape: Shape) -> Iterator[Finding]:
         unit = "rad" if kind.rotational else "of stretch" if kind.specimen == "coupon" else "mm"
         what = f"{dotted(keys)}: a travel of {load_case.amplitude:g} {unit} is too small to simulate"
         yield Finding(
-            keys, what, expected=f"at least {SMALLEST_TRAVEL:g} {unit}; the initial stiffness needs no less"
+            keys, what, expected=f"at least {SMALLEST_TRAVEL:g} {unit}, enough for the initial stiffness"
         )
     if kind.specimen == "coupon" and min(load_case.path, default=0.0) <= -1.0:
         what = f"{dotted(keys)} = {min(load_case.path):g} compresses the specimen to zero length"

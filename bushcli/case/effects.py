@@ -58,9 +58,9 @@ def build(
         if twins and not _is_of_another_rig(effect, names, twins):
             what = f"{dotted((*keys, 'name'))} = {shown(effect.name)} is given twice"
             wanted = (
-                "one entry per channel: channels = [...] in both, with no channel in common"
+                "list different channels in the two entries: channels = [...]"
                 if effect.of_channel
-                else "each effect once; channels = [...] says which channels have it"
+                else "list each effect once; channels = [...] says which channels have it"
             )
             findings.append(Finding((*keys, "name"), what, expected=wanted))
             continue
@@ -113,12 +113,12 @@ def _channels(
         what = (
             f"{dotted(keys)}: {effect.name} acts on {straight.name} in mm and on {turned[0].name} in degrees"
         )
-        yield Finding((*keys, "channels"), what, expected="channels = [...] of one kind")
+        yield Finding((*keys, "channels"), what, expected="list channels of one kind only: channels = [...]")
     for channel in on if effect.needs_time else []:
         if channel.untimed:
             at = (*keys, "name")
             what = f"{dotted(at)} = {shown(effect.name)} needs time, but {dotted(channel.untimed)} has none"
-            yield Finding(at, what, expected="a rate; or channels = [...] without it")
+            yield Finding(at, what, expected="give it a rate, or leave it out of channels = [...]")
 
 
 def _values(

@@ -80,7 +80,7 @@ def case_from_files(files: Sequence[Path], folder: Path) -> str:
         Files cannot be used; it says of each what is wrong.
     """
     if len(files) > MOST_FILES:
-        raise InputError(Problem("--from", f"{len(files)} files", "", f"at most {MOST_FILES}"))
+        raise InputError(Problem("--from", f"{len(files)} files are given", "", f"at most {MOST_FILES}"))
     entries: list[_Entry] = []
     problems: list[Problem] = []
     for file in dict.fromkeys(files):

@@ -95,8 +95,8 @@ def mesh_size(shape: Shape, mesh: MeshOptions, used: Iterable[str]) -> Iterator[
                 f"the mesh for mode {name} would have {total:.3g} elements ({' x '.join(map(str, counts))})"
             )
             expected = (
-                f"at most {LARGEST_MESH[dimension]}: smaller elements_... in [mesh], or check that the dimensions of "
-                "[geometry] are in mm; the default has elements twice as long as thick"
+                f"at most {LARGEST_MESH[dimension]}: set smaller elements_... in [mesh], or check that the dimensions "
+                "of [geometry] are in mm; the default has elements twice as long as thick"
             )
             yield Finding(("mesh",), what, expected=expected)
             return
@@ -112,8 +112,8 @@ def _free_mesh_size(shape: Shape, mesh: MeshOptions, names: Iterable[str]) -> It
         if about > most:
             what = f"the mesh for mode {name} would have about {about:.2g} elements"
             expected = (
-                f"at most {most}: smaller elements_... in [mesh], or check that all dimensions are in mm (one that is "
-                "in another unit makes the part long and thin) and that it has no tiny edges and faces"
+                f"at most {most}: set smaller elements_... in [mesh], or check that all dimensions are in mm (a "
+                "dimension in another unit makes the part long and thin) and that the part has no tiny edges and faces"
             )
             yield Finding(("mesh",), what, expected=expected)
             return

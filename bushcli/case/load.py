@@ -38,7 +38,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     data, done = apply(_read(path), overrides)
     if is_too_deep(data):
         raise CaseError(
-            Problem(str(path), f"has tables more than {DEEPEST} deep", "", "see docs/case-file.md")
+            Problem(str(path), f"has tables nested more than {DEEPEST} deep", "", "see docs/case-file.md")
         )
     data, deviating = nominal(data)
     builder = Builder(path.parent)

@@ -87,24 +87,24 @@ def prescribed(table: PathTable, keys: Keys, shape: Shape | None) -> tuple[SixPa
         if k in free:
             what = f"{dotted(at)} is given, and {name} is in {dotted((*keys, 'free'))}"
             findings.append(
-                Finding(at, what, expected="one of the two: a free motion follows from equilibrium")
+                Finding(at, what, expected="give one of the two: a free motion follows from equilibrium")
             )
         elif len(values) != len(time):
             what = f"{dotted(at)} has {len(values)} values, {dotted((*keys, 'time'))} has {len(time)}"
-            findings.append(Finding(at, what, expected="a value for each time"))
+            findings.append(Finding(at, what, expected="give a value for each time"))
         else:
             motion[:, k] = np.array(values) * (math.pi / 180.0 if k >= 3 else 1.0)
             if values[0] != 0.0:
                 what = f"{dotted(at)} begins at {values[0]:g}"
-                findings.append(Finding(at, what, expected="0, the rest position, at the first time"))
+                findings.append(Finding(at, what, expected="0 at the first time, the rest position"))
     if np.any(np.diff(time) <= 0.0) or time[0] != 0.0:
         at, what = (*keys, "time"), "does not begin at 0" if time[0] != 0.0 else "does not increase"
-        findings.append(Finding(at, f"{dotted(at)} {what}", expected="times in s, from 0 on"))
+        findings.append(Finding(at, f"{dotted(at)} {what}", expected="increasing times in s, from 0"))
     if findings:
         return None, findings
     if np.abs(motion).max() < SMALLEST:
         what = f"{dotted(keys)} moves nothing"
-        return None, [Finding(keys, what, expected=f"values of at least one of {', '.join(MOTIONS)}")]
+        return None, [Finding(keys, what, expected=f"give values of at least one of {', '.join(MOTIONS)}")]
     findings = _too_far(keys, motion, shape)
     return (None if findings else SixPath(time, motion, free)), findings
 
@@ -156,7 +156,7 @@ def channels(
     moves = [k for k in range(6) if np.ptp(motion[:, k]) > SMALLEST]
     paired = [k for k in range(6) if REACTIONS[k] in forces and k in moves]
     if not paired:
-        what = f"{dotted(keys)} has no reaction whose own motion moves"
+        what = f"{dotted(keys)} has no reaction along a motion in which the sleeve moves"
         pairs = ", ".join(f"{force} with {motion}" for motion, force in zip(MOTIONS, REACTIONS, strict=True))
         return [], [Finding((*keys, "file"), what, expected=f"columns such as ux_mm and fx_N: {pairs}")]
     found = []

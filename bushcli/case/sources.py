@@ -115,11 +115,13 @@ class SourceBuilder:
                 self.findings.append(Finding((*keys, "name"), what))
             files, pattern = self._files((*keys, "file"), table.file)
             if pattern and table.name is not None and len(files) > 1:
-                what = (
-                    f"{dotted((*keys, 'name'))}: one name for the {len(files)} files of {shown(table.file)}"
-                )
+                what = f"{dotted((*keys, 'name'))} is one name, but {shown(table.file)} matches {len(files)} files"
                 self.findings.append(
-                    Finding((*keys, "name"), what, expected="leave it out: each file then names its channel")
+                    Finding(
+                        (*keys, "name"),
+                        what,
+                        expected="leave it out: each channel is then named after its file",
+                    )
                 )
             for file in files:
                 taken = [source.name for source in sources]
@@ -140,9 +142,7 @@ class SourceBuilder:
         found = mode_of_name(file.stem, usual)
         if found is None:
             names = ", ".join(mode.name for mode in modes().values() if mode.specimen == usual)
-            what = (
-                f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} does not contain one"
-            )
+            what = f"{dotted((*keys, 'mode'))} is missing, and the name {shown(file.name)} does not contain a mode"
             self.findings.append(Finding((*keys, "mode"), what, expected=names))
         return found
 
@@ -207,7 +207,7 @@ class SourceBuilder:
         if "**" in name or Path(name).is_absolute():
             what = f"{dotted(keys)} = {shown(name)} is not a supported pattern"
             self.findings.append(
-                Finding(keys, what, expected='one in a folder below the case file: "runs/*.csv"')
+                Finding(keys, what, expected='a pattern relative to the case file, without **: "runs/*.csv"')
             )
             return [], True
         try:

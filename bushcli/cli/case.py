@@ -108,7 +108,7 @@ def mesh(run: Run) -> int:
     "--stiffness-at",
     type=float,
     metavar="TRAVEL",
-    help="Add it at this travel too: mm or degrees; s on a path of six motions.",
+    help="Add the tangent stiffness at this travel too: mm or degrees; a time in s on a path of six motions.",
 )
 @click.option("--no-fields", is_flag=True, help="With -o: write no field files, which are the largest.")
 @click.option(

@@ -130,7 +130,9 @@ def _one_way_to_share(several: bool, workers: int, scheduler: str | None) -> Non
         raise InputError(Problem("--workers", "cannot be used under mpirun, which starts the workers"))
     if scheduler and (several or workers > 1):
         other = "mpirun" if several else "--workers"
-        raise InputError(Problem("--scheduler", f"cannot be combined with {other}", "", "one or the other"))
+        raise InputError(
+            Problem("--scheduler", f"cannot be combined with {other}", "", "give one of the two")
+        )
 
 
 def _reported(run: Run, found: Diagnosis, strict: bool) -> int:

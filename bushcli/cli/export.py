@@ -60,7 +60,7 @@ def export(run: Run, program: str, system: str, density: float | None, without: 
     from bushcli.export.rubber import rubber_of
 
     if ranks_there_are() > 1:
-        raise InputError(Problem("bushcli export", "runs in one process", "", "without mpirun"))
+        raise InputError(Problem("bushcli export", "runs in one process only", "", "run it without mpirun"))
     chosen, units = writer_for(program), unit_system(system)
     if run.output is not None:
         check_file(run.output)
@@ -94,7 +94,7 @@ def _identified(run: Run, source: Source) -> Source:
     """Return the source with its law fitted to its coupon tests, as `direct` does."""
     if not source.case.coupons:
         what = f"has no parameters of {source.case.material.law}, and no coupon tests to fit it to"
-        remedy = "`bushcli inverse CASE -o OUT`, then export OUT"
+        remedy = "run `bushcli inverse CASE -o OUT`, then export OUT"
         raise InputError(Problem(source.where, what, "", remedy))
     found = fit_to_coupons(run, source.case, None, "relative")
     return replace(source, case=replace(source.case, material=found.material))
@@ -117,8 +117,8 @@ def _said(bushing: Bushing | None) -> list[str]:
     return [
         *bushing.remarks,
         *(
-            f"{one.name}: the force law is {one.rms_percent:.2g} % of the force range (rms; at most "
-            f"{one.peak_percent:.2g} %) from a simulation that it was not fitted to"
+            f"{one.name}: the force law deviates by {one.rms_percent:.2g} % of the force range (rms; at most "
+            f"{one.peak_percent:.2g} %) from a simulation that was not used to fit it"
             for one in bushing.law.channels
         ),
     ]

@@ -251,7 +251,7 @@ def unwritable(error: OSError) -> int:
         if error.filename is None and any("ffcx" in frame or "cffi" in frame for frame in frames):
             place = cache
         if place.startswith(cache) or cache.startswith(f"{place}/"):
-            expected = "compiled kernels are saved there; another folder: BUSHCLI_CACHE=/path"
+            expected = "compiled kernels are saved there; BUSHCLI_CACHE=/path chooses another folder"
     what = f"cannot be read or written: {error.strerror or error}"
     _complain(f"error: {Problem(place[:300], what, '', expected)}")
     # The interpreter flushes it at exit, and would fail again.

@@ -63,7 +63,7 @@ def pool(workers: int | None, scheduler: str | None) -> Iterator[Pool | None]:
         where = "mpirun" if several > 1 else "--scheduler"
         raise InputError(Problem("--workers", f"cannot be combined with {where}, which has its own workers"))
     if several > 1 and scheduler:
-        raise InputError(Problem("--scheduler", "cannot be used under mpirun", "", "one or the other"))
+        raise InputError(Problem("--scheduler", "cannot be used under mpirun", "", "give one of the two"))
     if several > 1:
         with ranks() as executor:
             yield None if executor is None else Pool(executor, several - 1)

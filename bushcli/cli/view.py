@@ -57,7 +57,7 @@ def _opened(page: Path) -> int:
 
     if not webbrowser.open(page.as_uri()):
         what = "no browser could be started"
-        raise InputError(Problem(str(page), what, "", "open the file yourself, or --serve"))
+        raise InputError(Problem(str(page), what, "", "open the file yourself, or use --serve"))
     click.echo(page.as_uri())
     return DONE
 
@@ -67,7 +67,9 @@ def _served(page: Path, port: int) -> int:
         server = _Server((LOCAL, port), partial(_Quiet, directory=str(page.parent)))
     except OSError as error:
         what = f"cannot be used: {error.strerror or error}"
-        raise InputError(Problem(f"--port {port}", what, "", "another one, or 0 for a free one")) from None
+        raise InputError(
+            Problem(f"--port {port}", what, "", "choose another port, or 0 for a free one")
+        ) from None
     with server:
         click.echo(f"http://{LOCAL}:{server.server_port}/{page.name}")
         click.echo("Ctrl-C ends it", err=True)

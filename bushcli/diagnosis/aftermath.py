@@ -65,7 +65,7 @@ class Extras:
             if maps and models[0].effects:
                 self.maps = _maps(problem, plain, notify)
         except NotConverged as error:
-            remedy = "nothing else depends on it; --no-maps leaves it out"
+            remedy = "no other result depends on the map; --no-maps leaves it out"
             self.conditions = (
                 Condition("no_map", f"the map of the bushing cannot be solved: {error}", remedy),
             )

@@ -181,8 +181,8 @@ def doubts(
             Condition(
                 "effects_of_the_case",
                 f"the effects in the case file ({names}) are not used: a diagnosis begins with the law alone and "
-                "looks for these like for all others",
-                "nothing, if the diagnosis finds them; bushcli inverse identifies the law together with them",
+                "looks for these effects as for all others",
+                "nothing to do if the diagnosis finds them; bushcli inverse identifies the law together with them",
             )
         )
     loud = [one for one in channels if one.noise_percent > LOUD]
@@ -192,7 +192,7 @@ def doubts(
             Condition(
                 "loud_noise",
                 f"the noise is large compared with the force range ({sizes}): smaller deviations cannot be detected",
-                "record more samples on every branch, or with less noise; the noise is taken from neighbouring samples",
+                "record more samples on every branch, or with less noise; neighbouring samples determine the noise",
             )
         )
     return [*made, *_search_doubts(best, search)]
@@ -206,7 +206,7 @@ def _search_doubts(best: Weighed, search: Search) -> list[Condition]:
             Condition(
                 "not_converged",
                 "the fit of the most probable model ended before it had converged",
-                "begin with other start values in [material.parameters]",
+                "give other start values in [material.parameters]",
             )
         )
     if search.lost:
@@ -215,7 +215,7 @@ def _search_doubts(best: Weighed, search: Search) -> list[Condition]:
                 "models_lost",
                 f"{len(search.lost)} models could not be solved from any start and have no probability: "
                 + "; ".join(search.lost),
-                "the recordings exclude none of them",
+                "do not take them as ruled out: the recordings exclude none of them",
             )
         )
     if search.ended == "budget":
@@ -224,7 +224,7 @@ def _search_doubts(best: Weighed, search: Search) -> list[Condition]:
                 "budget",
                 f"the time limit was reached: further fits could shift up to {100 * search.left:.0f} % of the "
                 "probability",
-                "a larger --budget, or --resume with it",
+                "give a larger --budget; with -o DIR, --resume continues this run",
             )
         )
     return made

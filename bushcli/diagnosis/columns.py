@@ -103,7 +103,7 @@ def trials(
             found += _grid(case, model, effect, None, rig, there)
     if found or having:
         return found, "" if found else "it is in the model already"
-    return [], "a law that is identified from the same recordings can do the same"
+    return [], "the law, which is identified from the same recordings, can reproduce its influence"
 
 
 def unfit(case: Case, names: Sequence[str]) -> str:

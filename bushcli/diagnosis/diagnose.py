@@ -230,7 +230,9 @@ def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | Non
         return store
     fits = f"{store.there} result{'s' * (store.there != 1)}"
     if not resume:
-        notify("begin", store.folder.name, f"{fits} of an earlier run deleted; --resume would have kept them")
+        notify(
+            "begin", store.folder.name, f"deleted {fits} of an earlier run, which --resume would have kept"
+        )
     elif store.there:
         notify("resume", store.folder.name, f"{fits} found")
     else:

@@ -223,7 +223,11 @@ def _words(proposal: Proposal, bits: float, possible: float, pairs: Sequence[tup
     if holds:
         text += f", holding for {' and '.join(f'{h:g}' for h in holds)} s"
     gain = "; ".join(f"{a} from {b}" for a, b in pairs)
-    gain = f"it would separate {gain}" if gain else "it would not decide, but it is the most informative one"
+    gain = (
+        f"it would separate {gain}"
+        if gain
+        else "it would not settle the question, but is the most informative of the possible tests"
+    )
     return f"{text} (about {proposal.cost:.0f} minutes); {gain} (expected: {bits:.2g} of {possible:.2g} bit)."
 
 

@@ -217,7 +217,7 @@ class Search:
     def _size(self, fitted: Fitted) -> str:
         state = State(self.problem, fitted)
         gain = self.weights(state)[0] - self.plain.evidence.log
-        return f"misfit {state.size:.3g} of the noise, log evidence {gain:+.1f}"
+        return f"misfit {state.size:.3g} times the noise, log evidence {gain:+.1f}"
 
     def _enter(self, state: State, predicted: float) -> None:
         key = state.model.structure

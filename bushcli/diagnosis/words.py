@@ -37,7 +37,7 @@ def sentence(mismatch: Mismatch, channels: int = 1) -> str:
 def sentences(location: Location) -> tuple[str, ...]:
     """Return a sentence per mismatch, or a single sentence if there is no mismatch."""
     if not location.mismatch:
-        return ("the misfit is nowhere more than noise",)
+        return ("the misfit nowhere exceeds the noise",)
     channels = len({one.channel for one in location.bins})
     return tuple(sentence(one, channels) for one in location.mismatch)
 

@@ -148,7 +148,7 @@ def require_values(active: Sequence[ActiveEffect], where: str) -> None:
             where,
             f"effects.{name} is not given",
             "",
-            "a value for every parameter of the effect; only a fit can do without",
+            "give every parameter of the effect a value; only a fit does not need one",
         )
         for one in active
         for name in one.lacking
@@ -180,7 +180,7 @@ def require_time(active: Sequence[ActiveEffect], channel: str, mode: str, where:
             where,
             f"has no time, which the effect {one.name} needs",
             "",
-            "a column with the time in s; or channels = [...] of the effect without this one",
+            "add a column with the time in s, or leave this channel out of the effect's channels = [...]",
         )
         for one in acting(active, channel, mode)
         if one.effect.needs_time

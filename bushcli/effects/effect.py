@@ -281,21 +281,23 @@ def unsuited(
         return ()
     if effect.needs_sleeves and shape.wall is None:
         what = f"a {type(shape).name} has no coaxial sleeves"
-        return ((what, "another shape, or without this effect"),)
+        return ((what, "use another shape, or leave this effect out"),)
     if effect.adds_sleeves and shape.sleeved(_SLEEVE, _SLEEVE) is None:
-        what = f"the sleeves of a {type(shape).name} are its own"
-        expected = "sleeves as bodies of the section or the CAD file, with [geometry.plates.inner_sleeve]"
+        what = f"sleeves cannot be added to a {type(shape).name}: it has only those that are drawn"
+        expected = (
+            "draw the sleeves as bodies in the section or the CAD file, with [geometry.plates.inner_sleeve]"
+        )
         return ((what, expected),)
     given = values or {}
     chosen = {p.choice(given.get(p.name, p.start)) for p in effect.parameters if p.choices}
     found = [
-        (f"there is no model of it with an elastic {name}", "a rigid one")
+        (f"the effect cannot be combined with an elastic {name}", "make it rigid")
         for name, choices in effect.rigid
         if (not choices or chosen & set(choices))
         and (name in shape.elastic_sleeves or "sleeve_compliance" in others)
     ]
     if effect.adds_sleeves and len(shape.elastic_sleeves) == 2:
-        expected = "[geometry] without them; or change their youngs_modulus"
+        expected = "leave them out of [geometry], or change their youngs_modulus there"
         found.append(("both sleeves are elastic already", expected))
     return tuple(found)
 

@@ -41,11 +41,11 @@ def bushing_of(source: Exported, chosen: Writer, progress: Progress | None = Non
     """
     if source.case.geometry.specimen != "bushing":
         what = "is a coupon; a vehicle model needs a bushing"
-        raise InputError(Problem(source.where, what, "", "another geometry.shape"))
+        raise InputError(Problem(source.where, what, "", "choose another geometry.shape"))
     if chosen.kind == "matrix":
         if source.stiffness_matrix is None:
             what = "has no stiffness matrix"
-            remedy = "`bushcli direct CASE --stiffness-matrix -o OUT` first, then export OUT"
+            remedy = "run `bushcli direct CASE --stiffness-matrix -o OUT`, then export OUT"
             raise InputError(Problem(source.where, what, "", remedy))
         return Bushing((), source.stiffness_matrix)
     left = [one for one in source.case.effects if one.effect.acts == "rig"]
@@ -84,7 +84,7 @@ def _simulated(source: Exported, case: Case, progress: Progress | None) -> tuple
     stopped = [channel for channel in response.channels if channel.stopped]
     if stopped:
         what = f"{stopped[0].name}: no equilibrium beyond {stopped[0].reach:.4g} ({stopped[0].stopped})"
-        raise InputError(Problem(source.where, what, "", "a smaller displacement"))
+        raise InputError(Problem(source.where, what, "", "ask for a smaller displacement"))
     return tuple(
         ForceCurve(c.name, c.mode, c.curve.displacement, c.curve.force, c.curve.time)
         for c in response.channels
@@ -101,7 +101,7 @@ def _nothing(source: Exported) -> InputError:
     what = "has neither [[load_cases]] nor [[recordings]], which say how far the bushing moves"
     if _several(source.case):
         what = 'has only paths of six motions (mode = "path"), which give no curve of a single motion'
-    return InputError(Problem(source.where, what, "", '[[load_cases]] with mode = "axial" and amplitude'))
+    return InputError(Problem(source.where, what, "", 'add [[load_cases]] with mode = "axial" and amplitude'))
 
 
 def _ranges(source: Exported, case: Case) -> list[tuple[str, str, float, float]]:

@@ -144,8 +144,8 @@ class Bushing:
             q = np.array([-end, 0.0, end])
             return q, float(self.stiffness_matrix[i, i]) * q
         what = f"{direction} needs a curve in mode {mode}, but there is none"
-        matrix = "`bushcli direct CASE --stiffness-matrix -o OUT`, then export OUT"
-        remedy = f'[[load_cases]] with mode = "{mode}"; or {matrix}'
+        matrix = "run `bushcli direct CASE --stiffness-matrix -o OUT`, then export OUT"
+        remedy = f'add [[load_cases]] with mode = "{mode}", or {matrix}'
         raise InputError(Problem(f"--to {of}", what, "", remedy))
 
 

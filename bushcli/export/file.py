@@ -24,15 +24,17 @@ def check_file(path: Path) -> None:
     """
     if path.is_symlink():
         raise InputError(
-            Problem(str(path), "is a symbolic link, which is not followed", "", "another -o FILE")
+            Problem(str(path), "is a symbolic link, which is not followed", "", "give another -o FILE")
         )
     if path.is_dir():
-        raise InputError(Problem(str(path), "is a folder", "", "-o FILE, the name of the file to write"))
+        raise InputError(Problem(str(path), "is a folder", "", "give the name of a file to write: -o FILE"))
     if not path.parent.is_dir():
-        raise InputError(Problem(str(path), "lies in a folder that does not exist", "", "another -o FILE"))
+        raise InputError(
+            Problem(str(path), "lies in a folder that does not exist", "", "give another -o FILE")
+        )
     if path.exists() and not _is_own(path):
         what = "exists already and was not written by an earlier export"
-        raise InputError(Problem(str(path), what, "", "another -o FILE, or delete it"))
+        raise InputError(Problem(str(path), what, "", "give another -o FILE, or delete this one"))
 
 
 def write_file(path: Path, content: bytes) -> None:
@@ -57,7 +59,7 @@ def write_file(path: Path, content: bytes) -> None:
         part.replace(path)
     except OSError as error:
         what = f"cannot be written: {error.strerror or error}"
-        raise InputError(Problem(str(path), what, "", "free some space, or another -o FILE")) from None
+        raise InputError(Problem(str(path), what, "", "free some space, or give another -o FILE")) from None
     finally:
         part.unlink(missing_ok=True)
 

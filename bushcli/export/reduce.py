@@ -104,8 +104,8 @@ def reduce(
     """
     for one in case.effects:
         if one.effect.acts == "rubber" and one.effect.name not in (*_REMEMBERING, *_STATIC):
-            what = f"a force law with memory has no place for the effect {one.effect.name}"
-            remedy = f"--without {one.effect.name} for the force law without it"
+            what = f"a force law with memory cannot express the effect {one.effect.name}"
+            remedy = f"use --without {one.effect.name} for a force law without it"
             raise InputError(Problem("--to fmu", what, "", remedy))
     found = []
     for name, mode, low, high in channels:
@@ -114,7 +114,7 @@ def reduce(
         except NotConverged as failure:
             what = f"{name}: no equilibrium on the way to {max(abs(low), abs(high)):.4g} ({failure.reason})"
             raise InputError(
-                Problem(case.path.name, what, "", "a smaller amplitude in [[load_cases]]")
+                Problem(case.path.name, what, "", "give a smaller amplitude in [[load_cases]]")
             ) from None
     return tuple(found)
 

@@ -63,7 +63,7 @@ class Source:
         there = [one.effect.name for one in self.case.effects]
         for name in names:
             if name not in there:
-                known = ", ".join(there) or "it has none"
+                known = ", ".join(there) or "the case has no effects"
                 what = f'"{name}" is not an effect of this case'
                 raise InputError(Problem("--without", what, nearest(name, there), known))
         kept = tuple(one for one in self.case.effects if one.effect.name not in names)
@@ -92,7 +92,7 @@ def read_source(path: Path, overrides: Sequence[str] = ()) -> Source:
         case = load_case(path, overrides)
         source = Source(case, str(path))
     elif overrides:
-        what = "changes a case file, and this is a result"
+        what = "changes a case file, but a result is given"
         raise InputError(
             Problem(f"--set {overrides[0]}", what, "", "export the case file, or run again with --set")
         )

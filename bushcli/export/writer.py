@@ -129,7 +129,7 @@ class Writer:
             ("viscoelasticity", bool(rubber.series), self.series, self.series_laws),
             ("mullins", rubber.softening is not None, self.softening, self.softening_laws),
         ):
-            remedy = f"another program; or --without {effect} for the card without it"
+            remedy = f"choose another program, or use --without {effect} for a card without it"
             if there and not called:
                 refuse(f"{self.title} has no model for the effect {effect}", remedy)
             elif there and only is not None and rubber.law not in only:
@@ -139,8 +139,8 @@ class Writer:
                 )
         for name in rubber.inexpressible:
             refuse(
-                f"a material card has no place for the effect {name}",
-                f"--without {name} for the card without it",
+                f"a material card cannot express the effect {name}",
+                f"use --without {name} for a card without it",
             )
         if rubber.bulk_modulus == float("inf") and not self.incompressible:
             refuse(

@@ -81,13 +81,13 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
             "time",
             f"{len(recording.repeated)} rows repeat the row before them, including its time stamp (line {lines}"
             + (f" and {rest} more)" if rest > 0 else ")"),
-            "nothing: these rows are left out; find out why the logger writes rows twice",
+            "these rows are left out; find out why the logger writes rows twice",
             False,
             np.zeros(len(recording.force), dtype=bool),
         )
     for repair in recording.repairs:
         if repair.kind != "columns":
-            remedy = "nothing: it is repaired; find out why the logger writes it so"
+            remedy = "the recording is repaired; find out why the logger writes it this way"
             none = np.zeros(len(recording.force), dtype=bool)
             yield DataFault(recording.name, repair.kind, repair.text, remedy, False, none)
     x = abscissa(recording)
@@ -118,7 +118,7 @@ def sample_faults(recording: Recording) -> Iterator[DataFault]:
                 "stuck",
                 f"{held.sum()} of {len(held)} samples repeat the {what} before them while the test goes on "
                 f"({places(recording, np.flatnonzero(held))})",
-                "look for lost telegrams between sensor and logger"
+                "look for lost messages between sensor and logger"
                 + ("; record it again" if fatal else f"; {_LEFT_OUT}"),
                 fatal,
                 held,
@@ -154,7 +154,7 @@ def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
             yield DataFault(
                 recording.name,
                 "spikes",
-                f"{bad.sum()} of {n} samples of the {what} stand far off the curve on both sides of them "
+                f"{bad.sum()} of {n} samples of the {what} lie far from the curve through their neighbours "
                 f"({places(recording, np.flatnonzero(bad))})",
                 f"look for a loose contact or a disturbed cable; {_LEFT_OUT}",
                 False,

@@ -106,7 +106,7 @@ def signs(recording: Recording, bad: Mask) -> Iterator[DataFault]:
             recording.name,
             "sign",
             f"the force falls while the displacement rises (correlation {correlation:.2f}): one of them has the "
-            "other sign",
+            "wrong sign",
             'reverse the sign of the force: reverse = ["force"] in this table of the case file',
             True,
             np.zeros(len(recording.force), dtype=bool),

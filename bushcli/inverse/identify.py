@@ -243,7 +243,7 @@ def _unsolvable(task: Task, initial: Array) -> Finding:
         task.case.path.name,
         f"{task.model} cannot be solved on these curves from {tried}, nor from the law's own start values",
         "",
-        "other start values in [material.parameters]",
+        "give other start values in [material.parameters]",
     )
 
 

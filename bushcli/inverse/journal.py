@@ -102,7 +102,7 @@ class Journal:
         if identity != self.identity:
             what = "belongs to another case, law or option"
             raise InputError(
-                Problem(str(self._index), what, "", "the same case, law and options as in that run")
+                Problem(str(self._index), what, "", "repeat the case, law and options of that run")
             )
 
     def _write_index(self) -> None:
@@ -112,11 +112,11 @@ class Journal:
         try:
             if self._index.is_symlink():
                 what = "is a symbolic link, which is not followed"
-                raise InputError(Problem(str(self._index), what, "", "another -o"))
+                raise InputError(Problem(str(self._index), what, "", "give another -o"))
             # A file that was written here begins like this, even if it is damaged.
             if self._index.exists() and not read_bounded(self._index, _LARGEST).startswith(b'{"identity": '):
                 what = "exists already and was not written by an earlier run"
-                raise InputError(Problem(str(self._index), what, "", "another -o"))
+                raise InputError(Problem(str(self._index), what, "", "give another -o"))
             self._index.write_text(text + "\n", encoding="utf-8")
         except OSError as error:
             raise InputError(

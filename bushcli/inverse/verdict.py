@@ -59,9 +59,9 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
         found.append(
             Condition(
                 "beside_failure",
-                "the search ended beside parameters that cannot be solved: the misfit would fall further there; the "
-                "intervals are from profiles and end where the model can no longer be solved",
-                "a law with fewer parameters, --starts 8, or leave out the largest displacements",
+                "the search ended at parameters beyond which the model cannot be solved, although the misfit would "
+                "fall further; the intervals come from profiles and end where the model can no longer be solved",
+                "use a law with fewer parameters or --starts 8, or leave out the largest displacements",
             )
         )
     elif not fit.converged:
@@ -88,7 +88,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
             Condition(
                 "failed_solves",
                 f"{fit.failed_solves} of {fit.sweeps} trials could not be solved and made the search step back",
-                "start values nearer to the answer, in [material.parameters]",
+                "give start values nearer to the answer in [material.parameters]",
             )
         )
     return tuple(found)
@@ -98,7 +98,7 @@ def profiles_cut_short() -> Condition:
     """Return the condition that the search was complete, but the profiles were interrupted."""
     return Condition(
         "interrupted",
-        "stopped after the search, while profiles were made: intervals are missing",
+        "stopped after the search, while profiles were computed: intervals are missing",
         "run it again with --resume",
     )
 
@@ -117,9 +117,9 @@ def start_replaced(instead: Mapping[str, float]) -> Condition:
     listed = ", ".join(f"{name} = {value:.3g}" for name, value in instead.items())
     return Condition(
         "start_replaced",
-        "with the start values the law is unstable or could not be solved; the search began with the ratios of "
-        f"{listed}",
-        "nothing, if the fit is good; else other start values in [material.parameters], or --starts 8",
+        "with the start values the law is unstable or could not be solved; the search began with "
+        f"{listed}, scaled to the curves",
+        "nothing to do if the fit is good; otherwise give other start values in [material.parameters], or --starts 8",
     )
 
 
@@ -154,7 +154,7 @@ def _poor(fit: Fit) -> list[Condition]:
         Condition(
             "poor_fit",
             f"the search found a minimum, but the curves are not reproduced: rms {listed}",
-            "another law (--model all), other starts (--starts 8); if none helps, physics is missing from the model",
+            "try another law (--model all) or more starts (--starts 8); if neither helps, the model lacks some physics",
         )
     ]
 
@@ -188,8 +188,8 @@ def _edge(best: Minimum) -> list[Condition]:
         Condition(
             "at_stability_limit",
             "the misfit would be lower with a law that is unstable in the strained rubber: the parameters are held at "
-            "the edge of stability, where standard errors do not hold and intervals are one-sided",
-            "a recording to a larger displacement or with less noise; or a law with fewer parameters",
+            "the edge of stability, where standard errors are not valid and intervals are one-sided",
+            "add a recording to a larger displacement or with less noise, or use a law with fewer parameters",
         )
     ]
 
@@ -240,7 +240,7 @@ def _stability(fit: Fit) -> list[Condition]:
                 Condition(
                     "unstable_outside_data",
                     f"the fitted law is stable in {mode} deformation only between stretches {low:.3g} and {high:.3g}",
-                    "do not use it beyond; `bushcli direct` checks the states that the bushing reaches",
+                    "do not use it beyond these stretches; `bushcli direct` checks the states that the bushing reaches",
                 )
             )
     return found
@@ -280,7 +280,7 @@ def _delicate(fit: Fit, task: Task) -> list[Condition]:
     return [
         Condition(
             "delicate",
-            f"if the force of a channel were 1 % larger, it would change {listed}; the standard errors "
+            f"a force 1 % larger in one channel would change {listed}; the standard errors "
             "account for noise alone",
             "trust the curves more than these parameters; calibrate the load cell, refine the mesh (bushcli direct "
             "--mesh-check), or record larger displacements",
@@ -308,7 +308,7 @@ def _several(ends: tuple[EndPoint, ...]) -> list[Condition]:
                 Condition(
                     "several_minima",
                     f"distinct parameter sets fit equally well: {listed}",
-                    "another recording, or a law with fewer parameters; the curves alone cannot distinguish them",
+                    "add another recording, or use a law with fewer parameters; these curves cannot tell them apart",
                 )
             ]
     return []

@@ -147,10 +147,10 @@ def _refused(table: Table, index: int, time: Array, repeated: Mask) -> Recording
     now, before = table.text(row, index), table.text(row - 1, index)
     what = f"{table.label(index)}: the time does not increase, {now} follows {before}"
     if len(wrong) > 1:
-        what += f", and so in {len(wrong) - 1} more {'rows' if len(wrong) > 2 else 'row'}"
+        what += f", and likewise in {len(wrong) - 1} more {'rows' if len(wrong) > 2 else 'row'}"
     back = (np.diff(time)[wrong] < 0).any()
     expected = (
-        "each recording in a file of its own, its rows in the order of time"
+        "write each recording into a file of its own, with its rows in the order of time"
         if back
         else "write the time with more digits; of rows with the same time keep the one measured at that time"
     )

@@ -94,7 +94,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
         if (values <= 0).any():
             row = int(np.argmax(values <= 0))
             what = f"{table.label(index)}: a stretch of {table.text(row, index)} is impossible"
-            expected = 'a strain? say so: units = {displacement = "strain"} or "percent"'
+            expected = 'if it is a strain, give units = {displacement = "strain"} or "percent"'
             raise RecordingError(Problem(table.place(row), what, "", expected))
         values = values - 1.0
     return Column(index, -values if quantity in source.reverse else values, read.name, remarks)
@@ -112,7 +112,7 @@ def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
     unnamed = [] if best or alike else by_unit(table, wanted)
     best = best or unnamed
     if len(best) == 1:
-        taken = f"{table.label(best[0])} is taken for the {quantity} by its unit"
+        taken = f"{table.label(best[0])} is read as the {quantity} because of its unit"
         return best[0], (taken,) if unnamed else ()
     if best and identical(table, best, wanted):
         labels = " and ".join(table.label(i) for i in best)
@@ -131,7 +131,7 @@ def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
         _unit(table, wanted, alike[0])
     listed = ", ".join(name for name in table.names if name)
     what = f"no column {_EXPECTED[measured]}, which mode {wanted.mode.name} needs"
-    what += f", among {listed[:300]}" if listed else "; the table has no header"
+    what += f"; there are {listed[:300]}" if listed else "; the table has no header"
     expected = f"or choose a column by name or number: {key}"
     raise RecordingError(Problem(table.where, what + (f"; {other}" if other else ""), "", expected))
 
@@ -158,7 +158,7 @@ def _other_forms(table: Table, wanted: Wanted) -> str:
     heads = [heading(name) for name in table.names if name]
     true = TRUE_STRESS if wanted.measured == "stress" else TRUE_STRAIN
     if any(word_quality(without(head, true), wanted.measured) and set(head.words) & true for head in heads):
-        return f'a true {wanted.measured}? say so: {wanted.measured} = "true"'
+        return f'if it is a true {wanted.measured}, give {wanted.measured} = "true"'
     raw, key = {
         "strain": ("length", "gauge_length"), "stress": ("force", "area (or width and thickness, or diameter)"),
     }.get(wanted.measured, ("", ""))  # fmt: skip

@@ -107,7 +107,7 @@ def _read(path: Path, format_name: str, wanted: Collection[str | int]) -> Found:
         except (OSError, ValueError) as error:
             raise _damaged(path, reader, str(error)) from None
     if importlib.util.find_spec(reader.library) is None:
-        what = f"is {reader.name}, which {reader.library} reads, and that is not installed"
+        what = f"is {reader.name}; {reader.library}, which reads it, is not installed"
         raise RecordingError(Problem(str(path), what, "", remedy("rig")))
     return _found(path, reader, _taken_over(_asked(path, reader, format_name, wanted)))
 

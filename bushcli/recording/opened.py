@@ -86,7 +86,7 @@ def format_of(path: Path) -> str:
         head = read_beginning(path, HEAD, LARGEST_BINARY)
     except TooLarge as error:
         raise RecordingError(
-            Problem(str(path), str(error), "", "export what is needed, or every tenth row")
+            Problem(str(path), str(error), "", "export only the columns that are needed, or every tenth row")
         ) from None
     except FileNotFoundError:
         raise RecordingError(Problem(str(path), "no such file")) from None
@@ -161,7 +161,7 @@ def _meant(source: Source, mode: Mode, quantities: Sequence[Quantity], inside: F
         )
     else:
         single = [table.part for table, joins in found if not joins]
-        what = f"no sheet or group has columns for {needed}, among {listed(single)}"
+        what = f"no sheet or group has columns for {needed}; there are {listed(single)}"
         widest = max((table for table, joins in found if not joins), key=lambda table: len(table.names))
         what += (
             f'; "{widest.part}" has {", ".join(filter(None, widest.names))[:200] or "columns without names"}'

@@ -45,7 +45,7 @@ def columns_of(
     theirs = {k: v for k, v in found.items() if k in REACTIONS} if forces is None else dict(forces)
     if not own:
         listed = ", ".join(name for name in table.names if name)[:300]
-        what = f"has no column of a motion, among {listed}" if listed else "has no header"
+        what = f"has no column of a motion; its columns are {listed}" if listed else "has no header"
         raise RecordingError(
             Problem(str(source.file), what, "", "ux_mm ... rz_deg; or choose columns: motions = {ux = ...}")
         )
@@ -94,7 +94,7 @@ def read_motions(source: Source) -> tuple[Array | None, Array]:
         if np.any(np.diff(time) <= 0.0):
             row = int(np.argmax(np.diff(time) <= 0.0)) + 1
             what = f"the time does not increase, {time[row]:g} s follows {time[row - 1]:g} s"
-            raise RecordingError(Problem(str(source.file), what, "", "rows in the order of time"))
+            raise RecordingError(Problem(str(source.file), what, "", "put the rows in the order of time"))
     if len(poses) < 2:
         raise RecordingError(Problem(str(source.file), f"has only {len(poses)} points", "", "at least 2"))
     return time, poses

@@ -83,7 +83,7 @@ def six_table(source: Source, chosen: Mapping[str, str]) -> Table:
     # A sheet with a bad row may be the sheet that is meant.
     for error in found.failed.values():
         raise error
-    what = "no sheet or group has all motions and reactions, among "
+    what = "no sheet or group has all motions and reactions; there are "
     what += listed([table.part for table, joins, _ in having if not joins])
     expected = "one table with columns such as time_s, ux_mm, fx_N; or their names: motions = {ux = ...}"
     raise RecordingError(Problem(str(source.file), what, "", expected))

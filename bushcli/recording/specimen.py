@@ -46,7 +46,9 @@ def nominal(source: Source, mode: Mode, moved: Array, forced: Array) -> tuple[Ar
             what = (
                 f"reaches a logarithmic strain of {np.abs(strain).max():.3g}, beyond that of a stretch of 20"
             )
-            raise RecordingError(Problem(str(source.file), what, "", "if it is in percent, say so by units"))
+            raise RecordingError(
+                Problem(str(source.file), what, "", "if it is in percent, give its unit in units")
+            )
         strain = np.expm1(strain)
     if (strain <= -1.0).any():
         length = f"{specimen.gauge_length:g} mm"

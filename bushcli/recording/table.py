@@ -169,7 +169,7 @@ class ArrayTable(Table):
             row = int(np.argmax(bad))
             what = f"{self.label(column)}: {self.text(row, column)} is not a finite number"
             if bad.sum() > 1:
-                what += f", and so in {int(bad.sum()) - 1} more samples"
+                what += f", and likewise in {int(bad.sum()) - 1} more samples"
             expected = "delete these samples, or export the file without them"
             raise RecordingError(Problem(self.place(row), what, "", expected))
         # A code has three nines or is a limit of 16 or 32 bits: only such values are converted to text.

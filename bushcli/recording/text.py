@@ -177,7 +177,7 @@ def _lines(path: Path, text: str) -> list[Line]:
     for number, line in enumerate(re.split(r"\r\n|\n|\r", text), start=1):
         if len(line) > LONGEST_LINE:
             what = f"has {len(line)} characters"
-            expected = f"at most {LONGEST_LINE} in a line: is this a recording, and are its lines ended?"
+            expected = f"at most {LONGEST_LINE} in a line: is this a recording, and does it have line ends?"
             raise RecordingError(Problem(f"{path}:{number}", what, "", expected))
         if line.strip():
             comment = line.lstrip().startswith(_COMMENTS) and not begins_with_missing(line)
@@ -247,7 +247,7 @@ def _start(path: Path, split: Sequence[list[str]], decimal: str) -> tuple[int, i
     for i, fit in enumerate(fits):
         if fit and (i + 1 == len(fits) or fits[i + 1]):
             return i, raw, filled
-    raise RecordingError(Problem(str(path), "has no two rows of numbers below each other"))
+    raise RecordingError(Problem(str(path), "has no two consecutive rows of numbers"))
 
 
 def _header(

@@ -97,7 +97,7 @@ def map_lines(found: Diagnosis) -> list[str]:
         "law_too_poor": f"the {law_title(found.material.law)} law",
     }.get(found.verdict)
     if lines and cause and any(one.helps_locally for one in found.maps):
-        lines.append(f"It is the plain law's misfit that is mapped; the most probable cause is {cause}.")
+        lines.append(f"The map shows the misfit of the plain law; the most probable cause is {cause}.")
     return lines
 
 

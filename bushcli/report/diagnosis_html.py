@@ -46,7 +46,7 @@ _HOW = (
 )
 _PROBABILITIES = (
     "The probability of an effect is the sum over all models that have it. A model is a law with a set of effects; its "
-    "form error is how wrong its formulas are taken to be, of the misfit of the plain law."
+    "form error is how wrong its formulas are taken to be, as a share of the misfit of the plain law."
 )
 _VALUES = (
     "Before: 95 % interval of what was known of the value before the recordings. As far out: share of bushings whose "
@@ -152,8 +152,8 @@ def _effect(effect: Named) -> str:
 def _missing(found: Diagnosis, pictures: list[Picture]) -> Section:
     heading = "What is missing" if is_missing(found) else "What the most probable model leaves"
     note = (
-        "Recorded less simulated force by the most probable model, noise taken off, as far as no effect explains it: "
-        "the unknown physics must look like this."
+        "Recorded minus simulated force of the most probable model, without noise, as far as no effect explains it: "
+        "the force that the unknown physics adds."
     )
     return Section(heading, pictures, note=note if pictures else "", lines=_sentences(missing_lines(found)))
 
@@ -173,7 +173,7 @@ def _record(found: Diagnosis, pictures: list[Picture]) -> Section:
 def _search(found: Diagnosis) -> list[Section]:
     note = (
         "Predicted: from the linearised problem around a model that was fitted before. Found: after the fit. Both "
-        "against the plain law."
+        "relative to the plain law."
     )
     trials = _full(trial_table(found))
     return [

@@ -73,7 +73,7 @@ def _opening(found: Diagnosis) -> str:
             other = law_title(found.material.law)
             short = any(condition.name == "misfit_above_noise" for condition in found.conditions)
             return f"{origin}, leaves a misfit larger than the noise because the law is too poor: " + (
-                f"{other} comes nearer without any further physics{best}, though not to the noise."
+                f"{other} comes nearer without any further physics{best}, but not down to the noise."
                 if short
                 else f"{other} describes the same rubber without any further physics{best}."
             )
@@ -94,7 +94,7 @@ def _law(found: Diagnosis) -> str:
     """Return a sentence if the law differs from that of the plain model."""
     if found.material.law != found.plain.law:
         replaced = f"the {law_title(found.material.law)} law in place of {law_title(found.plain.law)}"
-        return f"The model also has {replaced}: both together reduce the misfit."
+        return f"The model also has {replaced}: both changes together reduce the misfit."
     if found.law_from == "coupons" and not found.law_fixed:
         return (
             "The law, too, is no longer that of the coupons but identified from the recordings: both together reduce "

@@ -61,7 +61,7 @@ def headline(found: Diagnosis) -> str:
             # A sentence must not have two colons.
             return f"Missing physics: {missing_physics(found).replace(': ', '; ', 1)}"
         case "unexplained":
-            beside = f"; beside it {listed(effects_with_chance(found))}" if found.effects else ""
+            beside = f"; also {listed(effects_with_chance(found))}" if found.effects else ""
             p = f" ({chance(found.probability[UNKNOWN])})" if UNKNOWN in found.probability else best
             known = _not_ruled_out(found, [UNKNOWN])
             return f"Unexplained: something is missing that is not {catalogue(found)}{p}{beside}{known}"

@@ -45,7 +45,7 @@ def check_folder(directory: Path) -> None:
             return
     except OSError as error:
         what = f"cannot be written: {error.strerror or error}"
-        raise InputError(Problem(str(directory), what, "", "another -o")) from None
+        raise InputError(Problem(str(directory), what, "", "give another -o")) from None
     raise InputError(Problem(str(existing), "is a file", "", _FOLDER))
 
 
@@ -81,16 +81,18 @@ def refuse_others(directory: Path, names: Iterable[str], inputs: Collection[Path
     findings = []
     for path in there:
         if path.is_symlink():
-            findings.append(Problem(str(path), "is a symbolic link, which is not followed", "", "another -o"))
+            findings.append(
+                Problem(str(path), "is a symbolic link, which is not followed", "", "give another -o")
+            )
         elif path.resolve() in read:
             what = "is an input of the case, and a result would replace it"
-            findings.append(Problem(str(path), what, "", "another -o"))
+            findings.append(Problem(str(path), what, "", "give another -o"))
         elif own is None:
             what = "exists already and was not written by an earlier run (the folder has no result.json of bushcli)"
-            findings.append(Problem(str(path), what, "", "another -o"))
+            findings.append(Problem(str(path), what, "", "give another -o"))
         elif own and path.name not in own:
             what = "exists already and was not written by an earlier run (result.json does not list it)"
-            findings.append(Problem(str(path), what, "", "another -o"))
+            findings.append(Problem(str(path), what, "", "give another -o"))
     if findings:
         raise InputError(*findings)
 
@@ -148,7 +150,7 @@ def write_files(
     except OSError as error:
         place = str(error.filename or directory)
         what = f"cannot be written: {error.strerror or error}"
-        raise InputError(Problem(place, what, "", "free some space, or another -o")) from None
+        raise InputError(Problem(place, what, "", "free some space, or give another -o")) from None
     return tuple(directory / name for name in files)
 
 

@@ -121,7 +121,9 @@ def _lines(fit: Fit) -> list[str]:
             )
     if "compliance" in fit.parameters:
         bulk = bulk_modulus(fit)
-        lines.append(f"Bulk modulus: {bulk}{' MPa' if bulk[-1].isdigit() else ''}, by the compliance.")
+        lines.append(
+            f"Bulk modulus: {bulk}{' MPa' if bulk[-1].isdigit() else ''}, from the identified compliance."
+        )
     return lines
 
 

@@ -246,7 +246,7 @@ def _factor_text(found: SingleFactor) -> str:
     own = listed([f"{factor:.2f} ({name})" for name, factor in found.by_channel.items()])
     if len(found.by_channel) > 1:
         return (
-            f"No single factor on the stiffness explains the gap: the channels ask for {own}, and a common "
+            f"No single factor on the stiffness explains the gap: the channels need {own}, and a common "
             f"{found.factor:.2f} leaves {left} rms."
         )
     best = f"the best, {found.factor:.2f}, leaves {left} rms"

@@ -174,7 +174,7 @@ def _cache() -> Examination:
         problem = Condition(
             "damaged_kernels",
             f"{len(broken)} compiled forms are cut short, such as {names}",
-            "nothing: they are compiled again when needed; check whether the disk is full",
+            "nothing to do: they are compiled again when needed; check whether the disk is full",
         )
         return Examination(facts, (problem,))
     if existing.is_dir() and os.access(existing, os.W_OK):

@@ -108,7 +108,7 @@ class Store:
         self.folder, self.codec = folder, codec
         if folder.is_symlink():
             raise InputError(
-                Problem(str(folder), "is a symbolic link, which is not followed", "", "another -o")
+                Problem(str(folder), "is a symbolic link, which is not followed", "", "give another -o")
             )
         try:
             folder.mkdir(parents=True, exist_ok=True)

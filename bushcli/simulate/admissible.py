@@ -34,7 +34,10 @@ def check_material(case: Case, material: Material) -> None:
     if not material.parameters:
         raise InputError(
             Problem(
-                case.path.name, "material.parameters are not given", "", "them, or [[coupons]] to fit them to"
+                case.path.name,
+                "material.parameters are not given",
+                "",
+                "give them, or [[coupons]] to fit them to",
             )
         )
     # This import loads UFL, which a case whose law is still to be fitted does not need.

@@ -92,7 +92,7 @@ def _build(
     try:
         write_mesh(mesh, file)
     except (OSError, RuntimeError) as error:  # HDF5 raises the second on a full disk
-        raise InputError(Problem(str(file), f"cannot be written: {error}", "", "another -o")) from None
+        raise InputError(Problem(str(file), f"cannot be written: {error}", "", "give another -o")) from None
     topology = mesh.mesh.topology
 
     def count(tags: object, tag: int, owned: int) -> int:

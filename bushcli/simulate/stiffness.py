@@ -61,8 +61,10 @@ def check_state(channels: Sequence[Channel], at: float | None) -> None:
     InputError
     """
     if at is not None and all(with_state(channel, at)[1] is None for channel in channels):
-        expected = "mm or degrees on the way of a load case or recording, s of a path of six motions"
-        raise InputError(Problem("--stiffness-at", f"no channel passes {at:g}", "", expected))
+        expected = (
+            "a travel of a load case or recording, in mm or degrees; a time of a path of six motions, in s"
+        )
+        raise InputError(Problem("--stiffness-at", f"no channel reaches {at:g}", "", expected))
 
 
 def matrices(

@@ -96,7 +96,7 @@ def _of_cycles(seen: Sequence[Observed]) -> Iterator[Lack]:
             known,
             "Mullins softening",
             "the first cycles condition the part, and the others go no further",
-            "let later cycles go further than the conditioning did, or compare the first cycles too",
+            "drive later cycles further than the conditioning, or compare the first cycles too",
         )
     begun = tuple(one.channel for one in seen if not one.from_rest)
     if begun:

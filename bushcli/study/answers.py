@@ -86,7 +86,7 @@ def answer(case: Case, text: str) -> Answer:
     name, equals, spec = text.rpartition("=")
     name, spec = (name.strip() if equals else spec.strip()), spec.strip()
     if not name or not spec:
-        raise InputError(Problem(f"--answer {text}", "asks for nothing", "", EXAMPLES))
+        raise InputError(Problem(f"--answer {text}", "names no answer", "", EXAMPLES))
     # Other channels have no force over one displacement: they are asked for by keys of the result.
     channels = {name: mode for name, mode in case.channels if mode in modes()}
     at = _AT.match(spec)
@@ -94,14 +94,16 @@ def answer(case: Case, text: str) -> Answer:
     if at is None and (channel not in channels or kind not in ALONE):
         if channel in channels or (kind in (*ALONE, *AT) and not set(".[") & set(channel)):
             close = nearest(channel, channels) if channel not in channels else ""
-            what = "is no answer" if channel in channels else f"there is no channel {channel}"
+            what = "is not an answer" if channel in channels else f"there is no channel {channel}"
             raise InputError(Problem(f"--answer {text}", what, close, EXAMPLES))
         return Answer(name, "", spec)
     if channel not in channels:
         what = f"there is no channel {channel}"
         raise InputError(Problem(f"--answer {text}", what, nearest(channel, channels), ", ".join(channels)))
     if at and kind not in AT:
-        raise InputError(Problem(f"--answer {text}", f"{kind} is not known at a travel", "", ", ".join(AT)))
+        raise InputError(
+            Problem(f"--answer {text}", f"{kind} cannot be asked for at a travel", "", ", ".join(AT))
+        )
     try:
         travel = float(at[3]) if at else None
     except ValueError:
@@ -109,7 +111,9 @@ def answer(case: Case, text: str) -> Answer:
     if travel is not None and not math.isfinite(travel):
         raise InputError(Problem(f"--answer {text}", "has no number after @", "", EXAMPLES))
     if travel == 0.0 and kind == "secant":
-        raise InputError(Problem(f"--answer {text}", "has no secant at rest", "", f"{channel}.initial"))
+        raise InputError(
+            Problem(f"--answer {text}", "has no secant: the travel is zero", "", f"{channel}.initial")
+        )
     return Answer(name, channel, kind, travel, _unit(channels[channel], kind))
 
 

@@ -206,7 +206,7 @@ def _ends(
             notify(len(ends) + lost, len(questions), lost)
     if not ends:
         what = f"no start could be simulated: {reason.rstrip('.')}"
-        raise InputError(Problem("design", what, "", "other bounds, or --starts"))
+        raise InputError(Problem("design", what, "", "try other bounds, or more --starts"))
     return ends
 
 
@@ -271,17 +271,21 @@ def _conditions(
     bound = [key for key, one in keys.items() if one.at_bound]
     if missed:
         names = ", ".join(f"{one.target.name} by {100 * one.deviation:+.3g} %" for one in missed)
-        remedy = f"wider bounds for {', '.join(bound)}" if bound else "more keys to --vary, or --starts"
+        remedy = (
+            f"widen the bounds of {', '.join(bound)}" if bound else "vary more keys, or use more --starts"
+        )
         found.append(
             Condition("target_missed", f"no design within the bounds reaches the targets: {names}", remedy)
         )
     if not converged:
         found.append(
-            Condition("not_converged", f"the search ended after {MOST_EVALUATIONS} designs", "more --starts")
+            Condition(
+                "not_converged", f"the search ended after {MOST_EVALUATIONS} designs", "use more --starts"
+            )
         )
     singular = np.linalg.svd(scaled, compute_uv=False)
     rank = int(np.count_nonzero(singular > DETERMINED * singular[0]))
     if rank < len(keys) and not missed:
         what = f"{len(keys)} keys are searched, of which the targets determine {rank}: other designs reach them too"
-        found.append(Condition("underdetermined", what, "another --target, or fewer keys"))
+        found.append(Condition("underdetermined", what, "add a --target, or vary fewer keys"))
     return tuple(found)

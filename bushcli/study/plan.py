@@ -122,12 +122,14 @@ def plan(
 def _grid(variables: Sequence[Variable], designs: int | None) -> list[tuple[Value, ...]]:
     ranged = next((one for one in variables if not one.values), None)
     if ranged is not None:
-        wanted = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or another --sampling"
+        wanted = f"e.g. {ranged.key}={ranged.low:g}:{ranged.high:g}:5, or choose another --sampling"
         raise InputError(
             Problem(f"--vary {ranged.key}={ranged.spec}", "has no values for a grid", "", wanted)
         )
     if designs is not None:
-        raise InputError(Problem("--designs", "has no meaning for a grid: its values give the number"))
+        raise InputError(
+            Problem("--designs", "has no meaning for a grid: its values determine the number of designs")
+        )
     count = math.prod(len(one.values) for one in variables)
     if count > MOST_DESIGNS:
         raise InputError(Problem("--vary", f"makes a grid of {count} designs", "", f"at most {MOST_DESIGNS}"))

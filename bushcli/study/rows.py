@@ -204,7 +204,7 @@ class Rows:
         known = before if isinstance(before, dict) else {}
         names = sorted(name for name in now.keys() | known.keys() if now.get(name) != known.get(name))
         what = f"holds another study: {', '.join(names) or 'its definition'} differ"
-        wanted = "the options of that run, or no --resume, which starts again"
+        wanted = "repeat the options of that run, or leave out --resume to start again"
         raise InputError(Problem(str(self.folder), what, "", wanted))
 
     def _empty(self) -> None:
@@ -250,7 +250,9 @@ def _synced(file: Path) -> None:
 def _unwritable(error: OSError, folder: Path) -> InputError:
     place = str(error.filename or folder)
     return InputError(
-        Problem(place, f"cannot be written: {error.strerror or error}", "", "free some space, or another -o")
+        Problem(
+            place, f"cannot be written: {error.strerror or error}", "", "free some space, or give another -o"
+        )
     )
 
 

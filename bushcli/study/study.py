@@ -290,7 +290,7 @@ def _conditions(
             Condition(
                 "designs_failed",
                 f"{lost} of {len(plan.rows)} designs have no result; the statistics are those of the others",
-                "see the reasons; narrower ranges leave such designs out",
+                "see the reasons; narrower ranges avoid such designs",
             )
         )
     # Conditions other than those with which designs failed.
@@ -322,7 +322,7 @@ def _conditions(
             Condition(
                 "no_probability",
                 f"shares within limits refer to the designs of this {plan.sampling}, not to parts in production",
-                "--sampling lhs with distributions gives a yield",
+                "use --sampling lhs with distributions to estimate a yield",
             )
         )
     return tuple(found)

@@ -71,9 +71,11 @@ def target(text: str) -> Target:
     if not equals or not name:
         raise InputError(Problem(where, "is not NAME=VALUE", "", EXAMPLES))
     if mode not in known:
-        raise InputError(Problem(where, f"{mode} is no mode", nearest(mode, known), ", ".join(known)))
+        raise InputError(Problem(where, f"{mode} is not a mode", nearest(mode, known), ", ".join(known)))
     if kind not in KINDS:
-        raise InputError(Problem(where, f"{kind} is no rate", nearest(kind, KINDS), ", ".join(KINDS)))
+        raise InputError(
+            Problem(where, f"{kind} is not a kind of rate", nearest(kind, KINDS), ", ".join(KINDS))
+        )
     if (kind == "initial") == bool(at):
         what = "has a travel, but an initial stiffness has none" if at else f"{kind} needs a travel"
         raise InputError(Problem(where, what, "", EXAMPLES))

@@ -158,9 +158,9 @@ def _range(key: str, spec: str, text: str) -> Variable | None:
         low, high = float(parts[0]), float(parts[1])
         count = int(parts[2]) if len(parts) == 3 else 0
     except ValueError:
-        raise _wrong(text, "is no range", EXAMPLES) from None
+        raise _wrong(text, "is not a range", EXAMPLES) from None
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise _wrong(text, "does not rise from its first number to its second", EXAMPLES)
+        raise _wrong(text, "must rise from its first number to its second", EXAMPLES)
     if len(parts) == 2:
         return _uniform(key, spec, low, high)
     if not 2 <= count <= MOST_VALUES:
@@ -176,14 +176,14 @@ def _called(key: str, spec: str, text: str) -> Variable | None:
         return None
     name = found[1]
     if name not in _DISTRIBUTIONS:
-        raise _wrong(text, f"{name} is no distribution", ", ".join(_DISTRIBUTIONS))
+        raise _wrong(text, f"{name} is not a distribution", ", ".join(_DISTRIBUTIONS))
     make, arguments = _DISTRIBUTIONS[name]
     try:
         numbers = [float(part) for part in found[2].split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != len(arguments) or not all(map(math.isfinite, numbers)):
-        raise _wrong(text, f"{name} has other arguments", f"{name}({', '.join(arguments)})")
+        raise _wrong(text, f"{name} takes other arguments", f"{name}({', '.join(arguments)})")
     made = make(key, spec, *numbers)
     if made is None:
         raise _wrong(

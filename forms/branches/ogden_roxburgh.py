@@ -74,7 +74,7 @@ def _softening(below: Scalar, scale: Scalar, inverse_r: Scalar) -> Scalar:
 
 BRANCH = Branch(
     name="ogden_roxburgh",
-    summary="below the largest energy so far the stress is (1 - (1/r) erf((W_max - W) / (m + beta W_max))) times it",
+    summary="below the largest energy so far the stress is multiplied by 1 - (1/r) erf((W_max - W) / (m + beta W_max))",
     parameters=("inverse_r", "m", "beta"),
     typical={"inverse_r": 0.35, "m": 0.05, "beta": 0.15},
     internal={"peak": "scalar"},

@@ -157,7 +157,7 @@ def _axis(wanted: Wanted, part: Part, faces: Sequence[Sampled]) -> tuple[Axis, s
         raise GeometryError(
             where,
             "no face is a surface of revolution: the axis cannot be found",
-            "geometry.axis and geometry.origin",
+            "give geometry.axis and geometry.origin",
             view_of({face.tag: "free" for face in faces}),
         )
     return found, "found"
@@ -170,7 +170,7 @@ def _require(bonds: Bonds, faces: Sequence[Sampled], where: str) -> None:
         raise GeometryError(
             where,
             f"no face was found for the bond {both}: the rubber would not be held",
-            "geometry.bonds with radius, normal, box, face or colour",
+            "give geometry.bonds with radius, normal, box, face or colour",
             view_of(bonds.labels),
         )
     assert faces

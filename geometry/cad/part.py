@@ -126,7 +126,7 @@ def _size(path: Path, scale: float) -> float:
     if not SMALLEST <= size <= LARGEST:
         raise GeometryError(
             str(path),
-            f"is {size:.4g} mm in size, which is not that of a bushing",
+            f"is {size:.4g} mm in size, which is impossible for a bushing",
             'unit = "mm", "cm", "m" or "inch", if the numbers in the file are not in the unit that it states',
         )
     for _, tag in model().getEntities(3):

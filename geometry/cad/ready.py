@@ -127,7 +127,7 @@ def _axis(points: Array, inner: Ints, given: Vector | None, where: str) -> Axis:
         direction = rows[-1] * np.sign(rows[-1][np.argmax(np.abs(rows[-1]))])
         if spread[-1] > UPRIGHT * spread[0]:
             raise GeometryError(
-                where, "the inner bond is not a cylinder: the axis cannot be found", "geometry.axis"
+                where, "the inner bond is not a cylinder: the axis cannot be found", "give geometry.axis"
             )
         if np.abs(direction).max() > 1 - ALONG:
             direction = np.rint(direction)

@@ -57,7 +57,7 @@ def _plate(name: str, loops: Sequence[Loop], where: str) -> Loop:
     outline = [p for curve in (*one, *other) for p in curve.points]
     if _area(outline) < THINNEST * length**2:
         raise GeometryError(
-            where, f'the plate "{name}" has no thickness', "two edges, apart by the thickness of the metal"
+            where, f'the plate "{name}" has no thickness', "draw two edges, the thickness of the metal apart"
         )
     joints = [Curve("line", pair) for pair in ((end, first), (last, start)) if math.dist(*pair) > 0]
     curves = [*one, joints[0], *other, *joints[1:]]

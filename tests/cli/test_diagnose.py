@@ -286,7 +286,7 @@ def test_a_recording_that_cannot_be_read_leaves_the_fits_of_an_earlier_run(
     [
         (2, True, "2 results found"),
         (0, True, "there are no saved results: starting from the beginning"),
-        (1, False, "1 result of an earlier run deleted; --resume would have kept them"),
+        (1, False, "deleted 1 result of an earlier run, which --resume would have kept"),
         (0, False, ""),
     ],
 )

@@ -48,7 +48,7 @@ def test_a_cache_that_is_a_file(small, tmp_path):
     (tmp_path / "cache").write_text("mine")
     done = run("direct", small, "-q", BUSHCLI_CACHE=str(tmp_path / "cache"))
     assert refused(done)
-    assert "compiled kernels are saved there; another folder: BUSHCLI_CACHE=/path" in done.stderr
+    assert "compiled kernels are saved there; BUSHCLI_CACHE=/path chooses another folder" in done.stderr
     examined = run("doctor", BUSHCLI_CACHE=str(tmp_path / "cache"))
     assert examined.returncode == 1
     assert f"{tmp_path / 'cache'} is a file" in examined.stdout

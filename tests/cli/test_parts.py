@@ -77,7 +77,7 @@ def test_a_drawing_is_computed(cli: Cli, folder: Path) -> None:
         ("geometry.file=prat.dxf", "no such file"),
         ("geometry.shape=cad", "is not a .step"),
         ("geometry.outline=[{from=[1,2],to=[3,4]}]", "either as [[geometry.outline]] or as file"),
-        ('effects=[{name="sleeve_compliance"}]', "its own"),
+        ('effects=[{name="sleeve_compliance"}]', "only those that are drawn"),
     ],
 )
 def test_what_is_wrong_is_said(cli: Cli, folder: Path, change: str, said: str) -> None:

@@ -107,7 +107,7 @@ def test_a_mode_has_the_stiffness_matrix_too(cli: Cli, tmp_path: Path) -> None:
     assert "radial: stiffness matrix at the end (1.00 mm), N, mm, rad" in shown.stdout
     refused = cli("direct", file, "--stiffness-at", "3")
     assert refused.returncode == 2
-    assert "no channel passes 3" in refused.stderr
+    assert "no channel reaches 3" in refused.stderr
 
 
 @pytest.mark.parametrize(
@@ -242,7 +242,7 @@ def test_the_law_is_identified_from_a_recorded_path(recorded: Path) -> None:
         ('motions={ux = "ux_mm"}', None),
         ('motions={wx = "ux_mm"}', "wx"),
         ('motions={ux = "Weg"}', "no column"),
-        ('forces={fy = "fx_N"}', "no reaction whose own motion moves"),
+        ('forces={fy = "fx_N"}', "no reaction along a motion in which the sleeve moves"),
         ('columns={force = "fx_N"}', "has no meaning for mode path"),
         ("cycles=[1]", "has no meaning for mode path"),
         ("mode=radial", "could each be the displacement"),

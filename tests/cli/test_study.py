@@ -179,7 +179,7 @@ def test_answers_from_lists_of_a_path_of_six_motions(inside, case):
         (["--vary", "geometry.outer_radius"], "is not KEY=VALUES"),
         (["--vary", "geometry.outer_radius=18:20", "--sampling", "grid"], "has no values for a grid"),
         (["--vary", "geometry.length=30,34", "--answer", "radial.initial"], "there is no channel radial"),
-        (["--vary", "geometry.length=30,34", "--answer", "axial.force"], "is no answer"),
+        (["--vary", "geometry.length=30,34", "--answer", "axial.force"], "is not an answer"),
         (
             ["--vary", "geometry.length=30,34", "--limits", "radial.initial=1:2"],
             "is not an answer of this study",

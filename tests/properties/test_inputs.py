@@ -330,12 +330,12 @@ SEEN = [
     ("load_cases.0.amplitude=1e-300", "load_cases[0].amplitude: a travel of 1e-300 mm is too small"),
     (
         "material.bulk_modulus=1e-10",
-        "1e-10 is too small beside a shear modulus of 1 MPa (at least 0.667",
+        "1e-10 is too small for a shear modulus of 1 MPa (at least 0.667",
     ),
     ("material.parameters={C10=2e5, C20=0, C30=0}", "out of bounds"),
     (
         "geometry={shape='plain', inner_radius=0.012, outer_radius=0.022, length=0.04}",
-        "40 mm, if they are in metres",
+        "dimensions are in mm; if this one is in metres, write 40",
     ),
     ("geometry.inner_radius=1e-9", "geometry.inner_radius = 1e-09 is too small to mesh (at least 0.001 mm)"),
     (

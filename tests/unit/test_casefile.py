@@ -293,19 +293,19 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ("effects.rig_compliance.stiffness=1", "stiffness = 1.0 is out of bounds (at least 10 N/mm)"),
         (
             "effects=[{name='mullins'}, {name='mullins'}]",
-            'effects[1].name = "mullins" is given twice (each effect once; channels = [...] says',
+            'effects[1].name = "mullins" is given twice (list each effect once; channels = [...] says',
         ),
         (
             "effects=[{name='free_play', channels=['axial-1']}, {name='free_play', channels=['axial-1']}]",
-            'effects[1].name = "free_play" is given twice (one entry per channel: channels = [...] in both',
+            'effects[1].name = "free_play" is given twice (list different channels in the two entries',
         ),
         (
             "effects=[{name='free_play', channels=['axial-1']}, {name='free_play'}]",
-            'effects[1].name = "free_play" is given twice (one entry per channel: channels = [...] in both',
+            'effects[1].name = "free_play" is given twice (list different channels in the two entries',
         ),
         (
             "effects=[{name='debonding'}]",
-            'effects[0].name = "debonding": there is no model of it with an elastic inner_sleeve (a rigid one)',
+            'effects[0].name = "debonding": the effect cannot be combined with an elastic inner_sleeve (make it rigid)',
         ),
         (
             "effects=[{name='mullins', channels=['axail']}]",
@@ -318,7 +318,7 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ),
         (
             "effects=[{name='free_play'}]",
-            "effects[0]: free_play acts on axial-1 in mm and on torsional in degrees (channels = [...] of one kind)",
+            "effects[0]: free_play acts on axial-1 in mm and on torsional in degrees (list channels of one kind only",
         ),
         (
             "effects=[{name='free_play', channels=['torsional'], parameters={half_width=-1}}]",
@@ -326,7 +326,7 @@ def test_terms_choose_the_parameters_to_fit(folder):
         ),
         (
             "effects=[{name='time_lag'}]",
-            'effects[0].name = "time_lag" needs time, but load_cases[0] has none (a rate; or channels',
+            'effects[0].name = "time_lag" needs time, but load_cases[0] has none (give it a rate, or leave',
         ),
         ("title=5", "title = 5 is not a text in quotes"),
     ],
@@ -644,8 +644,8 @@ def test_a_choice_is_a_word_with_a_usual_one(folder):
     # Debonding is not modelled on an elastic sleeve, but on the other one it is.
     outer = one.replace("BOND", ", bond='outer_top'")
     assert load(folder, CASE, outer).effects[0].values["bond"] == 2.0
-    assert "there is no model of it with an elastic outer_sleeve" in str(problems(folder, rigid, outer))
-    assert "there is no model of it with an elastic inner_sleeve" in str(
+    assert "the effect cannot be combined with an elastic outer_sleeve" in str(problems(folder, rigid, outer))
+    assert "the effect cannot be combined with an elastic inner_sleeve" in str(
         problems(folder, CASE, one.replace("BOND", ""))
     )
     (wrong,) = problems(folder, rigid, one.replace("BOND", ", bond='outer_tip'"))

@@ -89,9 +89,9 @@ def test_a_file_whose_name_is_a_pattern_is_taken_as_it_is(tmp_path):
         ('file = "none_*.csv"\nmode = "axial"', "matches no file"),
         ('file = "**/*.csv"', r"is not a supported pattern"),
         ('file = "/etc/*.conf"', r"is not a supported pattern"),
-        ('file = "run_*.csv"', r'mode is missing, and the name "run_1.csv" does not contain one \(axial'),
-        ('file = "run_1.csv"', r'mode is missing, and the name "run_1.csv" does not contain one'),
-        ('file = "run_*.csv"\nmode = "axial"\nname = "a"', "one name for the 2 files"),
+        ('file = "run_*.csv"', r'mode is missing, and the name "run_1.csv" does not contain a mode \(axial'),
+        ('file = "run_1.csv"', r'mode is missing, and the name "run_1.csv" does not contain a mode'),
+        ('file = "run_*.csv"\nmode = "axial"\nname = "a"', "matches 2 files"),
         (
             'file = "run_1.csv"\nmode = "axial"\ngauge_length = 20.0',
             "gauge_length belongs to a material test",

@@ -249,17 +249,17 @@ class Combined:
         if helps:
             return (
                 f"A local change of stiffness removes {somewhere} of the squared misfit, the best uniform "
-                f"one{factor} {everywhere}: if the rubber is to blame, it is not everywhere the same "
+                f"change{factor} removes {everywhere}: if the rubber is to blame, it is not the same everywhere "
                 f"(p {_chance(self.field.p)})."
             )
         if self.field.p < LEVEL:
             return (
                 f"The best uniform change of stiffness{factor} removes {everywhere} of the squared misfit, a local "
-                "one hardly more: these recordings do not point to any place in the rubber."
+                "change hardly more: these recordings do not point to any place in the rubber."
             )
         return (
-            f"A local change of stiffness does not help significantly more than a uniform one{factor}, which takes "
-            f"away {everywhere} of the squared misfit (p {_chance(self.field.p)}): these recordings do not point "
+            f"A local change of stiffness does not help significantly more than a uniform change{factor}, which "
+            f"removes {everywhere} of the squared misfit (p {_chance(self.field.p)}): these recordings do not point "
             "to any place in the rubber."
         )
 
@@ -277,10 +277,10 @@ class Combined:
             )
         if len(alike) > 1:
             return (
-                f"To first order it would be {said[0]}; these recordings do not distinguish it from "
+                f"To first order the rubber would be {said[0]}; these recordings do not distinguish this from "
                 f"{', '.join(said[1:])}."
             )
-        return f"To first order it would be {said[0]}."
+        return f"To first order the rubber would be {said[0]}."
 
     def _part(self) -> str:
         if not self.mirrors:

@@ -38,7 +38,7 @@ def parallel(q: Signal, force: Signal, time: Array | None, given: Given) -> Sign
 EFFECT = Effect(
     name="batch_stiffness",
     title="Another batch of rubber",
-    summary="The bushing is of another batch than the coupons: one factor on all its curves.",
+    summary="The bushing is from another batch than the coupons: one factor scales all its curves.",
     acts="rubber",
     parameters=(
         EffectParameter(

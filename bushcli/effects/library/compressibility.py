@@ -55,7 +55,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="a radial channel beside an axial or a torsional one",
+    needs="a radial channel and an axial or torsional one",
     rivals=("debonding", "gain", "rig_compliance", "sleeve_compliance"),
     source="Gent and Lindley (1959), Compression of bonded rubber blocks, doi:10.1243/PIME_PROC_1959_173_022_02",
     specimens=frozenset({"bushing", "coupon"}),

@@ -50,7 +50,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="a radial channel beside an axial or a torsional one",
+    needs="a radial channel and an axial or torsional one",
     rivals=("gain", "swaging"),
     source="Vujosevic and Lubarda (2002), Finite-strain thermoelasticity, doi:10.2298/TAM0229379V",
     feature=feature,

@@ -77,7 +77,7 @@ def feature(bond: str) -> Feature:
 EFFECT = Effect(
     name="debonding",
     title="Debonding",
-    summary="Part of the bond between rubber and sleeve is free, from one end on.",
+    summary="The rubber has come off a sleeve over part of the bond, starting at one end.",
     acts="assembly",
     parameters=(
         # The derivative at zero is that of the bond's corner: it does not predict a length that reaches the bulk.
@@ -95,8 +95,8 @@ EFFECT = Effect(
                 "half_t",
                 0.7,
                 of="thickness",
-                source="engineering judgement: a crack of up to the thickness is found by its curve, a "
-                "longer one by eye",
+                source="engineering judgement: a crack up to the thickness shows only in the "
+                "curve, a longer one is visible",
             ),
         ),
         EffectParameter(
@@ -117,7 +117,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="two channels: it softens torsion as its share of the length, radial more",
+    needs="two channels: torsion softens by the free share of the length, radial stiffness by more",
     rivals=("batch_stiffness", "compressibility", "dimension"),
     source="Stress concentrations at bonds of rubber to metal (2023), doi:10.5254/rct-23.611182",
     needs_sleeves=True,

@@ -50,7 +50,7 @@ def _branch(i: int, modulus: float, slip: float) -> tuple[EffectParameter, Effec
         EffectParameter(
             f"slip{number}",
             "1",
-            "shear strain at which it slips",
+            "shear strain at which the branch slips",
             slip,
             1e-4,
             1.0,
@@ -61,7 +61,7 @@ def _branch(i: int, modulus: float, slip: float) -> tuple[EffectParameter, Effec
                 0.005,
                 0.5,
                 source="engineering judgement: the modulus of filled rubber falls between strains of 0.1 "
-                "and 10 % (Payne effect); larger slips serve the overlay of several branches by one",
+                "and 10 % (Payne effect); larger values let one branch stand for several",
             ),
         ),
     )
@@ -86,7 +86,7 @@ def feature() -> Feature:
 EFFECT = Effect(
     name="friction",
     title="Internal friction",
-    summary="Filled rubber slips inside: the same loop at every rate, stiff just after each reversal.",
+    summary="Filled rubber slips internally: the loop is the same at every rate, and stiff just after each reversal.",
     acts="rubber",
     parameters=(*_branch(1, 0.2, 0.05), *_branch(2, 0.1, 0.2), *_branch(3, 0.1, 0.02)),
     needs="reversals at two amplitudes; a second rate or a hold distinguishes it from viscoelasticity",

@@ -94,7 +94,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="a radial channel beside an axial or a torsional one",
+    needs="a radial channel and an axial or torsional one",
     rivals=("compressibility", "rig_compliance"),
     source="Adkins and Gent (1954), Load-deflexion relations of rubber bushes, doi:10.1088/0508-3443/5/10/303",
     needs_sleeves=True,

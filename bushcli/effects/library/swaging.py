@@ -75,7 +75,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="a radial channel beside an axial or a torsional one",
+    needs="a radial channel and an axial or torsional one",
     rivals=("cure_shrinkage", "dimension", "gain"),
     source="Hill (1977), Load-deflection relations of long cylindrical rubber bushes, doi:10.1002/app.1977.070210602",
     needs_sleeves=True,

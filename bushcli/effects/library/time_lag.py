@@ -17,7 +17,7 @@ from bushcli.effects.prior import Prior
 EFFECT = Effect(
     name="time_lag",
     title="Time lag between the signals",
-    summary="Force is logged late against displacement: a false loop whose width goes with the rate.",
+    summary="The force is logged later than the displacement: a false loop whose width grows with the rate.",
     acts="rig",
     parameters=(
         # A logger that reads its channels in turn is late by as much as a sample.
@@ -33,8 +33,8 @@ EFFECT = Effect(
                 "t",
                 2.0,
                 of="interval",
-                source="engineering judgement: a logger that reads its channels in turn is late by as much "
-                "as a sample, a filter on one of them by some",
+                source="engineering judgement: a logger that reads its channels in turn delays them by up "
+                "to a sample, a filter on one channel by a few",
             ),
         ),
     ),

@@ -86,10 +86,10 @@ def feature() -> Feature:
 EFFECT = Effect(
     name="viscoelasticity",
     title="Viscoelasticity",
-    summary="Fast motion meets more force, which relaxes in a hold; the loop grows with the rate.",
+    summary="Fast motion needs more force, which relaxes in a hold; the loop grows with the rate.",
     acts="rubber",
     parameters=(*_branch(1, 0.2, 10.0), *_branch(2, 0.1, 1.0), *_branch(3, 0.1, 100.0)),
-    needs="time, and two rates or a hold; a time per branch needs rates or holds that far apart",
+    needs="time, and two rates or a hold; several branches need rates or holds as far apart as their times",
     rivals=("drift", "friction", "mullins", "time_lag", "warming"),
     source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
     specimens=frozenset({"bushing", "coupon"}),

@@ -65,7 +65,7 @@ EFFECT = Effect(
         EffectParameter(
             "tau",
             "s",
-            "time in which it warms",
+            "time constant of the warming",
             50.0,
             1e-3,
             1e6,
@@ -81,7 +81,7 @@ EFFECT = Effect(
             ),
         ),
     ),
-    needs="time, and equal cycles or holds far apart in it",
+    needs="time, and equal cycles or holds at times far apart",
     rivals=("drift", "mullins", "viscoelasticity"),
     source="Lion (1997), Thermo-mechanical behaviour of elastomers, doi:10.1007/BF01178397",
     specimens=frozenset({"bushing", "coupon"}),

@@ -28,8 +28,10 @@ def write(order: Order) -> str:
     """
     one = rubber(order)
     if one.softening is not None and one.series and one.law != "arruda_boyce":
-        what = f"Radioss takes a Prony series beside Mullins softening with arruda_boyce only, not with {one.law}"
-        remedy = "--without viscoelasticity or --without mullins for a card without it"
+        what = (
+            f"Radioss combines a Prony series with Mullins softening for arruda_boyce only, not for {one.law}"
+        )
+        remedy = "leave one of them out: --without viscoelasticity or --without mullins"
         raise InputError(Problem("--to radioss", what, "", remedy))
     if one.law == "arruda_boyce":
         lines = _boyce(order)

@@ -118,7 +118,7 @@ def _layout(path: Path, header: Mapping[str, str]) -> _Layout:
     needed = start + groups * group * channels * dtype.itemsize
     size = path.stat().st_size
     if size < needed:
-        raise ValueError(f"is cut off: {size} bytes, where its header announces {needed}")
+        raise ValueError(f"is cut off: it has {size} bytes, its header announces {needed}")
     return _Layout(path, dtype, start, channels, group, groups, frames * frame)
 
 

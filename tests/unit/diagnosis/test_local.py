@@ -198,7 +198,7 @@ def test_one_channel_knows_that_the_rubber_differs_but_not_where():
     axial = combined(fitted([seen("axial", change, 3)]))
     result = axial.map(axial.gains, 1.0)
     assert result.helps_locally
-    assert "do not distinguish it from" in result.text or "cannot be determined" in result.text
+    assert "do not distinguish this from" in result.text or "cannot be determined" in result.text
 
 
 def test_a_channels_own_calibration_is_no_place():

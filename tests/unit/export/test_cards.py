@@ -406,7 +406,7 @@ def test_a_card_softens_as_the_rubber(program, name):
         ("radioss", rubber_with("ogden", softening=SOFTENING), "not with ogden"),
         ("febio", rubber_with("ogden", softening=SOFTENING), "FEBio has no model for the effect mullins"),
         ("lsdyna", rubber_with("yeoh", softening=SOFTENING), "LS-DYNA has no model for the effect mullins"),
-        ("abaqus", rubber_with("yeoh", inexpressible=("friction",)), "no place for the effect friction"),
+        ("abaqus", rubber_with("yeoh", inexpressible=("friction",)), "cannot express the effect friction"),
     ],
 )
 def test_what_a_program_cannot_express_is_refused_by_name(program, rubber, words):

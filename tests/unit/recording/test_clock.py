@@ -55,7 +55,7 @@ def test_single_stamps_out_of_line_are_interpolated(tmp_path):
 
 def test_a_clock_that_starts_again_is_refused(tmp_path):
     time = np.concatenate([TIME[:200], TIME[:200]])
-    with pytest.raises(RecordingError, match=r"does not increase.*each recording in a file of its own"):
+    with pytest.raises(RecordingError, match=r"does not increase.*each recording into a file of its own"):
         record(tmp_path / "a.csv", time)
 
 

@@ -169,7 +169,9 @@ def test_samples_that_mdf_marks_as_invalid_are_refused_with_their_place(tmp_path
             ]
         )
         file.save(tmp_path / "a.mf4", overwrite=True)
-    with pytest.raises(RecordingError, match=r"sample 6: .*Kraft.* is not a finite number, and so in 2 more"):
+    with pytest.raises(
+        RecordingError, match=r"sample 6: .*Kraft.* is not a finite number, and likewise in 2 more"
+    ):
         read(tmp_path / "a.mf4")
 
 
@@ -298,8 +300,8 @@ def test_a_channel_without_a_telling_name_is_taken_by_its_unit_and_said(tmp_path
     np.testing.assert_allclose(recording.force, F, atol=1e-5)
     said = [repair.text for repair in recording.repairs]
     assert said == [
-        "column 2 (AI 0 [mm]) is taken for the displacement by its unit",
-        "column 3 (AI 1 [kN]) is taken for the force by its unit",
+        "column 2 (AI 0 [mm]) is read as the displacement because of its unit",
+        "column 3 (AI 1 [kN]) is read as the force because of its unit",
     ]
 
 

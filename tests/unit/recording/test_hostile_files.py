@@ -88,7 +88,7 @@ def rpc(path: Path, body: bytes = b"", **changes: object) -> Path:
         ({"DELTA_T": "nan"}, "in the header is not a number"),
         ({"FORMAT": "ASCII"}, "FORMAT = ASCII with DATA_TYPE = SHORT_INTEGER is not read"),
         ({"FORMAT": "BINARY", "DATA_TYPE": "FLOATING_POINT"}, "numbers of a VAX"),
-        ({}, "is cut off: 1536 bytes, where its header announces 1600"),
+        ({}, "is cut off: it has 1536 bytes, its header announces 1600"),
     ],
 )
 def test_headers_of_rpc_that_cannot_be(tmp_path, changes, message):

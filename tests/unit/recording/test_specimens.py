@@ -63,8 +63,8 @@ def test_the_true_stress_is_taken_only_where_it_is_asked_for(tmp_path):
     [
         ("Weg [mm];Kraft [N]", r"the file has a length: give gauge_length"),
         ("strain;Kraft [N]", r"the file has a force: give area"),
-        ("strain;true stress [MPa]", r'a true stress\? say so: stress = "true"'),
-        ("log strain;stress [MPa]", r'a true strain\? say so: strain = "true"'),
+        ("strain;true stress [MPa]", r'if it is a true stress, give stress = "true"'),
+        ("log strain;stress [MPa]", r'if it is a true strain, give strain = "true"'),
     ],
 )
 def test_the_message_says_what_the_case_lacks(tmp_path, head, message):

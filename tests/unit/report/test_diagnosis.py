@@ -322,7 +322,7 @@ def test_a_better_law_that_does_not_reach_the_noise_is_no_more_than_that(case, d
     doubt = Condition("misfit_above_noise", "the final model still misses", "see where it remains")
     found = diagnoses.diagnosis(case(), "law_too_poor", conditions=(doubt,))
     assert (
-        "Yeoh comes nearer without any further physics (more than 99 %), though not to the noise"
+        "Yeoh comes nearer without any further physics (more than 99 %), but not down to the noise"
         in paragraph(found)
     )
 
@@ -478,12 +478,12 @@ def test_faults_of_the_data_are_told_once(case, diagnoses):
 
 
 def test_a_map_of_what_has_a_cause_says_so(case, diagnoses):
-    words = "It is the plain law's misfit that is mapped; the most probable cause is Mullins softening."
+    words = "The map shows the misfit of the plain law; the most probable cause is Mullins softening."
     found = diagnoses.diagnosis(case())
     assert words in flat(found)
     nowhere = replace(found.maps[0], helps_locally=False)
-    assert "that is mapped" not in text_of(replace(found, maps=(nowhere,)))
-    assert "that is mapped" not in text_of(diagnoses.diagnosis(case(), "unexplained"))
+    assert "The map shows" not in text_of(replace(found, maps=(nowhere,)))
+    assert "The map shows" not in text_of(diagnoses.diagnosis(case(), "unexplained"))
 
 
 def test_where_one_model_holds_95_percent_there_are_no_rivals(case, diagnoses):
