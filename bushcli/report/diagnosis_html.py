@@ -151,10 +151,8 @@ def _effect(effect: Named) -> str:
 
 def _missing(found: Diagnosis, pictures: list[Picture]) -> Section:
     heading = "What is missing" if is_missing(found) else "What the most probable model leaves"
-    note = (
-        "Recorded minus simulated force of the most probable model, without noise, as far as no effect explains it: "
-        "the force that the unknown physics adds."
-    )
+    note = "Recorded minus simulated force of the most probable model, without noise"
+    note += ": the force that the unknown physics adds." if is_missing(found) else "."
     return Section(heading, pictures, note=note if pictures else "", lines=_sentences(missing_lines(found)))
 
 
