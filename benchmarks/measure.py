@@ -53,7 +53,7 @@ def once(subject: Subject) -> tuple[dict[str, Any], float, float]:
     wall = time.perf_counter() - begin
     if process.returncode:
         raise RuntimeError(f"{subject.name}: {(err or out).strip()[-500:]}")
-    lines = [line for line in out.splitlines() if line.startswith("{")]
+    lines = [line for line in out.splitlines() if line.startswith("{") and line.endswith("}")]
     printed = json.loads(lines[-1]) if lines else {}
     return printed, wall, float(printed.get("memory", 0.0))
 

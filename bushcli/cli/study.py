@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -177,6 +176,8 @@ def _folder(run: Run) -> Iterator[Path]:
     if run.output is not None:
         yield run.output / "history-study"
         return
+    import tempfile
+
     with tempfile.TemporaryDirectory(prefix="bushcli-study-") as folder:
         yield Path(folder)
 

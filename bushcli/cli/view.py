@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -63,8 +59,11 @@ def _opened(page: Path) -> int:
 
 
 def _served(page: Path, port: int) -> int:
+    # Python's web server takes a hundredth of a second to load, which no other command needs.
+    from bushcli.cli.page_server import page_server
+
     try:
-        server = _Server((LOCAL, port), partial(_Quiet, directory=str(page.parent)))
+        server = page_server(page.parent, LOCAL, port)
     except OSError as error:
         what = f"cannot be used: {error.strerror or error}"
         raise InputError(
@@ -78,30 +77,3 @@ def _served(page: Path, port: int) -> int:
         except KeyboardInterrupt:
             return DONE
     return DONE
-
-
-class _Server(ThreadingHTTPServer):
-    """A server that does not report browsers which disconnect before they have the whole page."""
-
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        """Report errors that the browser did not cause."""
-        if not isinstance(sys.exc_info()[1], ConnectionError):
-            super().handle_error(request, client_address)
-
-
-class _Quiet(SimpleHTTPRequestHandler):
-    """Serves files without log messages and without listings of folders."""
-
-    def send_head(self) -> Any:
-        """Refuse requests under another host name, by which a page of another site could read the result."""
-        if self.headers.get("Host", "").rsplit(":", 1)[0] not in (LOCAL, "localhost"):
-            self.send_error(403)
-            return None
-        return super().send_head()
-
-    def log_message(self, format: str, *arguments: Any) -> None:
-        """Print nothing."""
-
-    def list_directory(self, path: Any) -> None:
-        """Refuse: the page refers to files only."""
-        self.send_error(404)
