@@ -36,6 +36,19 @@ def other_laws(case: Case, model: Model) -> list[Model]:
     return found
 
 
+def with_law_of(plain: Model, model: Model) -> Model:
+    """The effects of a model with the law of another one.
+
+    Parameters
+    ----------
+    plain : Model
+        Model whose law it is.
+    model : Model
+        Model whose effects they are.
+    """
+    return replace(plain, effects=model.effects, anchor=None)
+
+
 def without_effects(model: Model) -> Model:
     """The model's law alone."""
     return replace(model, effects=(), anchor=None)

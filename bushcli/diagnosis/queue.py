@@ -24,7 +24,7 @@ from bushcli.diagnosis.columns import unfit
 from bushcli.diagnosis.derivatives import Derivatives
 from bushcli.diagnosis.fit import Measured, fit
 from bushcli.diagnosis.model import Fitted, Key, Model
-from bushcli.diagnosis.neighbours import label, other_laws, without_effects
+from bushcli.diagnosis.neighbours import label, other_laws, with_law_of, without_effects
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.prediction import Addition, Prediction
 from bushcli.diagnosis.prior import log_odds
@@ -234,6 +234,8 @@ class Search:
                     self._exchange_law(other, model)
         elif (state.model.law, state.model.terms) == (self.plain.model.law, self.plain.model.terms):
             self._more_beside(state)
+        else:
+            self._exchange_law(state, with_law_of(self.plain.model, state.model))
         self.rows.append(self._row(state.model, predicted, self.weights(state)[0], state.size, ""))
 
     def _more_beside(self, state: State) -> None:
