@@ -126,8 +126,8 @@ def solid() -> None:
 
 
 def thickness() -> None:
-    """Press a plain bushing radially to 80 % of its rubber's thickness."""
-    shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0)
+    """Press a plain bushing between sleeves longer than its bonds radially to 80 % of its rubber's thickness."""
+    shape = shapes()["plain"](inner_radius=12.0, outer_radius=22.0, length=40.0, contact="sleeves")
     followed("plain 12/22/40, radial", shape, np.linspace(0.4, 8.0, 20))
 
 

@@ -85,8 +85,29 @@ def test_penetration_is_below_a_hundredth_of_a_facet(touching):
     assert 0.0 < contact.penetration < DEEPEST
 
 
-def test_forces_and_stiffness_are_the_energy_s_derivatives(touching):
-    model, history = touching
+@pytest.fixture(scope="module")
+def squeezed():
+    """Return model and history of a plain bushing pressed radially to 80 % of its thickness between long sleeves."""
+    shape = shapes()["plain"](**PLAIN, contact="sleeves")
+    model = prepare(shape, RADIAL, YEOH, Refinement(across=2, along=5, around=6))
+    q = [*np.linspace(1.0, 6.0, 6), 6.999, 7.0, 7.001, 8.0]
+    return model, march(model, Program(np.array(q)), keep_states=True)
+
+
+def test_a_plain_bushing_between_long_sleeves_is_pressed_to_80_percent(squeezed):
+    """Beyond 0.6 % the pressure on rigid sleeves grows so fast that 1 % is not reached (`cases.contact.energy`)."""
+    model, history = squeezed
+    contact = model.surfaces.contact
+    contact.look(history.states[-1])
+    assert history.displacement[-1] == 8.0
+    assert 0.006 < contact.penetration < DEEPEST
+    slope = (history.energy[8] - history.energy[6]) / 0.002
+    assert history.force[7] == pytest.approx(slope, rel=1e-4)
+
+
+@pytest.mark.parametrize("case", ["touching", "squeezed"])
+def test_forces_and_stiffness_are_the_energy_s_derivatives(case, request):
+    model, history = request.getfixturevalue(case)
     contact, x = model.surfaces.contact, history.states[-1]
     step = 1e-8 * np.random.default_rng(1).standard_normal(len(x))
 
