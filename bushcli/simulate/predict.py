@@ -220,7 +220,7 @@ class _Run:
             reach = target = 0.0
         done = time.perf_counter()
         six = None if channel.six is None else six_curve(history, channel.six)
-        stretches, unstable = stretched(model, history, self.rubber)
+        strained = stretched(model, history, self.rubber)
         unwritten = ""
         if self.fields is not None and history.states is not None:
             name = file_names(one for one, _ in self.case.channels)[channel.name]
@@ -238,8 +238,10 @@ class _Run:
             reach=reach,
             target=target,
             unknowns=model.space.dofmap.index_map.size_global,
-            stretches=stretches,
-            unstable=unstable,
+            stretches=strained.range,
+            unstable=strained.unstable,
+            volumes=strained.volumes,
+            distorted=strained.distorted,
             seconds={"mesh_and_forms": ready - begin, "march": done - ready},
             surface=_picture(model, history) if self.pictures else None,
             mesh_error=error,

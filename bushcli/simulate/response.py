@@ -29,6 +29,12 @@ Array = NDArray[np.float64]
 # (measured against converged curves: 1.4 to 2.6 times).
 FINER, ERROR_OVER_CHANGE = 2.0, 2.0
 
+# Radially from 40 to 60 % of the rubber's thickness: docs/contact.md.
+FOLDED = (
+    "where the rubber folds over the edges of its bonds and rigid sleeves continue beyond these, set "
+    'geometry.contact = "sleeves"'
+)
+
 Progress = Callable[[str, int, int, int, float], None]
 """Called with channel, step, number of steps, Newton iterations, displacement (mm or rad)."""
 
@@ -58,6 +64,10 @@ class Simulated:
         Smallest and largest principal stretch that the rubber reaches.
     unstable : float
         Share of the rubber's states (at the checked steps) in which the law violates Drucker's postulate.
+    volumes : tuple of float
+        Smallest and largest volume ratio at a point of a rubber element (at the checked steps).
+    distorted : float or None
+        Displacement, mm or rad, at which elements are first seen distorted (`simulate.stretched.DISTORTED`).
     seconds : mapping
         Time of "mesh_and_forms" and "march".
     surface : Surface or None
@@ -100,6 +110,8 @@ class Simulated:
     six: SixCurve | None = None
     stiffness: Mapping[str, tuple[float, Array]] | None = field(default_factory=dict)
     touched: tuple[Touched, ...] = ()
+    volumes: tuple[float, float] = (1.0, 1.0)
+    distorted: float | None = None
 
     @property
     def in_time(self) -> bool:
@@ -129,19 +141,28 @@ class Response:
 
 
 def conditions(channel: Simulated) -> list[Condition]:
-    """Return what is doubtful about a channel: an early end, an unstable law, a coarse mesh, missing field files."""
+    """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh."""
     found = []
+    unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
+    if channel.in_time:
+        unit, factor = "s of the path", 1.0
     if channel.stopped:
-        unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
-        if channel.in_time:
-            unit, factor = "s of the path", 1.0
         found.append(
             Condition(
                 "not_converged",
                 f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
                 f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
-                "ask for a smaller displacement, other steps (larger ones step over a fold of the free ends) or a "
-                "coarser mesh; beyond some 60 % of the rubber's thickness radial loads fold the free ends",
+                "ask for a smaller displacement, other steps or a coarser mesh; " + FOLDED,
+            )
+        )
+    if channel.distorted is not None:
+        found.append(
+            Condition(
+                "distorted_elements",
+                f"{channel.name}: from {abs(channel.distorted) * factor:.4g} {unit} on, single rubber elements are "
+                f"distorted (volume ratios of {channel.volumes[0]:.2g} to {channel.volumes[1]:.2g}); the force "
+                "depends on the mesh there",
+                "compare with a finer mesh (--mesh-check); " + FOLDED,
             )
         )
     if channel.unstable > 0:
