@@ -143,7 +143,7 @@ class Pressed:
         return float(np.sum(self.scale * stored))
 
     def _parts(self) -> Iterator[tuple[Array, Array, Array]]:
-        """Yield the factor of each ramp, and the parts of the depth on its parabola and beyond it, mm; each shape (p,)."""
+        """Yield the factor of each ramp, and the depths on its parabola and beyond it, mm; each of shape (p,)."""
         for ramp, factor in ((USUAL, np.ones_like(self.rigid)), (RIGID, self.rigid)):
             yield ramp.factor * factor, *ramp.parts(self.found.depth, self.size)
 
