@@ -148,9 +148,11 @@ def slot(rng: np.random.Generator) -> tuple[str, Shape, str, float]:
 
 
 def thick(rng: np.random.Generator) -> tuple[str, Shape, str, float]:
-    """Return a plain bushing, pressed to between 60 and 80 % of its thickness."""
+    """Return a plain bushing between longer sleeves, pressed to between 60 and 80 % of its thickness."""
     inner, wall = rng.uniform(10.0, 14.0), rng.uniform(6.0, 12.0)
-    shape = shapes()["plain"](inner_radius=inner, outer_radius=inner + wall, length=rng.uniform(25.0, 50.0))
+    shape = shapes()["plain"](
+        inner_radius=inner, outer_radius=inner + wall, length=rng.uniform(25.0, 50.0), contact="sleeves"
+    )
     return "plain", shape, "radial", wall * rng.uniform(0.6, 0.8)
 
 

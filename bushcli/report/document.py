@@ -256,8 +256,8 @@ def _channel(channel: Simulated, found: Misfit | None) -> dict[str, Any]:
         "steps_tried": len(channel.attempts),
         "steps_rejected": rejected,
         "unknowns": channel.unknowns,
-        "principal_stretches": list(channel.stretches),
-        "unstable_percent": 100 * channel.unstable,
+        "principal_stretches": list(channel.strained.range),
+        "unstable_percent": 100 * channel.strained.unstable,
         "mesh_error_percent": channel.mesh_error,
         "seconds": dict(channel.seconds),
     }

@@ -230,7 +230,7 @@ def solution_table(response: Response) -> Table:
     rows = []
     for channel in response.channels:
         rejected = sum(not attempt.accepted for attempt in channel.attempts)
-        low, high = channel.stretches
+        low, high = channel.strained.range
         rows.append(
             (
                 channel.name,
@@ -238,7 +238,7 @@ def solution_table(response: Response) -> Table:
                 str(len(channel.attempts)) + (f" ({rejected} cut back)" if rejected else ""),
                 str(channel.newton),
                 f"{low:.2f} to {high:.2f}",
-                percent(100 * channel.unstable) if channel.unstable else "none",
+                percent(100 * channel.strained.unstable) if channel.strained.unstable else "none",
                 "not checked" if channel.mesh_error is None else percent(channel.mesh_error),
                 f"{sum(channel.seconds.values()):.2f} s",
                 "yes" if not channel.stopped else f"stopped: {channel.stopped}",

@@ -220,7 +220,6 @@ class _Run:
             reach = target = 0.0
         done = time.perf_counter()
         six = None if channel.six is None else six_curve(history, channel.six)
-        strained = stretched(model, history, self.rubber)
         unwritten = ""
         if self.fields is not None and history.states is not None:
             name = file_names(one for one, _ in self.case.channels)[channel.name]
@@ -238,10 +237,7 @@ class _Run:
             reach=reach,
             target=target,
             unknowns=model.space.dofmap.index_map.size_global,
-            stretches=strained.range,
-            unstable=strained.unstable,
-            volumes=strained.volumes,
-            distorted=strained.distorted,
+            strained=stretched(model, history, self.rubber),
             seconds={"mesh_and_forms": ready - begin, "march": done - ready},
             surface=_picture(model, history) if self.pictures else None,
             mesh_error=error,

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from bushcli.recording import Recording
     from bushcli.recording.curve import Curve
     from bushcli.simulate.six import SixCurve
+    from bushcli.simulate.stretched import Stretched
     from bushcli.simulate.touching import Touched
     from cases.march import Attempt
     from cases.stretches import Surface
@@ -60,14 +61,8 @@ class Simulated:
         Displacement that it had to reach.
     unknowns : int
         Size of the linear systems.
-    stretches : tuple of float
-        Smallest and largest principal stretch that the rubber reaches.
-    unstable : float
-        Share of the rubber's states (at the checked steps) in which the law violates Drucker's postulate.
-    volumes : tuple of float
-        Smallest and largest volume ratio at a point of a rubber element (at the checked steps).
-    distorted : float or None
-        Displacement, mm or rad, at which elements are first seen distorted (`simulate.stretched.DISTORTED`).
+    strained : Stretched
+        Strains of the rubber at the checked steps.
     seconds : mapping
         Time of "mesh_and_forms" and "march".
     surface : Surface or None
@@ -99,8 +94,7 @@ class Simulated:
     reach: float
     target: float
     unknowns: int
-    stretches: tuple[float, float]
-    unstable: float
+    strained: Stretched
     seconds: Mapping[str, float]
     surface: Surface | None = field(default=None, repr=False)
     mesh_error: float | None = None
@@ -110,8 +104,6 @@ class Simulated:
     six: SixCurve | None = None
     stiffness: Mapping[str, tuple[float, Array]] | None = field(default_factory=dict)
     touched: tuple[Touched, ...] = ()
-    volumes: tuple[float, float] = (1.0, 1.0)
-    distorted: float | None = None
 
     @property
     def in_time(self) -> bool:
@@ -142,7 +134,13 @@ class Response:
 
 def conditions(channel: Simulated) -> list[Condition]:
     """Return what is doubtful about a channel: an early end, distorted elements, an unstable law, a coarse mesh."""
+    return [*_of_the_march(channel), *_of_the_rubber(channel), *_of_the_rest(channel)]
+
+
+def _of_the_march(channel: Simulated) -> list[Condition]:
+    """Return how far the march went, and how far its elements can be trusted."""
     found = []
+    strained = channel.strained
     unit, factor = ("deg", 180.0 / np.pi) if modes()[channel.mode].rotational else ("mm", 1.0)
     if channel.in_time:
         unit, factor = "s of the path", 1.0
@@ -155,26 +153,37 @@ def conditions(channel: Simulated) -> list[Condition]:
                 "ask for a smaller displacement, other steps or a coarser mesh; " + FOLDED,
             )
         )
-    if channel.distorted is not None:
+    if strained.distorted is not None:
         found.append(
             Condition(
                 "distorted_elements",
-                f"{channel.name}: from {abs(channel.distorted) * factor:.4g} {unit} on, single rubber elements are "
-                f"distorted (volume ratios of {channel.volumes[0]:.2g} to {channel.volumes[1]:.2g}); the force "
+                f"{channel.name}: from {abs(strained.distorted) * factor:.4g} {unit} on, single rubber elements are "
+                f"distorted (volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g}); the force "
                 "depends on the mesh there",
                 "compare with a finer mesh (--mesh-check); " + FOLDED,
             )
         )
-    if channel.unstable > 0:
-        found.append(
-            Condition(
-                "unstable_law",
-                f"{channel.name}: the law violates Drucker's stability in {100 * channel.unstable:.2g} % of the states "
-                f"that the rubber reaches (principal stretches {channel.stretches[0]:.2f} to "
-                f"{channel.stretches[1]:.2f})",
-                "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
-            )
+    return found
+
+
+def _of_the_rubber(channel: Simulated) -> list[Condition]:
+    """Return whether the law is unstable in states that the rubber reaches."""
+    strained = channel.strained
+    if strained.unstable <= 0:
+        return []
+    return [
+        Condition(
+            "unstable_law",
+            f"{channel.name}: the law violates Drucker's stability in {100 * strained.unstable:.2g} % of the states "
+            f"that the rubber reaches (principal stretches {strained.range[0]:.2f} to {strained.range[1]:.2f})",
+            "fit to coupons that reach these stretches, or choose a law that is stable there (yeoh with C30 > 0)",
         )
+    ]
+
+
+def _of_the_rest(channel: Simulated) -> list[Condition]:
+    """Return what is missing or inaccurate although the march reached its end."""
+    found = []
     if channel.stiffness is None:
         found.append(
             Condition(
