@@ -157,9 +157,9 @@ def _of_the_march(channel: Simulated) -> list[Condition]:
         found.append(
             Condition(
                 "distorted_elements",
-                f"{channel.name}: from {abs(strained.distorted) * factor:.4g} {unit} on, single rubber elements are "
-                f"distorted (volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g}); the force "
-                "depends on the mesh there",
+                f"{channel.name}: at {abs(strained.distorted) * factor:.4g} {unit} single rubber elements are distorted "
+                f"(volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g} up to the end of the curve); "
+                "from there on, or somewhat before, the force depends on the mesh",
                 "compare with a finer mesh (--mesh-check); " + FOLDED,
             )
         )
