@@ -14,6 +14,7 @@ from bushcli.recording.curve import Curve
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.misfit import misfits
 from bushcli.simulate.response import Response, Simulated
+from bushcli.simulate.stretched import Stretched
 from cases.march import Attempt
 from cases.stretches import Surface
 
@@ -87,8 +88,7 @@ def line(mode="axial", stiffness=100.0, measured=None, name="", reach=4.0, **cha
         "reach": reach,
         "target": reach,
         "unknowns": 682,
-        "stretches": (0.6, 1.7),
-        "unstable": 0.0,
+        "strained": Stretched((0.6, 1.7)),
         "seconds": {"mesh_and_forms": 0.1, "march": 0.2},
         "surface": section(),
     }

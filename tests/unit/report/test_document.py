@@ -7,6 +7,7 @@ import pytest
 
 from bushcli.recording import read_recording
 from bushcli.report import case_json, direct_json, fit_json
+from bushcli.simulate.stretched import Stretched
 
 EVERY_RESULT = {"command", "case", "versions", "timings_s", "problems"}
 
@@ -75,7 +76,7 @@ def test_a_recording_that_was_not_reached_is_a_problem(direct, channel):
 
 
 def test_what_is_not_finite_is_written_in_words(direct, channel):
-    result = direct(channel("axial", 100.0, mesh_error=float("inf"), stretches=(1.0, float("nan"))))
+    result = direct(channel("axial", 100.0, mesh_error=float("inf"), strained=Stretched((1.0, float("nan")))))
     (axial,) = result["load_cases"]
     assert axial["mesh_error_percent"] == "inf"
     assert axial["principal_stretches"] == [1.0, None]
