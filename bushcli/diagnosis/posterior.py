@@ -14,7 +14,7 @@ from bushcli.diagnosis.queue import Search
 from bushcli.diagnosis.result import Group
 from bushcli.diagnosis.state import State
 from bushcli.effects.effect import effects
-from bushcli.effects.names import effect_name
+from bushcli.effects.names import effect_name, within
 
 # Share of the posterior that the credible set holds.
 CREDIBLE = 0.95
@@ -214,10 +214,8 @@ def groups(models: Sequence[Weighed], probability: Mapping[str, float]) -> tuple
 
 def _text(family: str, names: Sequence[str]) -> str:
     known = effects()
-    titles = [known[name].title or name for name in names]
-    titles = [titles[0], *(title[:1].lower() + title[1:] for title in titles[1:])]
-    listed = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} or {titles[-1]}"
-    said = listed[:1].lower() + listed[1:]
+    titles = [within(known[name].title or name) for name in names]
+    said = titles[0] if len(titles) == 1 else f"{', '.join(titles[:-1])} or {titles[-1]}"
     return (
         f"{family}: {said}, which these recordings cannot tell apart"
         if family

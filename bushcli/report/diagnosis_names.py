@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from bushcli.effects.effect import effects
-from bushcli.effects.names import effect_name, rig_of
+from bushcli.effects.names import PEOPLE, effect_name, rig_of, within
 from bushcli.report.quantity import listed
 
 UNKNOWN, NOTHING, FREE_LAW = "unknown", "nothing", "free_law"
 # A probability beyond these is given as a limit, because no model is certain.
 _ALMOST_NEVER, _ALMOST_CERTAIN = 0.01, 0.99
-# Names of people, which keep their capital within a sentence.
-_PEOPLE = frozenset({"Mullins"})
 _TITLES = {
     UNKNOWN: "Unknown physics",
     NOTHING: "Nothing missing",
@@ -25,15 +23,8 @@ def title(name: str) -> str:
     own, rig = effect_name(name), rig_of(name)
     known = effects().get(own)
     words = _TITLES.get(own) or getattr(known, "title", "") or own.replace("_", " ").capitalize()
-    words = " ".join(word.capitalize() if word.capitalize() in _PEOPLE else word for word in words.split())
+    words = " ".join(word.capitalize() if word.capitalize() in PEOPLE else word for word in words.split())
     return f"{words} ({rig})" if rig else words
-
-
-def within(words: str) -> str:
-    """Return a title as part of a sentence: "internal friction", but "Mullins softening"."""
-    first = words.split(maxsplit=1)[0] if words else ""
-    capital = first in _PEOPLE or not first[1:].islower()
-    return words if capital else words[:1].lower() + words[1:]
 
 
 def phrase(name: str) -> str:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, Group
-from bushcli.effects.names import effect_name
+from bushcli.effects.names import effect_name, within
 from bushcli.faults import DataFault
-from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, title, together, within
+from bushcli.report.diagnosis_names import UNKNOWN, chance, law_title, phrase, title, together
 from bushcli.report.quantity import listed, percent
 
 # Sets of effects that are less probable than this are in the tables only.
