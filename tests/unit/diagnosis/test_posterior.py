@@ -96,7 +96,9 @@ def test_probabilities_sum_to_one_and_go_by_evidence_times_odds():
 
 def test_names_of_people_keep_their_capital_in_the_text_of_a_group():
     (one,) = grouped((("friction",), 0.5), (("mullins",), 0.4), ((), 0.1))
-    assert one.text.endswith("internal friction or Mullins softening, which these recordings cannot tell apart")
+    assert one.text.endswith(
+        "internal friction or Mullins softening, which these recordings cannot tell apart"
+    )
 
 
 def test_an_effect_has_the_sum_over_its_models():
