@@ -30,8 +30,8 @@ Array = NDArray[np.float64]
 # (measured against converged curves: 1.4 to 2.6 times).
 FINER, ERROR_OVER_CHANGE = 2.0, 2.0
 
-# Radially from 40 to 60 % of the rubber's thickness: docs/contact.md.
-FOLDED = (
+# Remedy where rubber folds over the edge of a bond, radially from 40 % of its thickness on (docs/contact.md).
+LONGER_SLEEVES = (
     "where the rubber folds over the edges of its bonds and rigid sleeves continue beyond these, set "
     'geometry.contact = "sleeves"'
 )
@@ -150,7 +150,7 @@ def _of_the_march(channel: Simulated) -> list[Condition]:
                 "not_converged",
                 f"{channel.name}: no equilibrium beyond {channel.reach * factor:.4g} {unit} on the way to "
                 f"{channel.target * factor:.4g} {unit} ({channel.stopped}); the curve ends there",
-                "ask for a smaller displacement, other steps or a coarser mesh; " + FOLDED,
+                "ask for a smaller displacement, other steps or a coarser mesh; " + LONGER_SLEEVES,
             )
         )
     if strained.distorted is not None:
@@ -161,7 +161,7 @@ def _of_the_march(channel: Simulated) -> list[Condition]:
                 f"distorted (volume ratios of {strained.volumes[0]:.2g} to {strained.volumes[1]:.2g} on the whole "
                 "curve); "
                 "from there on, or somewhat before, the force depends on the mesh",
-                "compare with a finer mesh (--mesh-check); " + FOLDED,
+                "compare with a finer mesh (--mesh-check); " + LONGER_SLEEVES,
             )
         )
     return found

@@ -17,8 +17,8 @@ from cases.stretches import stretch_points, stretches_at
 
 Array = NDArray[np.float64]
 
-# States of the march in which the law's stability is checked, evenly chosen.
-STABILITY_STATES = 6
+# States of the march that are checked, evenly chosen.
+CHECKED_STATES = 6
 
 
 # Volume ratio at a point of an element beyond which the element no longer describes the rubber there, which hardly
@@ -68,7 +68,7 @@ def stretched(model: Model, history: History, rubber: Rubber) -> Stretched:
     distorted: float | None = None
     count = len(history.states)
     points = stretch_points(model)
-    for i in np.unique(np.linspace(0, count - 1, min(STABILITY_STATES, count)).round().astype(int)):
+    for i in np.unique(np.linspace(0, count - 1, min(CHECKED_STATES, count)).round().astype(int)):
         values = stretches_at(points, history.states[i]).reshape(-1, 3)
         volumes = values.prod(axis=1)
         bad += int(np.count_nonzero(~stable(rubber.law, rubber.parameters, values)))
