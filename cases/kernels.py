@@ -1,7 +1,7 @@
 """Compiled functions of a point, and the loops over all points that call them.
 
 A kernel is compiled by the form compiler from a `forms.point.PointFunction`: no mesh, no element and no quadrature
-rule is in it. The loops are C (`evaluate.c`, `points.c`, `contact/near.c`), compiled once for all.
+rule is in it. The loops are C (`SOURCES`), compiled once for all.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from forms.point import PointFunction
 
 Array = NDArray[np.float64]
 
+SOURCES = ("evaluate.c", "points.c", "contact/near.c", "contact/inside.c")
 DECLARATIONS = """
 typedef struct
 {
@@ -42,20 +43,23 @@ void contract(long n, int rows, const double *A, const double *g, double *P);
 typedef struct
 {
     long facets, soft;
-    int nodes, d, points;
-    const int64_t *facet;
-    const double *sign, *breadth, *values, *slopes, *middle;
+    int nodes, d, points, edges, triangle;
+    const int64_t *facet, *powers, *fold, *folded;
+    const double *sign, *breadth, *values, *slopes, *centre, *middle, *weights, *edge, *X;
     double *frame;
-    const int64_t *fold, *folded;
+    int64_t *near;
 } surface;
 int meeting(const surface *s, const double *x, double reach, double maybe);
+long facing_pairs(const surface *s, const double *x, double maybe, int64_t *pairs);
+long inside(const surface *s, const double *x, double reach, double maybe, int64_t *facet, int64_t *point,
+            int64_t *other, double *xi, double *free, double *r);
 """
 
 
 @cache
 def loops() -> Any:
-    """The loops of `evaluate.c`, `points.c` and `contact/near.c`: a cffi module with ``lib`` and ``ffi``."""
-    sources = [Path(__file__).parent / name for name in ("evaluate.c", "points.c", "contact/near.c")]
+    """The loops of `SOURCES`: a cffi module with ``lib`` and ``ffi``."""
+    sources = [Path(__file__).parent / name for name in SOURCES]
     return jit.compiled_source("points", sources, DECLARATIONS)
 
 

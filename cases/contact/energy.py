@@ -122,7 +122,7 @@ class Pressed:
             Positions of the nodes, mm, shape (nodes, d).
         """
         xi, _ = bodies.points
-        own, its = bodies.basis.values(xi[found.point]), bodies.basis.values(found.at.xi)
+        own, its = bodies.basis.values(xi[found.point]), bodies.basis.values(found.xi)
         size = bodies.size[found.facet]
         return cls(
             bodies.basis,
@@ -179,14 +179,14 @@ class Pressed:
 
     def _of_place(self) -> Array:
         """Part that the nearest point's motion takes off the second derivative of half the squared distance."""
-        at, r = self.found.at, self.found.r
+        xi, r = self.found.xi, self.found.r
         p, n, d = *self.A.shape, r.shape[1]
-        slopes = self.basis.slopes(at.xi)
+        slopes = self.basis.slopes(xi)
         tangent = np.einsum("pan,pnd->pad", slopes, self.places)
-        bend = np.einsum("pabn,pnd->pabd", self.basis.bends(at.xi), self.places)
-        H = reduced(curvature(tangent, bend, r), at.free)
+        bend = np.einsum("pabn,pnd->pabd", self.basis.bends(xi), self.places)
+        H = reduced(curvature(tangent, bend, r), self.found.free)
         moved = np.zeros((p, slopes.shape[1], n))
         moved[:, :, n // 2 :] = -slopes
         mixed = np.einsum("pai,pj->paij", moved, r) - np.einsum("paj,pi->paij", tangent, self.A)
-        mixed = np.einsum("pab,paij->pbij", at.free, mixed).reshape(p, -1, n * d)
+        mixed = np.einsum("pab,paij->pbij", self.found.free, mixed).reshape(p, -1, n * d)
         return np.asarray(np.einsum("pax,pay->pxy", mixed, np.linalg.solve(H, mixed), optimize=True))

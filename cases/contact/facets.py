@@ -75,19 +75,6 @@ class Basis:
         corners = CORNERS[self.kind]
         return [(corners[i], corners[j] - corners[i]) for i, j in EDGES[self.kind]]
 
-    def inside(self, xi: Array, slack: float = 0.0) -> NDArray[np.bool_]:
-        """Whether points (p, a) lie in the reference facet.
-
-        Parameters
-        ----------
-        xi : Array
-            Points, shape (p, a), dimensionless.
-        slack : float
-            Distance by which they may lie outside, in reference coordinates, dimensionless.
-        """
-        upper = xi.sum(axis=1) if self.kind == "triangle" else xi.max(axis=1)
-        return np.asarray((xi.min(axis=1) >= -slack) & (upper <= 1.0 + slack))
-
     def values(self, xi: Array) -> Array:
         """Shape functions at points (p, a), shape (p, n)."""
         return self._products(self._powers(xi)) @ self.weights
@@ -128,114 +115,6 @@ class Basis:
                 factor, power = factor * power, np.maximum(power - 1, 0)
             total *= factor * table[:, :, axis][power].T
         return total
-
-
-@dataclass(frozen=True)
-class Nearest:
-    """Points of facets nearest to given points.
-
-    Attributes
-    ----------
-    xi : shape (p, a)
-        Their positions in the reference facet.
-    free : shape (p, a, a)
-        Columns span the directions in which the point may move; a point on an edge or at a corner has fewer of them,
-        and the other columns are zero.
-    """
-
-    xi: Array
-    free: Array
-
-
-# Largest number of Newton iterations for a point of a facet, and length of the last step in reference coordinates: the
-# remaining error is of the order of its square.
-PROJECTIONS, CLOSE = 12, 1e-7
-# Edges are not searched where the iterate lies beyond the facet by more than this times the point's distance from it:
-# `cases.contact.search.BESIDE` excludes such a point.
-ASIDE = 2.0
-
-
-def nearest(basis: Basis, nodes: Array, x: Array) -> Nearest:
-    """Return where facets with these nodes (p, n, d) are nearest to points x (p, d).
-
-    If that point is not inside a facet, it is the nearest of the nearest points of its edges; for points far beside a
-    facet, it is only approximate.
-
-    Parameters
-    ----------
-    basis : Basis
-        Shape functions of the facets.
-    nodes : Array
-        Places of each facet's nodes, mm, shape (p, n, d).
-    x : Array
-        Points, one for each facet, mm, shape (p, d).
-    """
-    count, a = len(x), basis.nodes.shape[1]
-    everywhere = np.broadcast_to(np.eye(a), (count, a, a))
-    centre = np.broadcast_to(basis.nodes.mean(axis=0), (count, a))
-    xi = _newton(basis, nodes, x, centre, everywhere)
-    free = everywhere.copy()
-    out = np.flatnonzero(~basis.inside(xi, 1e-12))
-    if len(out):
-        beyond = np.einsum("pn,pnd->pd", basis.values(xi[out]), nodes[out])
-        xi[out], free[out] = np.clip(xi[out], 0.0, 1.0), 0.0
-        edge = np.einsum("pn,pnd->pd", basis.values(xi[out]), nodes[out])
-        aside, distance = (np.linalg.norm(beyond - p, axis=1) for p in (edge, x[out]))
-        out = out[aside < ASIDE * distance]
-        xi[out], free[out] = _on_edges(basis, nodes[out], x[out])
-    return Nearest(xi, free)
-
-
-def _on_edges(basis: Basis, nodes: Array, x: Array) -> tuple[Array, Array]:
-    """Nearest points of the edges, and the directions in which they may move."""
-    count, a = len(x), basis.nodes.shape[1]
-    best = np.full(count, np.inf)
-    xi, free = np.zeros((count, a)), np.zeros((count, a, a))
-    for start, along in basis.edges:
-        direction = np.zeros((count, a, a))
-        direction[:, :, 0] = along
-        middle = np.broadcast_to(start + 0.5 * along, (count, a))
-        found = _newton(basis, nodes, x, middle, direction) if along.any() else middle
-        t = ((found - start) @ along) / max(float(along @ along), 1.0)
-        held = np.clip(t, 0.0, 1.0)
-        found = start + held[:, None] * along
-        direction[held != t] = 0.0
-        distance = np.linalg.norm(x - np.einsum("pn,pnd->pd", basis.values(found), nodes), axis=1)
-        nearer = distance < best
-        best[nearer], xi[nearer], free[nearer] = distance[nearer], found[nearer], direction[nearer]
-    return xi, free
-
-
-def _newton(basis: Basis, nodes: Array, x: Array, start: Array, free: Array) -> Array:
-    """Minimise half the squared distance over the directions ``free``, from ``start``."""
-    xi = np.array(start)
-    busy = np.arange(len(xi))
-    for _ in range(PROJECTIONS):
-        if not len(busy):
-            break
-        own, T, here = nodes[busy], free[busy], xi[busy]
-        N, dN, ddN = basis.tables(here)
-        r = x[busy] - np.einsum("pn,pnd->pd", N, own)
-        slope = dN @ own
-        plain = reduced(slope @ slope.transpose(0, 2, 1), T)
-        H = reduced(curvature(slope, np.einsum("pabn,pnd->pabd", ddN, own), r), T)
-        # Far from a curved facet the distance is not convex: the facet is then treated as plane.
-        bad = ~(_least(H) > 0.2 * _least(plain))
-        H[bad] = plain[bad]
-        force = np.einsum("pab,pad,pd->pb", T, slope, r)
-        step = np.einsum("pab,pb->pa", T, np.linalg.solve(H, force[..., None])[..., 0])
-        # Points beyond the neighbouring facets do not matter: the iterate is kept near the facet.
-        xi[busy] = np.clip(here + np.clip(step, -0.5, 0.5), -0.5, 1.5)
-        busy = busy[np.abs(xi[busy] - here).max(axis=1) > CLOSE]
-    return xi
-
-
-def _least(H: Array) -> Array:
-    """Least eigenvalue of symmetric matrices of one or two rows."""
-    if H.shape[1] == 1:
-        return H[:, 0, 0]
-    half = 0.5 * (H[:, 0, 0] + H[:, 1, 1])
-    return np.asarray(half - np.hypot(0.5 * (H[:, 0, 0] - H[:, 1, 1]), H[:, 0, 1]))
 
 
 def curvature(slope: Array, bend: Array, r: Array) -> Array:

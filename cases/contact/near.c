@@ -1,19 +1,25 @@
-/* Test whether any surfaces come near each other, over every pair of facets, after every step of a march. */
+/* Facets of a surface that come near each other: whether there are any, and which ones. */
 
 #include <math.h>
 #include <stdint.h>
 
-/* Facets of a surface. The first `soft` belong to the mesh; the rigid ones after them count as facing all others. */
+/* Facets of a surface. The first `soft` belong to the mesh; the rigid ones after them count as facing all others.
+ * A shape function is the sum of monomials of the reference coordinates times `weights` (`facets.py`). */
 typedef struct
 {
     long facets, soft;
-    int nodes, d, points;
+    int nodes, d, points, edges, triangle;
     const int64_t *facet;              /* [facets][nodes] */
+    const int64_t *powers;             /* exponents of the monomials: [nodes][d - 1] */
+    const int64_t *fold, *folded;      /* facets that each soft one does not meet: [soft + 1], and their numbers */
     const double *sign, *breadth;      /* [facets] */
     const double *values, *slopes;     /* shape functions at the points: [points][nodes], [points][d - 1][nodes] */
-    const double *middle;              /* slopes in the facet's middle: [d - 1][nodes] */
+    const double *centre, *middle;     /* the facet's middle, [d - 1], and the slopes there, [d - 1][nodes] */
+    const double *weights;             /* [nodes][nodes] */
+    const double *edge;                /* start and direction of each edge: [edges][2][d - 1] */
+    const double *X;                   /* positions of the nodes in the body at rest: [nodes of all facets][d] */
     double *frame;                     /* workspace: [facets][FRAME] */
-    const int64_t *fold, *folded;      /* facets that each soft one does not meet: [soft + 1], and their numbers */
+    int64_t *near;                     /* workspace: [facets] */
 } surface;
 
 /* Numbers for a facet: centre, unit normal there, radius, and its highest and lowest node along that normal. */
@@ -36,15 +42,10 @@ static double dot(int d, const double *a, const double *b)
     return total;
 }
 
-/* Outward unit normal of facet f where the shape functions have these slopes. */
-static void upright(const surface *s, long f, const double *slope, const double *x, double *normal)
+/* Outward unit normal of facet f where it has these tangents. */
+static void outward(const surface *s, long f, double t[2][3], double *normal)
 {
     const int d = s->d;
-    double t[2][3] = {{0.0}};
-    for (int n = 0; n < s->nodes; ++n)
-        for (int a = 0; a < d - 1; ++a)
-            for (int k = 0; k < d; ++k)
-                t[a][k] += slope[a * s->nodes + n] * x[s->facet[f * s->nodes + n] * d + k];
     if (d == 2)
     {
         normal[0] = t[0][1];
@@ -56,6 +57,18 @@ static void upright(const surface *s, long f, const double *slope, const double 
     const double length = sqrt(dot(d, normal, normal));
     for (int k = 0; k < d; ++k)
         normal[k] *= s->sign[f] / length;
+}
+
+/* Outward unit normal of facet f where the shape functions have these slopes. */
+static void upright(const surface *s, long f, const double *slope, const double *x, double *normal)
+{
+    const int d = s->d;
+    double t[2][3] = {{0.0}};
+    for (int n = 0; n < s->nodes; ++n)
+        for (int a = 0; a < d - 1; ++a)
+            for (int k = 0; k < d; ++k)
+                t[a][k] += slope[a * s->nodes + n] * x[s->facet[f * s->nodes + n] * d + k];
+    outward(s, f, t, normal);
 }
 
 static void framed(const surface *s, long f, const double *x)
@@ -79,26 +92,67 @@ static void framed(const surface *s, long f, const double *x)
     }
 }
 
-/* Whether a point of facet f may penetrate facet m, no deeper than `deep`. */
-static int enters(const surface *s, long f, long m, const double *x, double deep, double maybe)
+/* Mean breadth of two facets; for a rigid facet m, the breadth of the soft one. */
+static double span(const surface *s, long f, long m)
 {
-    const int d = s->d;
+    return 0.5 * (s->breadth[f] + s->breadth[m < s->soft ? m : f]);
+}
+
+/* Whether the facets' spheres come nearer to each other than `deep`, and their sides may face each other. */
+static int close_by(const surface *s, long f, long m, double deep, double maybe)
+{
+    const double *one = s->frame + f * FRAME, *other = s->frame + m * FRAME;
+    /* Curved facets lie a little outside of their nodes' sphere. */
+    const double room = 1.05 * (one[6] + other[6]) + deep;
+    double square = 0.0;
+    for (int k = 0; k < s->d; ++k)
+        square += (one[k] - other[k]) * (one[k] - other[k]);
+    if (!(square < room * room) || (m < s->soft && dot(s->d, one + 3, other + 3) >= maybe))
+        return 0;
+    return !folded(s, f, m);
+}
+
+/* Position of point q of facet f. */
+static void position(const surface *s, long f, int q, const double *x, double *at)
+{
+    for (int k = 0; k < s->d; ++k)
+        at[k] = 0.0;
+    for (int n = 0; n < s->nodes; ++n)
+        for (int k = 0; k < s->d; ++k)
+            at[k] += s->values[q * s->nodes + n] * x[s->facet[f * s->nodes + n] * s->d + k];
+}
+
+/* Whether a point may lie behind facet m, no deeper than `deep`, or before it, no further than `before`. */
+static int beside(const surface *s, long m, const double *at, double deep, double before)
+{
     const double *its = s->frame + m * FRAME, *normal = its + 3, slack = 0.1 * (its[7] - its[8]);
+    double way[3];
+    for (int k = 0; k < s->d; ++k)
+        way[k] = at[k] - its[k];
+    const double up = dot(s->d, way, normal), reach = 1.05 * its[6] + deep;
+    return up < its[7] + slack + before && up > its[8] - slack - deep && dot(s->d, way, way) < reach * reach;
+}
+
+/* Whether point q of facet f, at `at`, may penetrate facet m, no deeper than `deep`. */
+static int enters(const surface *s, long f, int q, long m, const double *x, const double *at, double deep,
+                  double maybe)
+{
+    double own[3];
+    if (!beside(s, m, at, deep, 0.0))
+        return 0;
+    if (m >= s->soft)
+        return 1;
+    upright(s, f, s->slopes + q * (s->d - 1) * s->nodes, x, own);
+    return dot(s->d, own, s->frame + m * FRAME + 3) < maybe;
+}
+
+static int any_enters(const surface *s, long f, long m, const double *x, double deep, double maybe)
+{
+    double at[3];
     for (int q = 0; q < s->points; ++q)
     {
-        double way[3] = {0.0}, own[3];
-        for (int n = 0; n < s->nodes; ++n)
-            for (int k = 0; k < d; ++k)
-                way[k] += s->values[q * s->nodes + n] * x[s->facet[f * s->nodes + n] * d + k];
-        for (int k = 0; k < d; ++k)
-            way[k] -= its[k];
-        const double up = dot(d, way, normal), reach = 1.05 * its[6] + deep;
-        if (up >= its[7] + slack || up <= its[8] - slack - deep || dot(d, way, way) >= reach * reach)
-            continue;
-        if (m >= s->soft)
-            return 1;
-        upright(s, f, s->slopes + q * (d - 1) * s->nodes, x, own);
-        if (dot(d, own, normal) < maybe)
+        position(s, f, q, x, at);
+        if (enters(s, f, q, m, x, at, deep, maybe))
             return 1;
     }
     return 0;
@@ -113,19 +167,40 @@ int meeting(const surface *s, const double *x, double reach, double maybe)
     for (long f = 0; f < s->soft; ++f)
         for (long m = f + 1; m < s->facets; ++m)
         {
-            const double *one = s->frame + f * FRAME, *other = s->frame + m * FRAME;
-            const double deep = reach * 0.5 * (s->breadth[f] + s->breadth[m < s->soft ? m : f]);
-            /* Curved facets lie a little outside of their nodes' sphere. */
-            const double room = 1.05 * (one[6] + other[6]) + deep;
-            double square = 0.0;
-            for (int k = 0; k < s->d; ++k)
-                square += (one[k] - other[k]) * (one[k] - other[k]);
-            if (!(square < room * room) || (m < s->soft && dot(s->d, one + 3, other + 3) >= maybe))
+            const double deep = reach * span(s, f, m);
+            if (!close_by(s, f, m, deep, maybe))
                 continue;
-            if (folded(s, f, m))
-                continue;
-            if (enters(s, f, m, x, deep, maybe) || (m < s->soft && enters(s, m, f, x, deep, maybe)))
+            if (any_enters(s, f, m, x, deep, maybe) || (m < s->soft && any_enters(s, m, f, x, deep, maybe)))
                 return 1;
         }
     return 0;
+}
+
+/* Pairs of soft facets that face each other at less than their breadth, (f, m) and (m, f). Returns how many; writes
+ * them to `pairs`, [count][2], unless that is null. */
+long facing_pairs(const surface *s, const double *x, double maybe, int64_t *pairs)
+{
+    long count = 0;
+    for (long f = 0; f < s->soft; ++f)
+        framed(s, f, x);
+    for (long f = 0; f < s->soft; ++f)
+        for (long m = 0; m < s->soft; ++m)
+        {
+            const double *one = s->frame + f * FRAME, *its = s->frame + m * FRAME, broad = span(s, f, m);
+            double way[3];
+            for (int k = 0; k < s->d; ++k)
+                way[k] = one[k] - its[k];
+            const double apart = dot(s->d, way, its + 3), aside = dot(s->d, way, way) - apart * apart;
+            if (f == m || !(fabs(apart) < broad && aside < 4.0 * broad * broad))
+                continue;
+            if (dot(s->d, one + 3, its + 3) >= maybe || folded(s, f, m))
+                continue;
+            if (pairs)
+            {
+                pairs[2 * count] = f;
+                pairs[2 * count + 1] = m;
+            }
+            ++count;
+        }
+    return count;
 }

@@ -206,6 +206,29 @@ def test_surfaces_that_come_near_are_looked_at_once_for_each_equilibrium(monkeyp
     assert len(calls) <= 2 * len(history.attempts)
 
 
+@pytest.mark.parametrize("case", ["touching", "squeezed"])
+def test_points_inside_are_at_the_nearest_point_of_the_facet(case, request):
+    """Against all places of a fine grid on each facet: none is nearer, and the vector leads there."""
+    model, history = request.getfixturevalue(case)
+    contact = model.surfaces.contact
+    contact.look(history.states[-1])
+    bodies, found = contact.bodies, contact.pressed.found
+    x = contact._x
+    steps = np.linspace(0.0, 1.0, 41)
+    grid = np.stack(np.meshgrid(*[steps] * found.xi.shape[1]), axis=-1).reshape(-1, found.xi.shape[1])
+    if bodies.basis.kind == "triangle":
+        grid = grid[grid.sum(axis=1) <= 1.0]
+    values, own = bodies.basis.values(grid), bodies.basis.values(bodies.points[0])
+    assert len(found) > 10
+    for i in range(0, len(found), max(1, len(found) // 60)):
+        nodes = x[bodies.facets[found.other[i]]]
+        point = own[found.point[i]] @ x[bodies.facets[found.facet[i]]]
+        at = (bodies.basis.values(found.xi[i : i + 1]) @ nodes)[0]
+        assert np.allclose(point - at, found.r[i], rtol=0.0, atol=1e-12)
+        # The error is of the order of the square of the last step of Newton's method (`inside.c`).
+        assert np.linalg.norm(point - values @ nodes, axis=1).min() > found.depth[i] * (1.0 - 1e-9)
+
+
 def test_a_model_moved_to_another_shape_has_its_surfaces_there():
     prepared, rubber = Bodies(), YEOH
     made = [
