@@ -1,9 +1,10 @@
 """Features: the smooth part of a misfit, as polynomials along each branch of the path, in units of the noise.
 
 Physics acts along branches: a loop opens on loading and closes on unloading, a force relaxes in a hold. The weighted
-misfit of a channel is projected on Legendre polynomials of each branch (of the logarithm of time in a hold). White
-noise contributes one unit to each feature, a hum or a quantisation contributes next to nothing, however large it is,
-and errors of a formula appear in the first few features.
+misfit of a channel is projected on Legendre polynomials of each branch (of the logarithm of time in a hold). Noise
+contributes one unit to each feature, a hum or a quantisation contributes next to nothing, however large it is, and
+errors of a formula appear in the first few features. The share of noise with a memory is smaller in high degrees of
+short branches, by a factor that follows from its correlation.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ Mask = NDArray[np.bool_]
 
 # Degree of the polynomials, and fewest samples per coefficient, so that they average over noise: as in the noise model.
 DEGREE, PER_COEFFICIENT = 5, 3
+# Error of the noise's estimate over the uncertainty stated with it: 1.5 without missing physics and 1.9 with it, on
+# programs of the development deck (`benchmarks/noise.py`).
+UNDERSTATED = 1.7
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,10 @@ class Features:
         Sum of squares of the weighted force about its mean, with which a misfit is compared.
     degrees : shape (K,)
         Degree of each polynomial in its branch.
+    spread : shape (K,)
+        Standard deviation of each component of the noise along `basis`, over that of independent samples.
+    doubt : float
+        Standard deviation of the logarithm of the noise over its estimate.
     """
 
     basis: Array
@@ -51,6 +59,8 @@ class Features:
     calibration: float
     signal: float
     degrees: NDArray[np.int_]
+    spread: Array
+    doubt: float
 
     @property
     def count(self) -> int:
@@ -59,8 +69,10 @@ class Features:
 
     def of(self, rows: Array) -> Array:
         """Return the features (K,) or (K, k) of a misfit (n,) or of derivatives (n, k)."""
-        weights = self.weights if rows.ndim == 1 else self.weights[:, None]
-        return np.asarray(self.basis.T @ np.where(weights > 0.0, rows * weights, 0.0))
+        weights, spread = self.weights, self.spread
+        if rows.ndim > 1:
+            weights, spread = weights[:, None], spread[:, None]
+        return np.asarray(self.basis.T @ np.where(weights > 0.0, rows * weights, 0.0) / spread)
 
     def whitened(self, z: Array, variance: float) -> Array:
         """Return features (K,) or (K, k) in units of their standard deviation.
@@ -97,8 +109,9 @@ class Features:
         """
         weighted = np.where(self.weights > 0.0, rows * self.weights, 0.0)
         unit = np.where(self.weights > 0.0, self.weights, np.inf)
-        z = self.basis.T @ weighted
-        return np.asarray(self.basis @ (z * np.maximum(0.0, 1.0 - 1.0 / np.maximum(z**2, 1e-300))) / unit)
+        z = self.basis.T @ weighted / self.spread
+        kept = z * np.maximum(0.0, 1.0 - 1.0 / np.maximum(z**2, 1e-300))
+        return np.asarray(self.basis @ (self.spread * kept) / unit)
 
 
 def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float) -> Features:
@@ -117,15 +130,42 @@ def features(recording: Recording, noise: NoiseModel, used: Mask, factor: float)
     unit = noise.sigma * np.sqrt(noise.correlation_time)
     weights = np.where(used, 1.0 / unit, 0.0)
     basis, degrees = _basis(recording, used)
+    variances = noise_variances(basis, np.array([noise.correlation]))[0]
+    spread = np.sqrt(variances / noise.correlation_time)
     place = np.arange(len(used), dtype=float)
     # Samples that do not count are interpolated, because a spike would bend the polynomial of its branch.
     bridged = replace(recording, force=np.interp(place, place[used], recording.force[used]))
-    force = basis.T @ (smoothed(bridged) * weights)
+    force = basis.T @ (smoothed(bridged) * weights) / spread
     size = float(np.linalg.norm(force))
     centred = (recording.force - float(np.mean(recording.force[used]))) * weights
     return Features(
-        basis, weights, force / max(size, 1e-300), (factor * size) ** 2, float(centred @ centred), degrees
+        basis,
+        weights,
+        force / max(size, 1e-300),
+        (factor * size) ** 2,
+        float(centred @ centred),
+        degrees,
+        spread,
+        UNDERSTATED * float(np.sqrt(0.5 / noise.freedom)),
     )
+
+
+def noise_variances(basis: Array, correlations: Array) -> Array:
+    """Return the variance of the components of noise along a basis, shape (m, K).
+
+    Parameters
+    ----------
+    basis : shape (n, K)
+        Columns over the samples.
+    correlations : shape (m,)
+        Of first-order autoregressions with unit variance.
+    """
+    n = len(basis)
+    power = np.abs(np.fft.rfft(basis, 2 * n, axis=0)) ** 2
+    products = np.fft.irfft(power, 2 * n, axis=0)[:n]
+    lags = 2.0 * correlations[:, None] ** np.arange(n)
+    lags[:, 0] = 1.0
+    return np.asarray(lags @ products)
 
 
 def _basis(recording: Recording, used: Mask) -> tuple[Array, NDArray[np.int_]]:

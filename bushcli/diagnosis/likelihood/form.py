@@ -6,16 +6,20 @@ number grows with the features of a channel (`effective_features`). With a the f
 squares of the others beyond the expectation of noise, D that of all features of the plain law's misfit, F that of the
 force, and m effective features, the likelihood of a model is
 
-    log L = log of the mean over phi and lambda of prod_c v_c^(-(m_c - 1)/2) exp(-(m_c - 1 + E_c) / (2 v_c))
+    log L = log of the mean over phi, lambda and s of prod_c v_c^(-(m_c - 1)/2) exp(-(m_c - 1 + E_c) / (2 v_c))
             (v_c + g_c)^(-1/2) exp(-a_c^2 / (2 (v_c + g_c))),
-    v_c = 1 + (phi^2 D_c + lambda^2 F_c) / m_c.
+    v_c = s_c^2 + (phi^2 D_c + lambda^2 F_c) / m_c.
 
-g_c is the variance of calibration, from the class of the load cell: the error of form does not widen it.
+g_c is the variance of calibration, from the class of the load cell: the error of form does not widen it. s_c is the
+noise over its estimate, log-normal about one (`Features.doubt`): if the estimate counted as exact, noise that is a
+fifth larger would make sixty features call for physics that is not there. A negative E, of a fit closer than the
+noise, is divided among the effective and the other features; the part of the others is multiplied by s_c^2, so that
+without error of form it counts the same for every s_c.
 
-If the misfit is small beside the noise, v is 1, and this is the likelihood of the noise, exp(-E/2). If formulas err by
-more than the noise, v is large, and the data are weighted only as sharply as the formulas deserve: with phi free, a
-model that leaves twice the misfit of another loses m log 2, not the difference of two sums over hundreds of samples.
-This is a coarsened likelihood whose scale is marginalised.
+If the misfit is small beside the noise, v is near 1, and this is the likelihood of the noise, exp(-E/2). If formulas
+err by more than the noise, v is large, and the data are weighted only as sharply as the formulas deserve: with phi
+free, a model that leaves twice the misfit of another loses m log 2, not the difference of two sums over hundreds of
+samples. This is a coarsened likelihood whose scale is marginalised.
 
 D_c is half the channel's own plus half its share, by the force, of the sum over all channels: the formula of an effect
 that mostly changes one channel is as wrong in the others.
@@ -41,6 +45,13 @@ from bushcli.diagnosis.likelihood.features import Features
 
 Array = NDArray[np.float64]
 
+
+def _normal(nodes: Array) -> Array:
+    """Weights of equidistant nodes, in standard deviations, for a mean over a normal variable."""
+    density = np.exp(-0.5 * nodes**2)
+    return np.asarray(density / density.sum())
+
+
 # Share of the plain law's misfit that the right physics in another formula leaves: median, standard deviation of the
 # logarithm, and limit above which it counts as other physics. Measured on 26 channels of 18 other formulas
 # (`benchmarks/form`; 24 are below a half, with median 0.14 and standard deviation 0.67). On six recordings of other
@@ -54,10 +65,13 @@ LAMBDA, LAMBDA_SPREAD = 0.001, 0.7
 # The participation ratios of the misfit that the right physics leaves are 3, 10 and 14 there.
 FACTOR, POWER = 1.5, 0.5
 # Nodes of the quadrature over each, in standard deviations of the logarithm.
-_NODES = np.linspace(-3.0, 3.0, 13)
-_WEIGHTS = np.exp(-0.5 * _NODES**2) / np.exp(-0.5 * _NODES**2).sum()
+_NODES = np.linspace(-3.0, 3.0, 13, dtype=np.float64)
+_WEIGHTS = _normal(_NODES)
 _PHIS = PHI * np.exp(PHI_SPREAD * _NODES[PHI * np.exp(PHI_SPREAD * _NODES) < PHI_MOST])
 _PHI_WEIGHTS = _WEIGHTS[: len(_PHIS)] / _WEIGHTS[: len(_PHIS)].sum()
+# The same for the noise's uncertainty, which is narrow.
+_NOISE_NODES = np.linspace(-3.0, 3.0, 7, dtype=np.float64)
+_NOISE_WEIGHTS = _normal(_NOISE_NODES)
 # The unknown effect: limits of its size over the force, log-uniform, and probability that a channel has it.
 UNKNOWN = (0.002, 0.5)
 _SIZES = np.geomspace(*UNKNOWN, 25)
@@ -128,6 +142,11 @@ class Likelihood:
         return np.array([effective_features(one.count) for one in self.features])
 
     @property
+    def count_across(self) -> Array:
+        """Number of features without the one along the force, by channel; at least one."""
+        return np.array([max(one.count - 1.0, 1.0) for one in self.features])
+
+    @property
     def signal(self) -> Array:
         """Sum of squares F of the force by channel."""
         return np.array([one.signal for one in self.features])
@@ -152,6 +171,11 @@ class Likelihood:
         return np.asarray(1.0 + (phi**2 * self.explained + lam**2 * self.signal) / self.effective)
 
     @property
+    def doubt(self) -> Array:
+        """Standard deviation of the logarithm of the noise over its estimate, by channel."""
+        return np.array([one.doubt for one in self.features])
+
+    @property
     def calibration(self) -> Array:
         """Variance g that calibration adds to the feature along the force, by channel."""
         return np.array([one.calibration for one in self.features])
@@ -169,12 +193,25 @@ class Likelihood:
         return Left(none, none, none)
 
     def _log(self, left: Left, form: Array, channel: slice | int = slice(None)) -> tuple[Array, Array]:
-        """Log likelihood by channel for sums of squares `form` (..., channels) of the error of form, and v."""
+        """Log likelihood by channel for sums of squares `form` (..., channels) of the error of form, and v.
+
+        Both are means over the size of the noise, v the harmonic one.
+        """
         m = self.effective[channel]
-        v = 1.0 + form / m
+        # The nodes of the noise come first.
+        nodes = _NOISE_NODES.reshape(-1, *[1] * np.ndim(form))
+        noise = np.exp(2.0 * self.doubt[channel] * nodes)
+        v = noise + form / m
         wide = v + self.calibration[channel]
-        log = -0.5 * (m - 1.0) * np.log(v) - 0.5 * (m - 1.0 + left.across[channel]) / v
-        return log - 0.5 * np.log(wide) - 0.5 * left.along[channel] / wide, v
+        # A negative E is spread over all features; only the share of the m - 1 effective ones says how large v is.
+        short = np.minimum(left.across[channel], 0.0)
+        rest = short * (1.0 - (m - 1.0) / self.count_across[channel])
+        log = -0.5 * (m - 1.0) * np.log(v)
+        log = log - 0.5 * (m - 1.0 + left.across[channel] - rest + noise * rest) / v
+        log = log - 0.5 * np.log(wide) - 0.5 * left.along[channel] / wide
+        log = log + np.log(_NOISE_WEIGHTS).reshape(nodes.shape)
+        total = logsumexp(log, axis=0)
+        return total, 1.0 / np.sum(np.exp(log - total) / v, axis=0)
 
     def judge(self, left: Left) -> Judged:
         """Return the likelihood of a model, given its remaining misfit."""

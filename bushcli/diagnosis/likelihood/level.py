@@ -1,11 +1,16 @@
-"""Refined size of the noise, from the features of the plain law's misfit.
+"""Refined size and correlation of the noise, from the features of the plain law's misfit.
 
-A few hundred samples determine the noise of an independent sample to some 40 % (`windows`). The misfit of the plain law
-says more: missing physics is smooth along a branch, so that its features fall by a factor from each degree to the next,
-while noise has the same size in all. The features (by degree d) are therefore modelled as Gaussian with variance
-s^2 + f rho^d, where the factor s on the noise is log-normal about one with the uncertainty of the windows, the size f
-is unknown, and rho is one of several values. On the first 15 recordings of the development deck, features of missing
-physics fall by factors of two to six from degree to degree; those of a knee, as of free play, by 1.5.
+A few hundred samples determine the noise of an independent sample to some 40 % (`windows`), because short windows
+hardly show the correlation. The misfit of the plain law says more: missing physics is smooth along a branch, so that
+its features fall from degree to degree, while the share of noise in each of them follows from its correlation. The
+features of degree d are therefore modelled as Gaussian with variance s^2 a(r) + f_d. The correlation r has the
+probabilities that the windows give it, and the factor s on the noise is log-normal about one; the sizes f_d are unknown
+and fall from each degree to the next. On the first 15 recordings of the development deck, features of missing physics
+fall by factors of two to six from degree to degree; those of a knee, as of free play, by 1.5.
+
+On programs of the development deck with a cubic curve, correlations up to 0.8 and nothing missing, the logarithm of
+estimate over truth has median -0.02 and root mean square 0.17 (`windows` alone: -0.07 and 0.47); with missing physics
+of 0.2 to 5 % of the range, 0.07 and 0.40.
 """
 
 from __future__ import annotations
@@ -17,21 +22,23 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from bushcli.diagnosis.likelihood.features import Features
+from bushcli.diagnosis.likelihood.features import Features, noise_variances
 from bushcli.diagnosis.likelihood.noise import NoiseModel
+from bushcli.diagnosis.likelihood.windows import CORRELATIONS
 
 Array = NDArray[np.float64]
 
-# Fall of the variance of missing physics from degree to degree: from that of a knee to that of a stiffness.
-FALLS = (0.67, 0.5, 0.25, 0.125)
-# Variance of missing physics at degree 0 over that of noise: log-uniform, or zero.
+# Variance of missing physics in a degree over that of noise: zero, or on a grid with steps of a factor 1.78.
 SIZES = np.concatenate([[0.0], np.geomspace(0.1, 1e8, 37)])
+# Weights of a fall of this variance by 0, 1, ... steps from one degree to the next; each further step has half the
+# weight of the last. Falls by factors from 1.8 to 10 are alike.
+STEPS = (0.5, 1.0, 1.0, 1.0, 1.0)
 # Factors on the noise, in standard deviations of their logarithm.
 NODES = np.linspace(-2.5, 2.5, 41)
 
 
 def levelled(noise: NoiseModel, features: Features, misfit: Array) -> NoiseModel:
-    """Return the noise with its size refined from the features of a misfit.
+    """Return the noise with its size and correlation refined from the features of a misfit.
 
     Parameters
     ----------
@@ -42,31 +49,81 @@ def levelled(noise: NoiseModel, features: Features, misfit: Array) -> NoiseModel
         Features of the plain law's misfit.
     """
     if not np.isfinite(noise.freedom):
-        return noise
-    width = 0.5 * float(np.sqrt(2.0 / noise.freedom))
-    factors = np.exp(width * NODES)
-    log = _log_likelihood(factors, features.degrees, misfit) - 0.5 * NODES**2
-    weight = np.exp(log - logsumexp(log))
-    mean = float(weight @ NODES)
-    spread = max(float(weight @ (NODES - mean) ** 2), 1e-4) * width**2
-    # The variance of a logarithm of a variance with f degrees of freedom is 2 / f.
-    factor = max(
-        float(np.exp(width * mean)), noise.least / noise.sigma / float(np.sqrt(noise.correlation_time))
+        return replace(noise, correlations=None)
+    weights, variances, freedom = _possible(noise, features)
+    factors = np.exp(np.sqrt(0.5 / freedom) * NODES)
+    plain = misfit * features.spread
+    log = np.array([_log_likelihood(factors, own, features.degrees, plain) for own in variances])
+    log += np.log(weights + 1e-300)[:, None] - 0.5 * NODES**2
+    posterior = np.exp(log - logsumexp(log))
+    # Mean over the features of the logarithm of the noise's variance.
+    size = np.log(variances).mean(axis=1)[:, None] + 2.0 * np.log(factors)
+    mean = float(np.sum(posterior * size))
+    spread = max(float(np.sum(posterior * (size - mean) ** 2)), 1e-4 / freedom)
+    memory, correlation = noise.correlation_time, noise.correlation
+    unit, passed = noise.sigma * float(np.sqrt(memory)), features.spread**2 * memory
+    if noise.correlations is not None:
+        memory = float(np.exp(posterior.sum(axis=1) @ np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))))
+        correlation = (memory - 1.0) / (memory + 1.0)
+        passed = noise_variances(features.basis, np.array([correlation]))[0]
+    sigma = unit * float(np.exp(0.5 * (mean - np.log(passed).mean())))
+    sigma = max(sigma, noise.least / float(np.sqrt(memory)))
+    return NoiseModel(sigma, correlation, 2.0 / spread, noise.least)
+
+
+def _possible(noise: NoiseModel, features: Features) -> tuple[Array, Array, float]:
+    """Return the probability of each correlation (m,), variances of its features (m, K), and degrees of freedom.
+
+    The variances are in units of the noise's, for independent samples; the degrees of freedom are those of its size if
+    the correlation is known.
+    """
+    if noise.correlations is None:
+        return np.ones(1), features.spread[None] ** 2, noise.freedom
+    unit = noise.sigma**2 * noise.correlation_time
+    relative = noise.correlations.sizes[:, None] ** 2 / unit
+    return (
+        noise.correlations.weights,
+        relative * noise_variances(features.basis, CORRELATIONS),
+        noise.correlations.freedom,
     )
-    return replace(noise, sigma=noise.sigma * factor, freedom=0.5 / spread)
 
 
-def _log_likelihood(factors: Array, degrees: NDArray[np.int_], misfit: Array) -> Array:
-    """Logarithm of the likelihood of each factor on the noise, averaged over size and fall of missing physics."""
-    count = np.bincount(degrees)
-    squares = np.bincount(degrees, weights=misfit**2)
-    fall = np.array(FALLS)[:, None] ** np.arange(len(count))
-    # By factor, size, fall and degree.
-    v = factors[:, None, None, None] ** 2 + SIZES[None, :, None, None] * fall
-    log = -0.5 * np.sum(count * np.log(v) + squares / v, axis=-1)
+def _log_likelihood(factors: Array, own: Array, degrees: NDArray[np.int_], misfit: Array) -> Array:
+    """Logarithm of the likelihood of each factor on the noise, averaged over the sizes of missing physics.
+
+    Parameters
+    ----------
+    factors : shape (s,)
+    own : shape (K,)
+        Variance of each feature of the noise.
+    degrees : shape (K,)
+    misfit : shape (K,)
+    """
     # A probability of one half that no smooth misfit is left.
     prior = np.log(np.concatenate([[0.5], np.full(len(SIZES) - 1, 0.5 / (len(SIZES) - 1))]))
-    return np.asarray(logsumexp(log + prior[:, None], axis=(1, 2)))
+    log, falls = np.tile(prior, (len(factors), 1)), _falls()
+    for degree in range(int(degrees.max()) + 1):
+        here = degrees == degree
+        # By factor, size and feature.
+        v = factors[:, None, None] ** 2 * own[here] + SIZES[:, None]
+        log = log - 0.5 * np.sum(np.log(v) + misfit[here] ** 2 / v, axis=-1)
+        top = log.max(axis=1, keepdims=True)
+        log = np.log(np.exp(log - top) @ falls + 1e-300) + top
+    return np.asarray(logsumexp(log, axis=1))
+
+
+def _falls() -> Array:
+    """Return the probability that missing physics of each size in one degree has another in the next, (38, 38)."""
+    count = len(SIZES)
+    found = np.zeros((count, count))
+    found[0, 0] = 1.0
+    weights = np.concatenate([STEPS, STEPS[-1] * 0.5 ** np.arange(1, count - len(STEPS) + 1)])
+    for size in range(1, count):
+        found[size, size:0:-1] = weights[:size]
+        # Less than the least size is none.
+        found[size, 0] = weights[size:].sum()
+        found[size] /= found[size].sum()
+    return found
 
 
 def all_levelled(

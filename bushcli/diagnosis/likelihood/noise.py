@@ -1,7 +1,7 @@
 """Model of the noise: its size, its correlation from sample to sample, and how well both are known.
 
-The noise is estimated from the recording itself, not from the misfit of a model (its size is refined in `level`): a
-misfit that is smooth because physics is missing would pass for noise with a long memory and go unnoticed. Size and
+The noise is estimated from the recording itself (`level` refines its size and correlation), not from a model's misfit:
+a misfit that is smooth because physics is missing would pass for noise with a long memory and go unnoticed. Size and
 correlation are those of a first-order autoregression, found in the residuals of cubics in short windows (`windows`);
 their uncertainty is taken into account when the size is refined. An error that drifts over more than some ten samples
 cannot be distinguished from the curve by any means, and counts as misfit.
@@ -18,7 +18,7 @@ Suppl. J. R. Stat. Soc. 8:184-197, doi:10.2307/2983560.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,7 +26,14 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.special import comb
 
-from bushcli.diagnosis.likelihood.windows import CORRELATIONS, PRIOR, WINDOW, Found, noise_in_windows
+from bushcli.diagnosis.likelihood.windows import (
+    CORRELATIONS,
+    PRIOR,
+    WINDOW,
+    Correlations,
+    Found,
+    noise_in_windows,
+)
 from bushcli.recording import Recording, branches, displacement_noise, force_noise
 
 Array = NDArray[np.float64]
@@ -39,6 +46,8 @@ _ORDER = 3
 # Largest ratio of the noise found by cubics to that found by differences; with a larger one, the cubics miss the curve:
 # 0.7 to 1.3 on the 96 channels of the development deck, 6 to 20 on coarsely sampled curves without noise.
 _AGREED = 2.0
+# Degrees of freedom of their size per sample: for 250 samples it scatters by 8 % (`bushcli.recording.noise`).
+_PER_SAMPLE = 0.5 / 0.08**2 / 250
 # Standard deviations below the floor from which on the noise is the floor, without uncertainty.
 _FAR = 2.0
 # Largest degree of the polynomial that smooths a branch, and fewest samples per coefficient, so that it averages noise.
@@ -59,12 +68,15 @@ class NoiseModel:
         Degrees of freedom with which the variance of an independent sample is known; inf if it is known exactly.
     least : float
         Smallest standard deviation of an independent sample, in the unit of `sigma`.
+    correlations : Correlations, optional
+        Other correlations that are possible; None where there is nothing more to be learnt of it.
     """
 
     sigma: float
     correlation: float = 0.0
     freedom: float = float("inf")
     least: float = 0.0
+    correlations: Correlations | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         if not (self.sigma > 0.0 and 0.0 <= self.correlation < 1.0 and self.freedom > 0.0):
@@ -151,7 +163,9 @@ def noise_model(
     freedom = max(found.freedom, 1.0)
     unit = sigma * float(np.sqrt((1.0 + found.correlation) / (1.0 - found.correlation)))
     if unit > least:
-        return NoiseModel(sigma, found.correlation, freedom, least)
+        share = sigma / found.sigma
+        others = replace(found.correlations, sizes=share * found.correlations.sizes)
+        return NoiseModel(sigma, found.correlation, freedom, least, others)
     # The logarithm of the unit has the standard deviation sqrt(1 / (2 f)).
     is_far = unit * float(np.exp(_FAR * np.sqrt(0.5 / freedom))) <= least
     return NoiseModel(least, 0.0, float("inf") if is_far else freedom, least)
@@ -164,10 +178,10 @@ def _found(recording: Recording, used: NDArray[np.bool_]) -> Found:
         found = noise_in_windows(recording, used, size)
         if found is not None and found.sigma * np.sqrt(_passed(found.correlation)) <= _AGREED * differences:
             return found
-    return _by_differences(differences)
+    return _by_differences(differences, len(recording.force))
 
 
-def _by_differences(differences: float) -> Found:
+def _by_differences(differences: float, count: int) -> Found:
     """The noise that gives such differences, averaged over the prior of its correlation, which they do not show."""
     weight = np.exp(PRIOR) / np.exp(PRIOR).sum()
     inflation = np.log((1.0 + CORRELATIONS) / (1.0 - CORRELATIONS))
@@ -175,7 +189,8 @@ def _by_differences(differences: float) -> Found:
     mean, memory = float(weight @ (variance + inflation)), float(np.exp(weight @ inflation))
     spread = float(weight @ (variance + inflation - mean) ** 2)
     sigma = differences * float(np.exp(0.5 * (weight @ variance)))
-    return Found(sigma, (memory - 1.0) / (memory + 1.0), 2.0 / spread)
+    correlations = Correlations(weight, differences * np.exp(0.5 * variance), _PER_SAMPLE * count)
+    return Found(sigma, (memory - 1.0) / (memory + 1.0), 2.0 / spread, correlations)
 
 
 def _passed(correlation: float) -> float:

@@ -41,11 +41,30 @@ WINDOWS = 2
 # Least share of the samples in windows: a few windows would say more about their kinks than about noise.
 COVERED = 0.5
 # Correlations that are compared, and their prior, which falls to zero at 1. Loggers filter little or much.
-CORRELATIONS = np.linspace(0.0, 0.9, 46)
+CORRELATIONS = np.linspace(0.0, 0.9, 46, dtype=np.float64)
 PRIOR = np.log(1.0 - CORRELATIONS)
 # Windows with larger residuals than noise leaves in 999 of 1000 do not count: they contain something else.
 _USUAL = 0.999
 _ROUNDS = 6
+
+
+@dataclass(frozen=True)
+class Correlations:
+    """What is known of the noise's correlation.
+
+    Attributes
+    ----------
+    weights : shape (46,)
+        Probability of each of `CORRELATIONS`.
+    sizes : shape (46,)
+        Standard deviation of the noise, in the signal's unit, if that is its correlation.
+    freedom : float
+        Degrees of freedom with which the variance is known if the correlation is.
+    """
+
+    weights: Array
+    sizes: Array
+    freedom: float
 
 
 @dataclass(frozen=True)
@@ -60,11 +79,13 @@ class Found:
         Between neighbouring samples.
     freedom : float
         Degrees of freedom with which the variance of an independent sample is known.
+    correlations : Correlations
     """
 
     sigma: float
     correlation: float
     freedom: float
+    correlations: Correlations
 
 
 def noise_in_windows(recording: Recording, used: Mask, size: int = WINDOW) -> Found | None:
@@ -105,6 +126,7 @@ def noise_in_windows(recording: Recording, used: Mask, size: int = WINDOW) -> Fo
         float(np.exp(0.5 * (weight @ variance))),
         (mean - 1.0) / (mean + 1.0),
         2.0 / (float(weight @ spread) + 2.0 / total),
+        Correlations(weight, np.exp(0.5 * variance), total),
     )
 
 

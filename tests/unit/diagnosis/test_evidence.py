@@ -23,7 +23,8 @@ ROWS = 20
 
 def likelihood(signal=0.0):
     """A likelihood of noise alone, without an error of form."""
-    one = Features(np.zeros((0, ROWS)), np.zeros(0), np.zeros(ROWS), 0.0, signal, np.zeros(ROWS, dtype=int))
+    none, zero, same = np.zeros((0, ROWS)), np.zeros(ROWS), np.ones(ROWS)
+    one = Features(none, np.zeros(0), zero, 0.0, signal, np.zeros(ROWS, dtype=int), same, 0.0)
     return Likelihood((one,), (0.0,))
 
 

@@ -71,8 +71,9 @@ def test_noise_with_a_memory_counts_no_more_than_white_noise():
     for i in range(1, len(Q)):
         e[:, i] = r * e[:, i - 1] + np.sqrt(1.0 - r**2) * e[:, i]
     z = np.array([one.of(SIGMA * row) for row in e])
-    # The spectrum is largest at zero frequency, which defines the features' unit, and lower at a branch's frequencies.
-    assert 0.7 < np.mean(z**2) < 1.0 + 4.0 * np.sqrt(2.0 / z.size)
+    # The spectrum is largest at zero frequency and lower at a branch's frequencies: `Features.spread` is that ratio.
+    assert np.mean(z**2) == pytest.approx(1.0, abs=4.0 * np.sqrt(2.0 / z.size))
+    assert one.spread.min() < 0.95 < one.spread.max() < 1.0
 
 
 def test_a_common_factor_is_taken_out_as_far_as_calibration_allows():

@@ -12,11 +12,18 @@ from bushcli.diagnosis.prior import UNKNOWN
 COUNT = 48
 
 
-def likelihood(plain, signal, count=COUNT):
+def likelihood(plain, signal, count=COUNT, doubt=0.0):
     """Likelihood of channels with these squared misfits of the plain law and squared forces, in units of the noise."""
     channels = tuple(
         Features(
-            np.zeros((0, count)), np.zeros(0), np.zeros(count), 0.0, float(one), np.zeros(count, dtype=int)
+            np.zeros((0, count)),
+            np.zeros(0),
+            np.zeros(count),
+            0.0,
+            float(one),
+            np.zeros(count, dtype=int),
+            np.ones(count),
+            doubt,
         )
         for one in signal
     )
@@ -151,3 +158,28 @@ def test_effective_features_agree_with_participation_ratios(count, measured):
     For a Gaussian sample of m equal features the ratio p is (m + 2) / 3 in the mean, hence m is up to 3 p - 2.
     """
     assert np.log(measured) - 0.3 < np.log(effective_features(count)) < np.log(3.0 * measured - 2.0)
+
+
+def test_doubt_about_the_noise_takes_part():
+    """Noise two fifths larger than estimated: one too much in each of 48 features calls for the unknown effect."""
+    too_much = left(1.0 * COUNT)
+    known, doubted = (likelihood([0.0], [1e5], doubt=one) for one in (0.0, 0.3))
+    gain = [one.judge_unknown(too_much).log - one.judge(too_much).log for one in (known, doubted)]
+    assert gain[1] < gain[0] - 2.0
+    assert doubted.judge(too_much).scale[0] > 1.5 * known.judge(too_much).scale[0]
+    # Without doubt the mean over the noise is the value at its estimate.
+    m = known.effective[0]
+    log, v = known._log(too_much, np.zeros(1))
+    assert v == pytest.approx(1.0)
+    assert log == pytest.approx(-0.5 * (m - 1.0 + COUNT) - 0.5 * too_much.along[0])
+
+
+@pytest.mark.parametrize("doubt", [0.0, 0.2, 0.5])
+def test_a_fit_closer_than_noise_earns_no_more_than_under_noise_of_the_estimated_size(doubt):
+    """Twelve features of a loop, all but one unit of their sum of squares fitted away, and half of it."""
+    few = likelihood([0.0], [1e5], count=12, doubt=doubt)
+    exact = likelihood([0.0], [1e5], count=12)
+    for short in (-10.0, -5.0):
+        gain = few.judge(left(short)).log - few.judge(left(0.0)).log
+        known = exact.judge(left(short)).log - exact.judge(left(0.0)).log
+        assert 0.5 * known < gain < known + 2.5
