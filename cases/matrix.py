@@ -25,6 +25,9 @@ from cases.kernels import loops, pointer
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
 
+# Place of an entry that a pattern has no room for.
+MISSING = -1
+
 
 class Pattern:
     """Which unknowns are coupled, and where element matrices go.
@@ -63,9 +66,8 @@ class Pattern:
         self.values = np.zeros(len(self._column) + 1)
         owned = self._constrained[self._constrained < self._rows.size_local]
         self._diagonal = self._start[owned]  # the only entry of its row
-        self.places = [self._located(unknown, self._fixed) for unknown in self._cells]
+        self.places = [self.located(unknown) for unknown in self._cells]
         self._owned: tuple[Any, Any] | None = None
-        self._keys: NDArray[np.int64] | None = None
 
     def bare(self) -> Pattern:
         """The cells' pattern, without any further couplings."""
@@ -73,69 +75,41 @@ class Pattern:
         bare._take(*self._base)
         return bare
 
-    def widened(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Pattern:
+    def widened(self, blocks: Sequence[Index]) -> Pattern:
         """Return the pattern of the cells with further couplings, except those of negative or constrained numbers.
 
         Parameters
         ----------
-        rows, columns : shape (n,)
-            Local numbers of the unknowns that are coupled.
+        blocks : sequence of shape (b, n)
+            Local numbers of unknowns; all of a block are coupled with each other.
         """
         from scipy.sparse import csr_matrix  # takes 0.1 s: only where bodies touch
 
         wide = copy(self)
-        free = self._free(rows, columns)
-        there = np.ones(int(free.sum()), dtype=np.bool_)
         start, column = self._base
         shape = (len(start) - 1,) * 2
-        base = csr_matrix((np.ones(len(column), dtype=np.bool_), column, start), shape=shape)
-        coupled = (base + csr_matrix((there, (rows[free], columns[free])), shape=shape)).tocsr()
+        coupled = csr_matrix((np.ones(len(column), dtype=np.bool_), column, start), shape=shape)
+        for unknowns in blocks:
+            n = unknowns.shape[1]
+            rows, columns = np.repeat(unknowns, n, axis=1).ravel(), np.tile(unknowns, (1, n)).ravel()
+            free = (rows >= 0) & (columns >= 0) & (self._fixed[rows] == 0) & (self._fixed[columns] == 0)
+            there = np.ones(int(free.sum()), dtype=np.bool_)
+            coupled = coupled + csr_matrix((there, (rows[free], columns[free])), shape=shape)
         coupled.sort_indices()
         wide._take(coupled.indptr.astype(np.int32), coupled.indices.astype(np.int32))
         return wide
 
-    def holds(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> bool:
-        """Return whether all couplings that are needed are in the pattern.
+    def add(self, places: Index, entries: Array) -> None:
+        """Add entries to `values`.
 
         Parameters
         ----------
-        rows, columns : shape (n,)
-            Local numbers of the unknowns that are coupled; negative or constrained ones need no place.
-        """
-        keys = self._key(rows, columns)[self._free(rows, columns)]
-        return bool(np.all(self._numbers[self._found(keys)] == keys))
-
-    def add(self, rows: NDArray[np.int64], columns: NDArray[np.int64], entries: Array) -> None:
-        """Add entries to `values`, except those of constrained unknowns and of negative numbers.
-
-        Parameters
-        ----------
-        rows, columns : shape (n,)
-            Local numbers of the unknowns that are coupled; each pair is in the pattern.
+        places : Index
+            Places of the entries, from `located`; none is missing.
         entries : Array
-            Numbers to add, shape (n,), in the unit of the tangent (N/mm for displacements).
+            Numbers to add, of the same shape, in the unit of the tangent (N/mm for displacements).
         """
-        free = self._free(rows, columns)
-        place = self._found(self._key(rows, columns)[free])
-        self.values[:-1] += np.bincount(place, entries[free], minlength=len(self._column))
-
-    def _free(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.bool_]:
-        fixed = self._fixed
-        return np.asarray((rows >= 0) & (columns >= 0) & (fixed[rows] == 0) & (fixed[columns] == 0))
-
-    def _key(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.int64]:
-        return np.asarray(rows * np.int64(len(self._fixed)) + columns)
-
-    @property
-    def _numbers(self) -> NDArray[np.int64]:
-        """Keys of the entries, in order."""
-        if self._keys is None:
-            rows = np.repeat(np.arange(len(self._start) - 1), np.diff(self._start))
-            self._keys = self._key(rows, self._column.astype(np.int64))
-        return self._keys
-
-    def _found(self, keys: NDArray[np.int64]) -> NDArray[np.int64]:
-        return np.minimum(np.searchsorted(self._numbers, keys), len(self._column) - 1)
+        self.values += np.bincount(places.ravel(), entries.ravel(), minlength=len(self.values))
 
     def matrix(self) -> PETSc.Mat:
         """Return a new matrix, which ignores entries outside of the pattern."""
@@ -175,17 +149,30 @@ class Pattern:
         self.values[self._diagonal] = 1.0
         matrix.setValuesLocalCSR(self._start, self._column, self.values[:-1], PETSc.InsertMode.ADD_VALUES)
 
-    def _located(self, unknown: Index, fixed: NDArray[np.uint8]) -> Index:
-        cells, n = unknown.shape
-        place = np.empty((cells, n, n), dtype=np.int32)
+    def located(self, unknowns: Index) -> Index:
+        """Return the position in `values` of each entry of blocks.
+
+        Parameters
+        ----------
+        unknowns : shape (b, n)
+            Local numbers of the unknowns of each block; negative or constrained ones have no entries.
+
+        Returns
+        -------
+        shape (b, n, n)
+            The last position of `values` for entries that are dropped, `MISSING` where the pattern has none.
+        """
+        blocks, n = unknowns.shape
+        place = np.empty((blocks, n, n), dtype=np.int32)
         loops().lib.locate(
-            cells,
+            blocks,
             n,
-            pointer(unknown, "int32_t"),
-            pointer(fixed, "uint8_t"),
+            pointer(unknowns, "int32_t"),
+            pointer(self._fixed, "uint8_t"),
             pointer(self._start, "int32_t"),
             pointer(self._column, "int32_t"),
             len(self._column),
+            MISSING,
             pointer(place, "int32_t"),
         )
         return place

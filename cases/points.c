@@ -298,16 +298,17 @@ void contract(long n, int rows, const double *A, const double *g, double *P)
         }
 }
 
-/* Position of each entry of n x n element matrices in a CSR matrix with sorted columns; `nowhere` for fixed unknowns. */
+/* Position of each entry of n x n element matrices in a CSR matrix with sorted columns; `nowhere` for fixed and for
+ * negative unknowns, `missing` where the matrix has no entry. */
 void locate(long cells, int n, const int32_t *unknown, const uint8_t *fixed, const int32_t *start, const int32_t *column,
-            int32_t nowhere, int32_t *place)
+            int32_t nowhere, int32_t missing, int32_t *place)
 {
     for (long c = 0; c < cells; ++c, unknown += n)
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j, ++place)
             {
                 *place = nowhere;
-                if (fixed[unknown[i]] || fixed[unknown[j]])
+                if (unknown[i] < 0 || unknown[j] < 0 || fixed[unknown[i]] || fixed[unknown[j]])
                     continue;
                 int32_t low = start[unknown[i]], high = start[unknown[i] + 1] - 1;
                 while (low < high)
@@ -318,6 +319,6 @@ void locate(long cells, int n, const int32_t *unknown, const uint8_t *fixed, con
                     else
                         high = middle;
                 }
-                *place = low;
+                *place = low <= high && column[low] == unknown[j] ? low : missing;
             }
 }

@@ -143,13 +143,14 @@ class System:
         """Assemble the tangent at the present state; constrained rows and columns are those of the identity."""
         self.stiffen()
         contact = self._surfaces.acting
-        if contact is not None:
-            self._pattern = contact.fitted(self._pattern, matrix)
+        pressed = None
+        if contact is not None and contact.touching:
+            self._pattern, *pressed = contact.fitted(self._pattern, matrix)
         pattern = self._pattern
         pattern.values[:] = 0.0
         self._body.add_stiffness(pattern.places, pattern.values)
-        if contact is not None and contact.touching:
-            pattern.add(*contact.entries())
+        if pressed is not None:
+            pattern.add(*pressed)
         matrix.zeroEntries()
         pattern.add_to(matrix)
         self._surfaces.add_stiffness(matrix, self._bc)

@@ -14,13 +14,14 @@ from cases.contact.energy import Pressed
 from cases.contact.search import Search
 from cases.contact.sleeves import Strip, strip
 from cases.contact.surface import Patch, exterior, on_rubber, patch, places, tagged
-from cases.matrix import Pattern
+from cases.matrix import MISSING, Pattern
 from cases.mode import Mode
 from cases.moved import MovedPoints, StressFree
 from geometry.mesh import NamedMesh
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Index = NDArray[np.int32]
 
 # Deepest penetration that an equilibrium may have, over the size of a facet.
 DEEPEST = 0.01
@@ -190,20 +191,32 @@ class Contact:
         if rate is not None:
             self._add_change(self.bodies.followed(rate), forces)
 
-    def entries(self) -> tuple[Ints, Ints, Array]:
-        """Second derivative by the unknowns: rows, columns (-1 for those of rigid facets), and values."""
-        unknowns = self._unknowns(self.pressed.nodes)
-        return (*_square(unknowns), self._stiffness.ravel())
+    def blocks(self) -> tuple[Index, Array]:
+        """Second derivative by the unknowns of each pair of facets in contact.
 
-    def couplings(self) -> tuple[Ints, Ints]:
-        """Rows and columns that contact has or may soon have, numbered as in `entries`."""
+        Returns
+        -------
+        unknowns : shape (b, n)
+            Local numbers of the unknowns of both facets; -1 for those of rigid facets.
+        values : shape (b, n, n)
+            N/mm, the sum over the points of the pair.
+        """
+        found = self.pressed.found
+        # Points of a pair have the same unknowns: the matrix gets one block for all of them.
+        pair = found.facet * len(self.bodies.facets) + found.other
+        order = np.argsort(pair, kind="stable")
+        first = np.flatnonzero(np.diff(pair[order], prepend=-1))
+        values = np.add.reduceat(self._stiffness[order], first, axis=0)
+        return self._unknowns(self.pressed.nodes[order[first]]), values
+
+    def couplings(self) -> list[Index]:
+        """Return blocks of unknowns, shape (b, n), that contact couples or may soon couple."""
         pairs = self._search.near(self._x)
         nodes = np.concatenate([self.bodies.facets[pairs[:, 0]], self.bodies.facets[pairs[:, 1]]], axis=1)
-        found = [_square(self._unknowns(one)) for one in (nodes, self.pressed.nodes)]
-        return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
+        return [self._unknowns(nodes), self.blocks()[0]]
 
-    def fitted(self, pattern: Pattern, matrix: Any) -> Pattern:
-        """Return a pattern with entries for the contact at the state of `look`, and give the matrix that pattern.
+    def fitted(self, pattern: Pattern, matrix: Any) -> tuple[Pattern, Index, Array]:
+        """Find the places of the second derivative in a pattern, and give the matrix another if it lacks room.
 
         Parameters
         ----------
@@ -211,11 +224,21 @@ class Contact:
             Couplings that the matrix has room for.
         matrix : PETSc.Mat
             The tangent; its pattern is changed if it lacks room.
+
+        Returns
+        -------
+        pattern : Pattern
+            With room for the contact at the state of `look`.
+        places, values : shape (b, n, n)
+            Entries of the second derivative, for `Pattern.add`.
         """
-        if self.touching and not pattern.holds(*self.entries()[:2]):
-            pattern = pattern.widened(*self.couplings())
+        unknowns, values = self.blocks()
+        places = pattern.located(unknowns)
+        if np.any(places == MISSING):
+            pattern = pattern.widened(self.couplings())
             pattern.shape(matrix)
-        return pattern
+            places = pattern.located(unknowns)
+        return pattern, places, values
 
     # -- pieces --------------------------------------------------------------------------------------------------
 
@@ -234,12 +257,12 @@ class Contact:
         answer = np.einsum("pxy,py->px", self._stiffness, own.reshape(len(own), -1))
         self._add(answer.reshape(own.shape), forces)
 
-    def _unknowns(self, nodes: Ints) -> Ints:
+    def _unknowns(self, nodes: Ints) -> Index:
         """Unknowns of nodes (p, m), shape (p, m d); -1 for those of rigid facets."""
         known = np.where(
             (nodes < self._free)[..., None], self.bodies.dofs[np.minimum(nodes, self._free - 1)], -1
         )
-        return known.reshape(len(nodes), -1)
+        return np.ascontiguousarray(known.reshape(len(nodes), -1), dtype=np.int32)
 
 
 def contact_of(mesh: NamedMesh, space: Any, mode: Mode, stress_free: StressFree | None) -> Contact | None:
@@ -283,8 +306,3 @@ def _surroundings(free: Patch, strips: Sequence[Strip], stress_free: StressFree)
             return None
         parts.append((points, where))
     return Surroundings(parts)
-
-
-def _square(unknowns: Ints) -> tuple[Ints, Ints]:
-    n = unknowns.shape[1]
-    return np.repeat(unknowns, n, axis=1).ravel(), np.tile(unknowns, (1, n)).ravel()

@@ -14,6 +14,9 @@
 #define BESIDE 0.7
 /* Relative size of the term that decides between two facets whose common edge is nearest to a point. */
 #define TIE 1e-6
+/* Facets are taken for further away than another where their frames are by this share of their breadth: frames are made
+ * from nodes, and curved facets lie a little outside of them. */
+#define MARGIN 0.05
 /* Largest number of Newton iterations for a point of a facet, and length of the last step in reference coordinates: the
  * remaining error is of the order of its square. */
 #define PROJECTIONS 12
@@ -31,15 +34,20 @@ typedef struct
     double at[3], tangent[2][3], bend[3][3];
 } place;
 
-/* Powers of the coordinate, differentiated `by` times. */
-static double power(double x, int64_t exponent, int by)
+/* Highest power of a coordinate in a facet's shape functions. */
+#define HIGHEST 4
+
+/* Powers of a coordinate, and their first and second derivatives. */
+static void powers(double x, double to[3][HIGHEST + 1])
 {
-    double factor = 1.0;
-    for (int i = 0; i < by; ++i, --exponent)
-        factor *= (double)(exponent > 0 ? exponent : 0);
-    for (; exponent > 0; --exponent)
-        factor *= x;
-    return factor;
+    to[0][0] = 1.0;
+    to[1][0] = to[2][0] = 0.0;
+    for (int e = 1; e <= HIGHEST; ++e)
+    {
+        to[0][e] = x * to[0][e - 1];
+        to[1][e] = e * to[0][e - 1];
+        to[2][e] = e * to[1][e - 1];
+    }
 }
 
 /* The place of facet f at xi, with the nodes at x. */
@@ -47,27 +55,32 @@ static place place_at(const surface *s, long f, const double *x, const double *x
 {
     const int n = s->nodes, a = s->d - 1;
     static const int BY[6][2] = {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {1, 1}, {0, 2}};
-    double shape[6][n];
+    double of[2][3][HIGHEST + 1], monomial[n][6];
     place found = {{0.0}};
-    for (int table = 0; table < 6; ++table)
+    powers(xi[0], of[0]);
+    powers(a == 2 ? xi[1] : 0.0, of[1]);
+    for (int j = 0; j < n; ++j)
     {
-        if (a == 1 && BY[table][1])
-            continue;
-        for (int i = 0; i < n; ++i)
-            shape[table][i] = 0.0;
+        const int64_t *exponent = s->powers + j * a;
+        for (int table = 0; table < 6; ++table)
+            monomial[j][table] =
+                of[0][BY[table][0]][exponent[0]] * of[1][BY[table][1]][a == 2 ? exponent[1] : 0];
+    }
+    for (int i = 0; i < n; ++i)
+    {
+        const double *node = x + s->facet[f * n + i] * s->d;
+        double shape[6] = {0.0};
         for (int j = 0; j < n; ++j)
+            for (int table = 0; table < 6; ++table)
+                shape[table] += monomial[j][table] * s->weights[j * n + i];
+        for (int k = 0; k < s->d; ++k)
         {
-            double monomial = power(xi[0], s->powers[j * a], BY[table][0]);
-            if (a == 2)
-                monomial *= power(xi[1], s->powers[j * a + 1], BY[table][1]);
-            if (monomial != 0.0)
-                for (int i = 0; i < n; ++i)
-                    shape[table][i] += monomial * s->weights[j * n + i];
+            found.at[k] += shape[0] * node[k];
+            for (int table = 1; table < 3; ++table)
+                found.tangent[table - 1][k] += shape[table] * node[k];
+            for (int table = 3; table < 6; ++table)
+                found.bend[table - 3][k] += shape[table] * node[k];
         }
-        double *to = table == 0 ? found.at : table < 3 ? found.tangent[table - 1] : found.bend[table - 3];
-        for (int i = 0; i < n; ++i)
-            for (int k = 0; k < s->d; ++k)
-                to[k] += shape[table][i] * x[s->facet[f * n + i] * s->d + k];
     }
     return found;
 }
@@ -258,6 +271,28 @@ static void compare(const surface *s, long f, int q, long m, const double *x, co
     *best = one;
 }
 
+/* Put the facet whose middle is nearest to a point first among the `near` ones: others can then be excluded sooner. */
+static void first(const surface *s, long near, const double *at)
+{
+    double least_square = INFINITY;
+    long best = 0;
+    for (long i = 0; i < near; ++i)
+    {
+        const double *middle = s->frame + s->near[i] * FRAME;
+        double square = 0.0;
+        for (int k = 0; k < s->d; ++k)
+            square += (at[k] - middle[k]) * (at[k] - middle[k]);
+        if (square < least_square)
+        {
+            least_square = square;
+            best = i;
+        }
+    }
+    const int64_t facet = s->near[best];
+    s->near[best] = s->near[0];
+    s->near[0] = facet;
+}
+
 /* Points that penetrate other facets by no more than `reach` times their breadth. For each: its facet, its number
  * there, the facet that it penetrates, the nearest point on it with the directions in which that may move ([d - 1], and
  * [d - 1][d - 1] by columns), and the vector from there to the point ([d]). Returns how many; there is room for two for
@@ -283,12 +318,16 @@ long inside(const surface *s, const double *x, double reach, double maybe, int64
             position(s, f, q, x, at);
             for (long i = 0; i < near && !some; ++i)
                 some = enters(s, f, q, s->near[i], x, at, reach * span(s, f, s->near[i]), maybe);
+            if (some)
+                first(s, near, at);
             for (long i = 0; some && i < near; ++i)
             {
                 const long m = s->near[i];
-                const double deep = reach * span(s, f, m);
+                candidate *nearer = best + (m >= s->soft);
+                /* A facet further away than the nearest so far does not count. */
+                const double broad = span(s, f, m), deep = fmin(reach * broad, nearer->key + MARGIN * broad);
                 if (beside(s, m, at, deep, deep))
-                    compare(s, f, q, m, x, at, reach, best + (m >= s->soft));
+                    compare(s, f, q, m, x, at, reach, nearer);
             }
             for (int hard = 0; hard < 2; ++hard)
             {
