@@ -116,6 +116,12 @@ class Equilibrium:
             return self._solved(q, guess, outcome.iterations)
         return outcome
 
+    def newton(self, q: float, guess: Array, corrections: int) -> Outcome:
+        """Bring the model's state into equilibrium at q by Newton's method alone, after some corrections."""
+        self.q, self.rate = q, self.model.rate(q)
+        self._begin(guess)
+        return self._newton(corrections)
+
     def _solved(self, q: float, guess: Array, corrections: int = 0) -> Outcome:
         """Bring the model's state into equilibrium, with contact included or left out (`SurfaceForms.resting`)."""
         self.q, self.rate = q, self.model.rate(q)
@@ -209,8 +215,6 @@ class Equilibrium:
         if self.border is not None:
             self.border.release()
 
-    # -- Broyden's method ----------------------------------------------------------------------------------------
-
     def _broyden(self, renew: bool) -> tuple[bool, int]:
         """Correct the state in `x`, with a new tangent or the last one; return whether it balances, and iterations."""
         steps: list[tuple[PETSc.Vec, float]] = []
@@ -245,8 +249,6 @@ class Equilibrium:
     def _residual(self) -> float:
         self._function(self.snes, self.x, self.b)
         return float(self.b.norm())
-
-    # -- Newton's method, and convergence -----------------------------------------------------------------------
 
     def _newton(self, corrections: int, factorised: bool = False) -> Outcome:
         """Solve by SNES from `x`, after some corrections; `factorised`: the tangent there was factorised last."""

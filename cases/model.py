@@ -34,6 +34,7 @@ from cases.moved import MovedPoints, StressFree
 from cases.parameters import Parameters
 from cases.points import Points
 from cases.ranks import summed
+from cases.strain_gradient import strain_gradient
 from cases.surfaces import SurfaceForms, surface_energies
 from cases.system import System
 from forms.kinematics import Kinematics, kinematics_of
@@ -185,7 +186,8 @@ class Model:
             moved = self._stress_free.together(self.features)
             degree = self.quadrature_degree
             energies = surface_energies(self.mesh, self.features, self.parameters, given, moved, degree)
-        return SurfaceForms(self.state, energies, self.parameters, (shear, shear_constant), contact)
+        gradient = strain_gradient(self.mesh, self.space, self.cells("rubber"))
+        return SurfaceForms(self.state, energies, self.parameters, (shear, shear_constant), contact, gradient)
 
     @cached_property
     def strain(self) -> Kinematics:

@@ -33,6 +33,8 @@ def relocate(model: Model, mesh: NamedMesh, constrained: Array) -> None:
     contact = model.surfaces.contact
     if contact is None or not contact.relocated(mesh):
         model.surfaces.contact = contact_of(mesh, model.space, model.mode, None)
+    if model.surfaces.gradient is not None:
+        model.surfaces.gradient.locate(mesh)
     # It was computed for the previous shape.
     model.__dict__.pop("volume", None)
     model.system.take_parameters(moved=True)

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from cases.equilibrium import Equilibrium
 from cases.history import Attempt
 from cases.model import Model
+from cases.outcome import Outcome
 from cases.predictor import Known
 from cases.settling import settle
+from cases.stiffening import stiffened
 
 Array = NDArray[np.float64]
 
@@ -97,6 +99,8 @@ class Stepper:
         self._rate: Array | None = None
         self._length = np.inf
         self._leaps = 0
+        # Whether the last step with contact was found with a soft one first.
+        self._stiffens = False
         # Whether the last flow did not come to rest; the next is tried after another step.
         self._restless = False
 
@@ -135,7 +139,7 @@ class Stepper:
         share = 1.0 if target == q else (goal - q) / (target - q)
         model.duration.value = duration = share * (until - self.time)
         begin = time.perf_counter()
-        outcome = self._solver.solve(goal, guess)
+        outcome = self._solved(goal, guess)
         settled = False
         if not outcome.found and self._may_settle(goal):
             flown = settle(self._solver, goal, self._known.x[-1])
@@ -145,6 +149,17 @@ class Stepper:
         seconds = time.perf_counter() - begin
         tried = Attempt(q, goal, outcome.iterations, outcome.reason, seconds)
         return Step(goal, share, duration, outcome.newton, tried, settled)
+
+    def _solved(self, goal: float, guess: Array) -> Outcome:
+        """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""
+        solver, surfaces, outcome = self._solver, self._model.surfaces, Outcome(0, 0, "DIVERGED_MAX_IT")
+        if surfaces.apart or not self._stiffens:
+            outcome = solver.solve(goal, guess)
+        if not outcome.found and not surfaces.apart:
+            outcome = stiffened(solver, goal, guess, outcome.iterations)
+            # If it ended well, the next step begins like this: its guess will be as deep.
+            self._stiffens = outcome.found
+        return outcome
 
     def _may_settle(self, goal: float) -> bool:
         """Whether a step that failed is short enough for a flow."""

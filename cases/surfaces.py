@@ -1,4 +1,4 @@
-"""Energies of surfaces in a model: separate forms, added to the energy of the body."""
+"""Energies of a model beside that of its materials: of surfaces, of their contact, and of strain gradients."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from cases.contact.contact import DEEPEST, Contact
 from cases.feature import Installed, Place
 from cases.jit import options
 from cases.parameters import Parameters
+from cases.strain_gradient import StrainGradient
 from forms.kinematics import Moved
 from forms.potential import Surfaces
 from geometry.mesh import NamedMesh
@@ -27,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 class SurfaceForms:
-    """Compiled energies of all surfaces and their derivatives; there may be none.
+    """Energies beside that of the materials, and their derivatives; there may be none.
 
     Parameters
     ----------
@@ -41,6 +42,8 @@ class SurfaceForms:
         ufl.variable of the law's initial shear modulus, which the energies may contain, and its constant.
     contact
         Contact of the surfaces with each other; its energy is added to the others.
+    gradient
+        Energy of the rubber's strain gradients; it is added, too.
     """
 
     def __init__(
@@ -50,8 +53,9 @@ class SurfaceForms:
         parameters: Parameters,
         shear: tuple[Any, Any],
         contact: Contact | None = None,
+        gradient: StrainGradient | None = None,
     ) -> None:
-        self._state, self._parameters, self.contact = state, parameters, contact
+        self._state, self._parameters, self.contact, self.gradient = state, parameters, contact, gradient
         # Whether no surfaces met in the last equilibrium, and whether contact is left out at present.
         self.apart, self._resting = True, False
         self._shear, self._shear_constant = shear
@@ -69,12 +73,15 @@ class SurfaceForms:
         self._shear_constant.value = shear_modulus
         if self.contact is not None:
             self.contact.take(shear_modulus)
+        if self.gradient is not None:
+            self.gradient.shear_modulus = shear_modulus
 
     @property
     def present(self) -> bool:
-        """Whether any surfaces have an energy at the present state."""
+        """Whether there are any of these energies at the present state."""
         self.look()
-        return self._formed or (self.acting is not None and self.acting.touching)
+        touching = self.acting is not None and self.acting.touching
+        return self._formed or touching or self.gradient is not None
 
     @contextmanager
     def resting(self) -> Iterator[bool]:
@@ -90,6 +97,16 @@ class SurfaceForms:
         finally:
             self._resting = False
 
+    @contextmanager
+    def softened(self, share: float) -> Iterator[None]:
+        """Give contact this share of its stiffness; the depth of surfaces in each other is not limited meanwhile."""
+        assert self.contact is not None
+        self.contact.share = share
+        try:
+            yield
+        finally:
+            self.contact.share = 1.0
+
     @property
     def acting(self) -> Contact | None:
         """Contact at the present state, where it takes part."""
@@ -102,7 +119,7 @@ class SurfaceForms:
         contact was left out (`resting`); it is not left out any more from then on.
         """
         contact = self.contact
-        if contact is None:
+        if contact is None or contact.share < 1.0:
             return False
         contact.look(self._state.x.array)
         deep = contact.penetration > DEEPEST
@@ -131,6 +148,8 @@ class SurfaceForms:
         if self.acting is not None:
             self.look()
             total += self.acting.energy()
+        if self.gradient is not None:
+            total += self.gradient.energy(self._state.x.array)
         return total
 
     def add_forces(self, forces: Array) -> None:
@@ -140,6 +159,8 @@ class SurfaceForms:
         if self.acting is not None:
             self.look()
             self.acting.add_forces(forces)
+        if self.gradient is not None:
+            self.gradient.add_forces(self._state.x.array, forces)
 
     def add_stiffness(self, matrix: PETSc.Mat, bc: Any) -> None:
         """Add the second derivative of the forms to a matrix, except for constrained unknowns.
@@ -169,6 +190,8 @@ class SurfaceForms:
             fem.assemble_vector(forces, self._action)
         if self.acting is not None:
             self.acting.add_action(direction, forces)
+        if self.gradient is not None:
+            self.gradient.add_action(self._state.x.array, direction, forces)
 
     def add_slope(self, name: str, shear_rate: float, forces: Array) -> None:
         """Add the derivative of the forces by a parameter, on which the shear modulus may depend.
@@ -185,6 +208,8 @@ class SurfaceForms:
         if self.contact is not None:
             self.look()
             self.contact.add_slope(name, shear_rate, forces)
+        if self.gradient is not None and shear_rate != 0.0:
+            self.gradient.add_forces(self._state.x.array, forces, shear_rate)
         if not self._formed:
             return
         form = self._slope(name, self._parameters.marked[name])

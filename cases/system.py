@@ -145,12 +145,16 @@ class System:
         contact = self._surfaces.acting
         pressed = None
         if contact is not None and contact.touching:
-            self._pattern, *pressed = contact.fitted(self._pattern, matrix)
+            self._pattern, places, entries = contact.fitted(self._pattern, matrix)
+            pressed = (places, entries)
         pattern = self._pattern
         pattern.values[:] = 0.0
         self._body.add_stiffness(pattern.places, pattern.values)
         if pressed is not None:
             pattern.add(*pressed)
+        if self._surfaces.gradient is not None:
+            unknowns, values = self._surfaces.gradient.blocks(self._state.x.array)
+            pattern.add(pattern.located(unknowns), values)
         matrix.zeroEntries()
         pattern.add_to(matrix)
         self._surfaces.add_stiffness(matrix, self._bc)

@@ -80,7 +80,7 @@ class Contact:
         self._patch, self._free = free, len(free.X)
         self._moved = None if stress_free is None else _surroundings(free, strips, stress_free)
         self._shift = np.zeros(self.bodies.X.shape)
-        self.shear_modulus = 0.0
+        self.shear_modulus, self._share = 0.0, 1.0
         self._state: Array | None = None
         self._pressed: Pressed | None = None
         self._blocks: Array | None = None
@@ -100,6 +100,15 @@ class Contact:
         if self._moved is not None:
             self._shift = self.bodies.followed(self._moved.displacement())
         self._state = None
+
+    @property
+    def share(self) -> float:
+        """Share of the stiffness with which contact acts at present; 1 but on the way to an equilibrium."""
+        return self._share
+
+    @share.setter
+    def share(self, share: float) -> None:
+        self._share, self._state = share, None
 
     # -- at a state ----------------------------------------------------------------------------------------------
 
@@ -152,12 +161,12 @@ class Contact:
 
     def energy(self) -> float:
         """Return the energy, N mm."""
-        return self.shear_modulus * self.pressed.energy() if self.touching else 0.0
+        return self._modulus * self.pressed.energy() if self.touching else 0.0
 
     def add_forces(self, forces: Array) -> None:
         """Add the derivative of the energy to a vector over this rank's unknowns."""
         if self.touching:
-            self._add(self.shear_modulus * self.pressed.forces(), forces)
+            self._add(self._modulus * self.pressed.forces(), forces)
 
     def add_action(self, direction: Array, forces: Array) -> None:
         """Add the product of the second derivative and a direction.
@@ -243,9 +252,13 @@ class Contact:
     # -- pieces --------------------------------------------------------------------------------------------------
 
     @property
+    def _modulus(self) -> float:
+        return self._share * self.shear_modulus
+
+    @property
     def _stiffness(self) -> Array:
         if self._blocks is None:
-            self._blocks = self.shear_modulus * self.pressed.stiffness()
+            self._blocks = self._modulus * self.pressed.stiffness()
         return self._blocks
 
     def _add(self, values: Array, forces: Array) -> None:
