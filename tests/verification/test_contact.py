@@ -303,3 +303,26 @@ def test_sleeves_beyond_the_bond_hold_what_bulges_over_them():
     contact.look(model.state.x.array)
     assert contact.touching
     assert contact.penetration < DEEPEST
+
+
+def test_a_narrow_slot_is_pressed_to_one_and_a_half_times_its_closing_travel():
+    """It stopped at 74 % of this, where Newton's method failed, until contact was soft at first and then stiffer."""
+    low, high, depth, mean = 5.08683, 6.13318, 15.56130, 14.81384
+    outline = [
+        {"from": [10.0, 0.0], "to": [20.0, 0.0], "name": "outer"},
+        {"to": [20.0, low]},
+        {"to": [depth, low]},
+        {"to": [depth, high], "arc_through": [mean, 0.5 * (low + high)]},
+        {"to": [20.0, high]},
+        {"to": [20.0, 10.0]},
+        {"to": [10.0, 10.0], "name": "inner"},
+        {"to": [10.0, 0.0]},
+    ]
+    rubber = Rubber(laws()["yeoh"], {"C10": 0.32697, "C20": -0.05, "C30": 0.01075}, 2000.0)
+    end = -1.5 * (high - low)
+    model, history = closed(np.linspace(end / 10, end, 10), rubber, shapes()["section"](outline=outline))
+    assert history.displacement[-1] == end
+    contact = model.surfaces.contact
+    assert contact.touching
+    assert contact.share == 1.0
+    assert contact.penetration < DEEPEST
