@@ -25,6 +25,7 @@ from cases.march import NotConverged, march  # noqa: E402
 from cases.mode import modes  # noqa: E402
 from cases.program import Program  # noqa: E402
 from cases.simulate import Rubber, prepare  # noqa: E402
+from cases.stretches import stretch_points, stretches_at  # noqa: E402
 from forms.law import laws  # noqa: E402
 from geometry.shape import Shape, shapes  # noqa: E402
 from tests.ball import RUBBER, Ball, hertz, johnson  # noqa: E402
@@ -95,18 +96,25 @@ def hertzian() -> None:
 
 
 def followed(name: str, shape: Shape, q: np.ndarray) -> None:
-    """March a bushing radially; print force, time and penetration at each point, then steps tried and memory."""
+    """March a bushing radially; print force, time, penetration and volume ratios, then steps tried and memory."""
     begin = time.process_time()
     model = prepare(shape, modes()["radial"], YEOH)
     size = model.space.dofmap.index_map.size_global
     print(f"{name}: {size} unknowns, {time.process_time() - begin:.1f} s until then")
-    begin = time.process_time()
+    points, begin, telling = stretch_points(model), time.process_time(), 0.0
 
     def tell(solver: Equilibrium) -> None:
+        nonlocal telling
+        now = time.process_time()
         contact = model.surfaces.contact
         deep = 0.0 if contact is None else 100 * contact.penetration
-        seconds = time.process_time() - begin
-        print(f"{solver.q:.3f} mm  {solver.force:.2f} N  {seconds:.1f} s  depth {deep:.3f} %", flush=True)
+        volumes = stretches_at(points, model.state.x.array).reshape(-1, 3).prod(axis=1)
+        print(
+            f"{solver.q:.3f} mm  {solver.force:.2f} N  {now - begin - telling:.1f} s  depth {deep:.3f} %  "
+            f"volume ratios {volumes.min():.2f} to {volumes.max():.2f}",
+            flush=True,
+        )
+        telling += time.process_time() - now
 
     try:
         history = march(model, Program(q), observer=tell)

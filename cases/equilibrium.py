@@ -20,6 +20,7 @@ from cases.border import Border
 from cases.broyden import broyden_step
 from cases.drag import Drag
 from cases.model import Model
+from cases.newton import newton_solver
 from cases.outcome import Outcome
 from cases.ranks import summed
 from cases.rates import Found, Rates, ghosted
@@ -74,29 +75,13 @@ class Equilibrium:
         self._factorised = False
         self._drag: Drag | None = None
         self.floor = rounding(model)
-        snes = PETSc.SNES().create(model.comm)
-        snes.setFunction(self._function, self.b)
-        snes.setJacobian(self._jacobian, self.matrix)
-        snes.setConvergenceTest(self._test)
-        snes.setTolerances(max_it=most)
-        snes.setType("newtonls")
-        prefix = "bushcli_"
-        snes.setOptionsPrefix(prefix)
-        # The secant search minimises the residual along the step. Backtracking only asks for a decrease, which
-        # the saddle point of u and p refuses too often: radial loads then stop at 42 % of the thickness.
-        PETSc.Options()[prefix + "snes_linesearch_type"] = "l2"
-        self.snes, self.ksp = snes, snes.getKSP()
-        self.ksp.setType("preonly")
         # Free motions of the sleeve are unknowns beside those of the mesh.
         self.border = Border(model) if len(model.motion.free) else None
-        if self.border is None:
-            self.ksp.getPC().setType("cholesky")
-            self.ksp.getPC().setFactorSolverType("mumps")
-        else:
-            self.ksp.getPC().setType("python")
-            self.ksp.getPC().setPythonContext(self.border)
-        snes.setFromOptions()
-        PETSc.Options().delValue(prefix + "snes_linesearch_type")
+        self.snes = newton_solver(model.comm, most, self.border)
+        self.snes.setFunction(self._function, self.b)
+        self.snes.setJacobian(self._jacobian, self.matrix)
+        self.snes.setConvergenceTest(self._test)
+        self.ksp = self.snes.getKSP()
 
     def solve(self, q: float, guess: Array) -> Outcome:
         """Bring the model's state into equilibrium at q.
@@ -117,7 +102,17 @@ class Equilibrium:
         return outcome
 
     def newton(self, q: float, guess: Array, corrections: int) -> Outcome:
-        """Bring the model's state into equilibrium at q by Newton's method alone, after some corrections."""
+        """Bring the model's state into equilibrium by Newton's method alone.
+
+        Parameters
+        ----------
+        q
+            Generalised displacement, mm or rad.
+        guess
+            Unknowns to start from, shape (n,), as in `solve`.
+        corrections
+            Number of corrections that have gone before, which are counted too.
+        """
         self.q, self.rate = q, self.model.rate(q)
         self._begin(guess)
         return self._newton(corrections)

@@ -186,7 +186,9 @@ class Model:
             moved = self._stress_free.together(self.features)
             degree = self.quadrature_degree
             energies = surface_energies(self.mesh, self.features, self.parameters, given, moved, degree)
-        gradient = strain_gradient(self.mesh, self.space, self.cells("rubber"))
+        gradient = strain_gradient(
+            self.mesh, self.space, self.cells("rubber"), (*self.mode.driven, *self.mode.held)
+        )
         return SurfaceForms(self.state, energies, self.parameters, (shear, shear_constant), contact, gradient)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Prediction of the next equilibrium: the polynomial through the last ones."""
+"""Extrapolation along a path, of equilibria or of their rates: the polynomial through the last ones."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ PREDICTOR_STATES = 3
 
 @dataclass
 class Known:
-    """Converged points of the march, the newest last: displacements (mm or rad) and this rank's unknowns."""
+    """The last `most` points of a march, the newest last: displacements (mm or rad) and this rank's unknowns there."""
 
+    most: int = PREDICTOR_STATES
     q: list[float] = field(default_factory=list)
     x: list[Array] = field(default_factory=list)
 
@@ -34,8 +35,8 @@ class Known:
         """
         # One state per displacement: an elastic body has one, and the extrapolation needs distinct points.
         keep = [i for i, known in enumerate(self.q) if abs(known - q) > 1e-12 * max(1.0, abs(q))]
-        self.q = [*[self.q[i] for i in keep][-(PREDICTOR_STATES - 1) :], q]
-        self.x = [*[self.x[i] for i in keep][-(PREDICTOR_STATES - 1) :], x]
+        self.q = [*[self.q[i] for i in keep][1 - self.most :], q]
+        self.x = [*[self.x[i] for i in keep][1 - self.most :], x]
 
     def forget(self) -> None:
         """Discard all points but the newest."""

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from cases.model import Model
+from cases.predictor import Known
 from cases.ranks import summed
 
 Array = NDArray[np.float64]
@@ -63,7 +64,7 @@ class Rates:
     """The last rates along a path."""
 
     def __init__(self) -> None:
-        self._known: list[tuple[float, Array]] = []
+        self._known = Known(KEPT)
 
     def add(self, q: float, rate: Array) -> None:
         """Take the rate found at q.
@@ -75,11 +76,10 @@ class Rates:
         rate : Array
             Derivative of this rank's unknowns by q, shape (m,), per mm or rad.
         """
-        others = [(p, known) for p, known in self._known if p != q]
-        self._known = [*others[1 - KEPT :], (q, rate)]
+        self._known.add(q, rate)
 
     def guess(self, q: float, rate: Array) -> Array:
-        """Lagrange's polynomial through the last rates; ``rate`` where there is none.
+        """Extrapolate the last rates; return ``rate`` where there is none.
 
         Parameters
         ----------
@@ -88,13 +88,7 @@ class Rates:
         rate : Array
             Derivative of this rank's unknowns by q, shape (m,), per mm or rad.
         """
-        if not self._known:
-            return rate.copy()
-        total = np.zeros_like(rate)
-        for p, known in self._known:
-            share = np.prod([(q - o) / (p - o) for o, _ in self._known if o != p])
-            total += share * known
-        return total
+        return self._known.extrapolate(q) if self._known.q else rate.copy()
 
     def iterated(self, at: Found) -> Array | None:
         """The rate at a solution, all local unknowns; None if it needs too many iterations."""
@@ -119,8 +113,9 @@ class Rates:
         directions: list[tuple[Array, Array]] = []
         left = self._preconditioned(at, rate, b, step)
         left *= -1.0
-        close = max(LOOSER * at.tolerance, SMALLEST) * self._norm(at, rate)
-        while not self._norm(at, left) <= close:
+        close = max(LOOSER * at.tolerance, SMALLEST)
+        # Relative to the rate as it is now: that of a bad guess may be of any size.
+        while not self._norm(at, left) <= close * self._norm(at, rate):
             if len(directions) == MOST:
                 return False
             # The remaining error is the next direction; minimise the error over all directions so far.

@@ -10,8 +10,9 @@ more than a smooth deformation requires,
 h being the edge of the regular tetrahedron of the cell's volume V, and mu the law's shear modulus. It is zero where b
 is below `SMOOTH`, does not depend on rigid motions, and vanishes when the mesh is refined.
 
-It acts in tetrahedra. The hexahedra of the parametric shapes are larger by design: there b exceeds 1 in smooth
-deformations, too (radially 1.5 in a plain bushing at a quarter of its thickness).
+It acts in tetrahedra that touch no bond: rubber does not crease there, but its deformation gradient is unbounded at the
+edges of a bond. The hexahedra of the parametric shapes are larger by design: there b exceeds 1 in smooth deformations,
+too (radially 1.5 in a plain bushing at a quarter of its thickness).
 
 References
 ----------
@@ -22,11 +23,13 @@ Bluhm, Sigmund and Poulios (2021), Internal contact modeling for finite strain t
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import basix
 import numpy as np
+from dolfinx import fem
 from numpy.typing import NDArray
 
 from cases.elements import Rule, Unknowns
@@ -178,7 +181,7 @@ class StrainGradient:
         return self._bent
 
 
-def strain_gradient(mesh: NamedMesh, space: Any, cells: Index) -> StrainGradient | None:
+def strain_gradient(mesh: NamedMesh, space: Any, cells: Index, bonds: Iterable[str]) -> StrainGradient | None:
     """Return the energy of the strain gradients of rubber; None where the cells are no tetrahedra.
 
     Parameters
@@ -187,10 +190,21 @@ def strain_gradient(mesh: NamedMesh, space: Any, cells: Index) -> StrainGradient
         The mesh, and its mixed space with the displacement first.
     cells
         Numbers of the rubber's cells on this rank.
+    bonds
+        Names of the boundaries on which sleeves are prescribed.
     """
     if mesh.mesh.topology.cell_name() != "tetrahedron" or mesh.displacement_order < 2:
         return None
-    return StrainGradient(mesh, space, cells)
+    facets = [mesh.facets.find(mesh.boundary[name]) for name in bonds if name in mesh.boundary]
+    held = np.zeros(space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts, dtype=np.bool_)
+    if facets:
+        # Asks the other ranks for unknowns that lie on a bond of theirs.
+        held[fem.locate_dofs_topological(space.sub(0), 2, np.unique(np.concatenate(facets)))] = True
+    for name in mesh.sleeves:
+        metal = mesh.cells.find(mesh.region[name])
+        held[fem.locate_dofs_topological(space.sub(0), 3, metal)] = True
+    displaced = Unknowns.of(space, mesh.dimension, cells).displaced
+    return StrainGradient(mesh, space, cells[~held[displaced].any(axis=(1, 2))])
 
 
 def _derivatives(element: Any, points: Array) -> tuple[Array, Array]:
