@@ -28,6 +28,8 @@ SMALLEST_CUT = 1.0 / 256
 LEAPS = 1
 # If a step cut back to this share of the program's largest one still fails, the rubber flows (`cases.settling`).
 SETTLING = 1.0 / 8
+# Steps begin with a soft contact until this many in a row have failed.
+FAILURES = 2
 # With at most this many Newton iterations in SNES a step was easy, and the next may be longer.
 EASY_NEWTON = 4
 
@@ -99,8 +101,8 @@ class Stepper:
         self._rate: Array | None = None
         self._length = np.inf
         self._leaps = 0
-        # Whether the last step with contact was found with a soft one first.
-        self._stiffens = False
+        # How many more steps begin with a soft contact although that fails.
+        self._stiffens = 0
         # Whether the last flow did not come to rest; the next is tried after another step.
         self._restless = False
 
@@ -153,12 +155,12 @@ class Stepper:
     def _solved(self, goal: float, guess: Array) -> Outcome:
         """Bring the model into equilibrium, with a soft contact first where it fails with the actual one."""
         solver, surfaces, outcome = self._solver, self._model.surfaces, Outcome(0, 0, "DIVERGED_MAX_IT")
-        if surfaces.apart or not self._stiffens:
+        if surfaces.apart or self._stiffens == 0:
             outcome = solver.solve(goal, guess)
         if not outcome.found and not surfaces.apart:
             outcome = stiffened(solver, goal, guess, outcome.iterations)
-            # If it ended well, the next step begins like this: its guess will be as deep.
-            self._stiffens = outcome.found
+            # If it ended well, the next steps begin like this, because their guesses will be as deep.
+            self._stiffens = FAILURES if outcome.found else max(self._stiffens - 1, 0)
         return outcome
 
     def _may_settle(self, goal: float) -> bool:
