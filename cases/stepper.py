@@ -28,7 +28,8 @@ SMALLEST_CUT = 1.0 / 256
 LEAPS = 1
 # If a step cut back to this share of the program's largest one still fails, the rubber flows (`cases.settling`).
 SETTLING = 1.0 / 8
-# Steps begin with a soft contact until this many in a row have failed.
+# Steps begin with a soft contact until this many in a row have failed. In the kidney STEP's void a step of 0.3 mm
+# failed like this after 25 iterations, and half of it took 27; with the actual contact first it would have taken more.
 FAILURES = 2
 # With at most this many Newton iterations in SNES a step was easy, and the next may be longer.
 EASY_NEWTON = 4

@@ -21,8 +21,8 @@ Array = NDArray[np.float64]
 # Shares of the stiffness. The kidney STEP's void closes from 3.9 to 4.2 mm, and from there to 4.5 mm, in 4 or 5
 # iterations with each share, 13 with the first; with all of it at once, 25 iterations were not enough.
 SOFTER = (0.03, 0.2)
-# Out-of-balance force of these states over the norm of the reactions, and largest number of iterations for each.
-COARSE, MOST = 1e-4, 25
+# Out-of-balance force of these states over the norm of the reactions: they are only guesses for the next ones.
+COARSE = 1e-4
 
 
 def stiffened(solver: Equilibrium, q: float, guess: Array, corrections: int) -> Outcome:
@@ -50,9 +50,9 @@ def stiffened(solver: Equilibrium, q: float, guess: Array, corrections: int) -> 
 
 @contextmanager
 def _roughly(solver: Equilibrium) -> Iterator[None]:
-    exact = solver.tolerance, solver.most
-    solver.tolerance, solver.most = max(COARSE, solver.tolerance), min(MOST, solver.most)
+    exact = solver.tolerance
+    solver.tolerance = max(COARSE, exact)
     try:
         yield
     finally:
-        solver.tolerance, solver.most = exact
+        solver.tolerance = exact
