@@ -47,6 +47,8 @@ class Minimum:
         Steps that would lower the misfit further lead to parameters that cannot be solved.
     at_edge : bool
         The law's stability holds the search back from a lower misfit.
+    rejected : bool
+        Trials were rejected because the law is unstable with their parameters.
     stationary : bool
         The search did not move, because its start is the minimum already: no step is predicted to lower the misfit.
         A law that is linear in its parameters is solved exactly before the search begins.
@@ -61,6 +63,7 @@ class Minimum:
     beside_failure: bool = False
     at_edge: bool = False
     stationary: bool = False
+    rejected: bool = False
 
 
 class Stopped(Exception):
@@ -94,7 +97,7 @@ class Watched:
         explained: Callable[[Array], bool] | None = None,
     ) -> None:
         self.problem, self.follower, self.patience, self.explained = problem, follower, patience, explained
-        self.failed = self.row = self.iterations = 0
+        self.failed = self.row = self.iterations = self.rejected = 0
         self.best: tuple[float, Array] = (np.inf, np.zeros(0))
         self._falling: list[float] = []
 
@@ -105,6 +108,7 @@ class Watched:
         if self.follower and self._is_surely_rejected(x):
             rejected: Array = np.full(self.problem.samples + len(self.problem.states), np.nan)
             self.follower.gets(rejected)
+            self.rejected += 1
             return rejected
         found = self.problem.residual(x)
         if self.follower:
@@ -208,6 +212,7 @@ def minimise(
         bool(beside),
         bool(problem.instability(x).max(initial=0.0) > ACTIVE),
         loss == "linear" and _is_minimum_already(problem, start, x, lower, upper),
+        watched.rejected > 0,
     )
 
 

@@ -136,6 +136,10 @@ class Problem:
         """`instability` in the states watched, and its derivative, shape (states, parameters)."""
         return self._stability(x)
 
+    def margins(self, x: Array) -> Array:
+        """Margin of stability in the states watched, shear moduli: negative where the law is beyond the edge."""
+        return self._smallest(x, self.states) - STABILITY_MARGIN
+
     # -- what an optimiser asks for ------------------------------------------------------------------------------
 
     @property
@@ -259,15 +263,20 @@ class Problem:
                 slope[:, i] = (self._instability(moved, self.states) - value) / step
         return value, slope
 
-    def _instability(self, x: Array, states: Array) -> Array:
+    def _smallest(self, x: Array, states: Array) -> Array:
+        """Smallest eigenvalue of the tangent moduli in each state, in initial shear moduli; -1 where it is infinite."""
         parameters = self.law_parameters(x)
         if not parameters:
-            return np.zeros(len(states))
+            return np.ones(len(states))
         shear = max(abs(self.law.shear_modulus(**parameters)), 1e-12)
         tangents = moduli(self.law, parameters, states)
         finite = np.isfinite(tangents).all(axis=(1, 2))
         smallest = np.full(len(states), -1.0)
         smallest[finite] = np.linalg.eigvalsh(tangents[finite])[:, 0] / shear
+        return smallest
+
+    def _instability(self, x: Array, states: Array) -> Array:
+        smallest = self._smallest(x, states)
         beyond = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
         lacking = np.where(beyond > -12.0, STABILITY_EDGE * np.logaddexp(0.0, beyond), 0.0)
         return STABILITY_WEIGHT / np.sqrt(max(len(states), 1)) * lacking

@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import Loss, Minimum, minimise
 from bushcli.inverse.problem import ACTIVE, Problem
 from bushcli.inverse.wall import along_the_wall
@@ -62,6 +63,8 @@ def search(
         iterations, point = iterations + found.iterations, found.x
         if last or (len(problem.states) == states and not explained(point)):
             break
+    if loss == "linear" and (found.rejected or found.at_edge):
+        found = along_the_edge(problem, found, lower, upper)
     if found.beside_failure and problem.walls:
         found = along_the_wall(problem, found, lower, upper, method, loss)
     return replace(found, start=start, iterations=iterations)

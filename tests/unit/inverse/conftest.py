@@ -11,16 +11,18 @@ import pytest
 class Linear:
     """One channel whose force is linear in two parameters, with noise.
 
-    `wall(x)` is true where no solution exists; `edge(x)` is what instability adds to the misfit.
+    `wall(x)` is true where no solution exists; `edge(x)` is what instability adds to the misfit, `margin(x)` the
+    distance from instability.
     """
 
     names = ("a", "b")
     noise = 0.05
 
-    def __init__(self, wall=lambda x: False, edge=lambda x: 0.0, bend=0.0):
+    def __init__(self, wall=lambda x: False, edge=lambda x: 0.0, bend=0.0, margin=None):
         rng = np.random.default_rng(5)
         q = np.linspace(0.1, 1.0, 200)
         self.rows, self.bend, self.wall, self.edge = np.column_stack([q, q**2]), bend, wall, edge
+        self.margin = margin or (lambda x: -self.edge(x))
         force = self.curve(np.array([2.0, -0.5])) + self.noise * rng.standard_normal(len(q))
         recording = SimpleNamespace(force=force, displacement=q)
         self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), recording=recording)]
@@ -46,6 +48,9 @@ class Linear:
 
     def instability(self, x, states=None):
         return np.array([self.edge(x)])
+
+    def margins(self, x):
+        return np.array([self.margin(x)])
 
     def stability(self, x):
         step = 1e-7

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bushcli.inverse.edge import along_the_edge
 from bushcli.inverse.local import minimise, predicted_decrease
 from bushcli.inverse.refine import OUTPERFORMED_AFTER, is_outperformed
 from bushcli.inverse.search import search
@@ -79,6 +80,38 @@ def test_an_edge_of_stability_is_followed_to_its_lowest_point(linear):
     assert found.converged
     assert found.at_edge
     assert found.x == pytest.approx(best_on(problem, normal, level), abs=0.1 * np.sqrt(covariance[1, 1]))
+
+
+def test_a_search_beside_a_steep_edge_goes_on_along_it(linear):
+    # A start so near the edge that the trust region rejects each trial beyond it, and ends where it began.
+    problem = linear()
+    x, covariance = problem.minimum()
+    normal = np.array([0.3, 1.0])
+    deviation = np.sqrt(normal @ covariance @ normal)
+    level = normal @ x + 3.0 * deviation
+    problem.margin = lambda p: normal @ p - level
+    problem.edge = lambda p: 1e5 * max(-problem.margin(p), 0.0)
+    along = np.array([1.0, -0.3]) / np.hypot(1.0, 0.3)
+    lowest = best_on(problem, normal, level)
+    start = lowest + 0.4 * along + 1e-6 * normal
+    stuck = minimise(problem, start, LOWER, UPPER)
+    assert stuck.rejected
+    assert np.linalg.norm(stuck.x - start) < 0.01 * np.linalg.norm(lowest - start)
+    found = search(problem, start, LOWER, UPPER)
+    assert found.x == pytest.approx(lowest, abs=0.01 * np.sqrt(covariance[1, 1]))
+    assert found.converged
+    assert problem.margin(found.x) >= -1e-9
+
+
+def test_an_end_on_the_edge_without_a_lower_misfit_along_it_stays(linear):
+    problem = linear()
+    x, covariance = problem.minimum()
+    normal = np.array([0.3, 1.0])
+    level = normal @ x + 3.0 * np.sqrt(normal @ covariance @ normal)
+    problem.margin = lambda p: normal @ p - level
+    problem.edge = lambda p: 1e5 * max(-problem.margin(p), 0.0)
+    ended = minimise(problem, best_on(problem, normal, level), LOWER, UPPER)
+    assert along_the_edge(problem, ended, LOWER, UPPER) is ended
 
 
 def test_nothing_is_promised_at_a_minimum(linear):

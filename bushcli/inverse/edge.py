@@ -1,0 +1,163 @@
+"""Search along the edge of the law's stability, for the lowest misfit within it.
+
+A trust region takes a trial beyond the edge for a step too far, and shrinks: beside the edge it ends where it is, even
+if the misfit falls along the edge. Unlike the misfit, the law's stability costs no solution of the model. Here each step
+therefore minimises the linearised misfit subject to the exact stability in all states watched: a Gauss-Newton method
+with nonlinear constraints, whose steps are bounded by a trust region.
+
+References
+----------
+Nocedal and Wright (2006), Numerical Optimization, Springer, doi:10.1007/978-0-387-40065-5, section 18.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from bushcli.inverse.local import NOTHING, STATIONARY, Minimum
+from bushcli.inverse.problem import ACTIVE, Problem
+
+Array = NDArray[np.float64]
+
+# Largest number of steps. A search ends earlier when a step is predicted to lower the cost by less than this share, or
+# by the tolerance of the problem where that is smaller.
+STEPS = 15
+# The radius becomes this share of a rejected step, and grows by this factor where a step was predicted well.
+SHRINK, GROW = 0.25, 2.0
+# Shares of the predicted decrease: below the first a step is rejected, above the second it was predicted well.
+POOR, GOOD = 1e-3, 0.75
+# Steps below this share of the parameters' size end the search.
+SHORT = 1e-6
+
+
+def along_the_edge(problem: Problem, ended: Minimum, lower: Array, upper: Array) -> Minimum:
+    """Continue a search that the law's stability held back, to a minimum within the edge of stability.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    ended : Minimum
+        End of the search so far.
+    lower : (p,) array
+        Lower bounds of the parameters, each in its unit.
+    upper : (p,) array
+        Upper bounds of the parameters, each in its unit.
+    """
+    x, radius, steps = ended.x, np.inf, 0
+    value, slope = problem.residual(x), problem.jacobian(x)
+    enough = min(STATIONARY, problem.tolerance)
+    settled = False
+    while steps < STEPS:
+        before = float(value @ value)
+        norms = _norms(slope)
+        trial, left = _step(problem, x, value, slope, radius, lower, upper)
+        predicted = before - left
+        length = float(np.linalg.norm((trial - x) * norms))
+        if predicted <= enough * max(before, NOTHING * len(problem.channels)):
+            settled = True
+            break
+        if length <= SHORT * float(np.linalg.norm(x * norms)):
+            break
+        after = problem.residual(trial)
+        steps += 1
+        fell = before - float(after @ after) if np.isfinite(after).all() else -np.inf
+        if fell > POOR * predicted:
+            radius = GROW * max(radius, length) if fell > GOOD * predicted else radius
+            x, value, slope = trial, after, problem.jacobian(trial)
+        if fell < SHRINK * predicted:
+            radius = SHRINK * length
+    if not steps or not float(value @ value) < ended.cost * len(problem.channels):
+        return ended
+    return replace(
+        ended,
+        x=x,
+        cost=problem.cost(x),
+        iterations=ended.iterations + steps,
+        converged=settled,
+        message="a minimum within the edge of stability" if settled else "no further step lowers the misfit",
+        beside_failure=ended.beside_failure and not settled,
+        at_edge=bool(problem.instability(x).max(initial=0.0) > ACTIVE),
+        stationary=False,
+    )
+
+
+def _norms(slope: Array) -> Array:
+    """Scales of the parameters: the norm of each column of the Jacobian (rows, p)."""
+    norms = np.linalg.norm(slope, axis=0)
+    return np.asarray(np.where(norms > 0.0, norms, 1.0))
+
+
+def _step(
+    problem: Problem, x: Array, value: Array, slope: Array, radius: float, lower: Array, upper: Array
+) -> tuple[Array, float]:
+    """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and its sum of squares.
+
+    Parameters
+    ----------
+    problem : Problem
+        The least-squares problem.
+    x : (p,) array
+        Parameters, each in its unit.
+    value : (rows,) array
+        Weighted misfit at `x`, with the rows of stability at its end.
+    slope : (rows, p) array
+        Its derivative.
+    radius : float
+        Largest change of a parameter, in units of the norm of its column.
+    lower : (p,) array
+        Lower bounds.
+    upper : (p,) array
+        Upper bounds.
+    """
+    samples = len(value) - len(problem.instability(x))
+    norms = _norms(slope[:samples])
+    J, r = slope[:samples] / norms, value[:samples]
+    low = np.maximum((lower - x) * norms, -radius)
+    high = np.minimum((upper - x) * norms, radius)
+
+    def penalty(s: Array) -> Array:
+        rows = problem.instability(x + s / norms)
+        return np.asarray(rows @ rows)
+
+    def margins(s: Array) -> Array:
+        return problem.margins(x + s / norms)
+
+    def cost(s: Array) -> tuple[float, Array]:
+        rest = r + J @ s
+        return 0.5 * float(rest @ rest + penalty(s)), J.T @ rest + 0.5 * _difference(penalty, s)
+
+    found = minimize(
+        cost,
+        np.zeros(len(x)),
+        jac=True,
+        bounds=list(zip(low, high, strict=True)),
+        constraints={"type": "ineq", "fun": margins, "jac": lambda s: _difference(margins, s)},
+        method="SLSQP",
+        options={"maxiter": 100, "ftol": 1e-9},
+    )
+    s = np.clip(found.x, low, high)
+    if not np.isfinite(s).all():
+        return x, float(value @ value)
+    return np.clip(x + s / norms, lower, upper), 2.0 * cost(s)[0]
+
+
+def _difference(function: Callable[[Array], Array], s: Array) -> Array:
+    """Return the derivative (..., p) of a cheap function of s (p,), by forward differences.
+
+    Parameters
+    ----------
+    function : callable
+        Returns an array of any shape.
+    s : (p,) array
+        Dimensionless parameters.
+    """
+    base = function(s)
+    steps = 1e-6 * np.maximum(np.abs(s), 1e-3)
+    columns = [(function(s + h * unit) - base) / h for h, unit in zip(steps, np.eye(len(s)), strict=True)]
+    return np.stack(columns, axis=-1)
