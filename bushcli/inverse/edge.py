@@ -12,6 +12,7 @@ Nocedal and Wright (2006), Numerical Optimization, Springer, doi:10.1007/978-0-3
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -132,15 +133,18 @@ def _step(
         rest = r + J @ s
         return 0.5 * float(rest @ rest + penalty(s)), J.T @ rest + 0.5 * _difference(penalty, s)
 
-    found = minimize(
-        cost,
-        np.zeros(len(x)),
-        jac=True,
-        bounds=list(zip(low, high, strict=True)),
-        constraints={"type": "ineq", "fun": margins, "jac": lambda s: _difference(margins, s)},
-        method="SLSQP",
-        options={"maxiter": 100, "ftol": 1e-9},
-    )
+    with warnings.catch_warnings():
+        # Steps onto a bound pass it by rounding; SciPy clips them.
+        warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
+        found = minimize(
+            cost,
+            np.zeros(len(x)),
+            jac=True,
+            bounds=list(zip(low, high, strict=True)),
+            constraints={"type": "ineq", "fun": margins, "jac": lambda s: _difference(margins, s)},
+            method="SLSQP",
+            options={"maxiter": 100, "ftol": 1e-9},
+        )
     s = np.clip(found.x, low, high)
     if not np.isfinite(s).all():
         return x, float(value @ value)

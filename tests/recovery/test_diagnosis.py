@@ -55,12 +55,24 @@ def path() -> tuple[Any, Any]:
     return np.array(time), np.array(q)
 
 
-def case(folder: Path, secret: dict[str, dict[str, float]], model: str = "yeoh", change: Any = None) -> Case:
+def loop() -> tuple[Any, Any]:
+    """Once to 4 mm and back."""
+    q = np.concatenate([np.linspace(0.0, 4.0, 81), np.linspace(4.0, 0.0, 81)[1:]])
+    return np.arange(len(q)) * 0.25, q
+
+
+def case(
+    folder: Path,
+    secret: dict[str, dict[str, float]],
+    model: str = "yeoh",
+    change: Any = None,
+    program: tuple[Any, Any] | None = None,
+) -> Case:
     """A case whose recording conceals effects; `change` alters the force in a way that no effect does."""
     (folder / "case.toml").write_text(TEXT.format(law=model))
     (folder / "axial.csv").write_text("time_s,displacement_mm,force_N\n0,0,0\n1,1,1\n2,2,2\n3,3,3\n4,2,2\n")
     shaped = load_case(folder / "case.toml", ())
-    time, q = path()
+    time, q = program or path()
     fine = np.arange(4 * len(q) - 3) / 4
     active = [ActiveEffect(effect(name), values).started() for name, values in secret.items()]
     answer = Simulation(
@@ -163,6 +175,16 @@ def test_an_effect_that_grows_into_another_form_is_found_from_finite_sizes(tmp_p
     # With fewer than two hundred samples the noise is uncertain, which leaves 6 % for an offset.
     assert found.probability["debonding"] > 0.9
     assert 1.0 < found.effects[0].parameters["length"].value < 6.0
+
+
+def test_a_stop_is_fitted_where_the_plain_law_imitates_it_at_its_edge_of_stability(tmp_path: Path) -> None:
+    """The fit begins with the plain law's parameters, at the edge of stability; a trust region alone ends there."""
+    stop = {"stiffness": 2000.0, "gap": 2.2}
+    found = diagnose(case(tmp_path, {"bump_stop": stop}, program=loop()), effects=["bump_stop"], maps=False)
+    # The plain law needs a C10 that is a small part of the true one.
+    assert found.plain.parameters["C10"] < 0.5 * YEOH["C10"]
+    sizes = {one.effects: one.misfit for one in found.searched.trials if one.law == "yeoh"}
+    assert sizes[("bump_stop",)] < 1.3
 
 
 def with_torsion(folder: Path, secret: dict[str, dict[str, float]], zero: float = 0.0) -> Case:
