@@ -13,7 +13,6 @@ Nocedal and Wright (2006), Numerical Optimization, Springer, doi:10.1007/978-0-3
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -32,6 +31,8 @@ STEPS = 15
 SHRINK, GROW = 0.25, 2.0
 # Shares of the predicted decrease: below the first a step is rejected, above the second it was predicted well.
 POOR, GOOD = 1e-3, 0.75
+# Rejected steps in a row that end the search.
+PATIENCE = 6
 # Steps below this share of the parameters' size end the search.
 SHORT = 1e-6
 
@@ -50,13 +51,14 @@ def along_the_edge(problem: Problem, ended: Minimum, lower: Array, upper: Array)
     upper : (p,) array
         Upper bounds of the parameters, each in its unit.
     """
-    x, radius, steps = ended.x, np.inf, 0
+    x, radius, steps, rejected = ended.x, np.inf, 0, 0
     value, slope = problem.residual(x), problem.jacobian(x)
     enough = min(STATIONARY, problem.tolerance)
     settled = False
-    while steps < STEPS:
+    while steps < STEPS and rejected < PATIENCE:
         before = float(value @ value)
-        norms = _norms(slope)
+        # The scale of the misfit: the rows of stability change too fast to measure a step by.
+        norms = _norms(slope[: len(value) - len(problem.states)])
         trial, left = _step(problem, x, value, slope, radius, lower, upper)
         predicted = before - left
         length = float(np.linalg.norm((trial - x) * norms))
@@ -68,9 +70,15 @@ def along_the_edge(problem: Problem, ended: Minimum, lower: Array, upper: Array)
         after = problem.residual(trial)
         steps += 1
         fell = before - float(after @ after) if np.isfinite(after).all() else -np.inf
+        small = 0.0 <= fell < enough * before and fell > SHRINK * predicted
         if fell > POOR * predicted:
             radius = GROW * max(radius, length) if fell > GOOD * predicted else radius
-            x, value, slope = trial, after, problem.jacobian(trial)
+            x, value, slope, rejected = trial, after, problem.jacobian(trial), 0
+        else:
+            rejected += 1
+        if small:
+            settled = True
+            break
         if fell < SHRINK * predicted:
             radius = SHRINK * length
     if not steps or not float(value @ value) < ended.cost * len(problem.channels):
@@ -116,22 +124,25 @@ def _step(
     upper : (p,) array
         Upper bounds.
     """
-    samples = len(value) - len(problem.instability(x))
+    samples = len(value) - len(problem.states)
     norms = _norms(slope[:samples])
     J, r = slope[:samples] / norms, value[:samples]
     low = np.maximum((lower - x) * norms, -radius)
     high = np.minimum((upper - x) * norms, radius)
 
-    def penalty(s: Array) -> Array:
-        rows = problem.instability(x + s / norms)
-        return np.asarray(rows @ rows)
+    known: dict[bytes, tuple[Array, Array]] = {}
 
-    def margins(s: Array) -> Array:
-        return problem.margins(x + s / norms)
+    def stability(s: Array) -> tuple[Array, Array]:
+        """Sum of squares of the penalty, then the margins; and their derivative."""
+        key = s.tobytes()
+        if key not in known:
+            known[key] = _values(problem, x + s / norms), _slopes(problem, x + s / norms, norms)
+        return known[key]
 
     def cost(s: Array) -> tuple[float, Array]:
         rest = r + J @ s
-        return 0.5 * float(rest @ rest + penalty(s)), J.T @ rest + 0.5 * _difference(penalty, s)
+        found, by = stability(s)
+        return 0.5 * float(rest @ rest + found[0]), J.T @ rest + 0.5 * by[0]
 
     with warnings.catch_warnings():
         # Steps onto a bound pass it by rounding; SciPy clips them.
@@ -141,7 +152,11 @@ def _step(
             np.zeros(len(x)),
             jac=True,
             bounds=list(zip(low, high, strict=True)),
-            constraints={"type": "ineq", "fun": margins, "jac": lambda s: _difference(margins, s)},
+            constraints={
+                "type": "ineq",
+                "fun": lambda s: stability(s)[0][1:],
+                "jac": lambda s: stability(s)[1][1:],
+            },
             method="SLSQP",
             options={"maxiter": 100, "ftol": 1e-9},
         )
@@ -151,17 +166,14 @@ def _step(
     return np.clip(x + s / norms, lower, upper), 2.0 * cost(s)[0]
 
 
-def _difference(function: Callable[[Array], Array], s: Array) -> Array:
-    """Return the derivative (..., p) of a cheap function of s (p,), by forward differences.
+def _values(problem: Problem, x: Array) -> Array:
+    rows, margins = problem.beside_edge(x)
+    return np.concatenate([[rows @ rows], margins])
 
-    Parameters
-    ----------
-    function : callable
-        Returns an array of any shape.
-    s : (p,) array
-        Dimensionless parameters.
-    """
-    base = function(s)
-    steps = 1e-6 * np.maximum(np.abs(s), 1e-3)
-    columns = [(function(s + h * unit) - base) / h for h, unit in zip(steps, np.eye(len(s)), strict=True)]
-    return np.stack(columns, axis=-1)
+
+def _slopes(problem: Problem, x: Array, norms: Array) -> Array:
+    """Return the derivative of `_values` by the parameters (p,) times their norms, by forward differences."""
+    base = _values(problem, x)
+    steps = 1e-6 * np.maximum(np.abs(x), 1e-3)
+    units = np.diag(steps)
+    return np.column_stack([(_values(problem, x + unit) - base) for unit in units]) / (steps * norms)

@@ -136,9 +136,10 @@ class Problem:
         """`instability` in the states watched, and its derivative, shape (states, parameters)."""
         return self._stability(x)
 
-    def margins(self, x: Array) -> Array:
-        """Margin of stability in the states watched, shear moduli: negative where the law is beyond the edge."""
-        return self._smallest(x, self.states) - STABILITY_MARGIN
+    def beside_edge(self, x: Array) -> tuple[Array, Array]:
+        """`instability` in the states watched, and their margins, shear moduli: negative beyond the edge."""
+        smallest = self._smallest(x, self.states)
+        return _penalty(smallest), smallest - STABILITY_MARGIN
 
     # -- what an optimiser asks for ------------------------------------------------------------------------------
 
@@ -276,10 +277,14 @@ class Problem:
         return smallest
 
     def _instability(self, x: Array, states: Array) -> Array:
-        smallest = self._smallest(x, states)
-        beyond = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
-        lacking = np.where(beyond > -12.0, STABILITY_EDGE * np.logaddexp(0.0, beyond), 0.0)
-        return STABILITY_WEIGHT / np.sqrt(max(len(states), 1)) * lacking
+        return _penalty(self._smallest(x, states))
+
+
+def _penalty(smallest: Array) -> Array:
+    """Rows of the misfit by the smallest eigenvalue of the tangent moduli in each state (n,), in shear moduli."""
+    beyond = (STABILITY_MARGIN - smallest) / STABILITY_EDGE
+    lacking = np.where(beyond > -12.0, STABILITY_EDGE * np.logaddexp(0.0, beyond), 0.0)
+    return np.asarray(STABILITY_WEIGHT / np.sqrt(max(len(smallest), 1)) * lacking)
 
 
 def _coupon_states(stretches: tuple[float, float]) -> Array:

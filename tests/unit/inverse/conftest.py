@@ -49,8 +49,8 @@ class Linear:
     def instability(self, x, states=None):
         return np.array([self.edge(x)])
 
-    def margins(self, x):
-        return np.array([self.margin(x)])
+    def beside_edge(self, x):
+        return self.instability(x), np.array([self.margin(x)])
 
     def stability(self, x):
         step = 1e-7
