@@ -146,7 +146,7 @@ def _spikes(recording: Recording, taken: Mask) -> Iterator[DataFault]:
     whole = Recording(recording.mode, still, recording.force, recording.time)
     branch = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(whole))])
     explained = _BESIDE * abs(slope(still[sound], recording.force[sound])) * _unsteady(still[sound])
-    spiked[sound] = spikes(recording.force[sound], x[sound], branch[sound], explained)
+    spiked[sound] = spikes(recording.force[sound], x[sound], branch[sound], explained, ends=True)
     # Where both jump together the bushing was moved: that is not a fault of a sensor.
     both = jumps & spiked
     for bad, what in ((spiked & ~both, "force"), (jumps & ~both, "displacement")):

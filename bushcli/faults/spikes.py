@@ -8,6 +8,10 @@ direction, and by more than the samples next to it are. The scale of a miss is m
 so that noise with memory, a hum or a coarse converter only make the search less sensitive. The largest spike is
 removed first, and the rest is judged again without it.
 
+The first and last samples of a recording have neighbours on one side only. With ``ends`` that side alone judges them:
+to leave out a sound one costs a fit nothing. A sample between zero and its forecast is not judged so: friction and play
+begin like that.
+
 References
 ----------
 Davies, Gather (1993), The identification of multiple outliers, J. Am. Stat. Assoc. 88:782-792,
@@ -38,6 +42,9 @@ _BOTH, _ALONE = 4.0, 6.0
 # Least ratio of a spike to the misses nearby beyond noise, number of samples that are nearby, and noise of their
 # misses. A relaxation that loses two thirds from sample to sample still makes a ratio of 3.
 _OVER_NEARBY, _NEARBY, _NOISE_NEARBY = 4.0, 6, 3.0
+# At the ends nothing tells a spike from a kink, as where a stop engages. So it has to be larger than this many times
+# the change from sample to sample that is exceeded by one sample in twenty.
+_CHANGES, _EXCEEDED = 4.0, 0.05
 # No fit notices a smaller spike: share of the range, and steps of the converter.
 _SMALLEST, _STEPS = 3e-3, 3.0
 # Fewer samples do not determine their scatter.
@@ -59,7 +66,9 @@ class _Miss:
     clean: Mask
 
 
-def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array | float = 0.0) -> Mask:
+def spikes(
+    values: Array, x: Array, branch: NDArray[np.int_], explained: Array | float = 0.0, ends: bool = False
+) -> Mask:
     """Return which samples of a signal are spikes.
 
     Parameters
@@ -71,6 +80,8 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array |
         Number of the branch that each sample is of; between branches the signal may have a kink.
     explained : (n,) array or float
         By how much the signal may stand out at each sample for another reason, in its own unit.
+    ends : bool
+        Judge samples with neighbours on one side only, too. Not for signals that may turn at any sample.
 
     Returns
     -------
@@ -85,7 +96,7 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array |
     floor = np.maximum(max(smallest, _STEPS * quantum(values)), np.broadcast_to(explained, n))
     for _ in range(n):
         remaining = np.flatnonzero(~bad)
-        found = _largest(values[remaining], x[remaining], branch[remaining], floor[remaining])
+        found = _largest(values[remaining], x[remaining], branch[remaining], floor[remaining], ends)
         if not len(found):
             return bad
         bad[remaining[found]] = True
@@ -94,16 +105,29 @@ def spikes(values: Array, x: Array, branch: NDArray[np.int_], explained: Array |
     return np.zeros(n, dtype=bool)
 
 
-def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array) -> NDArray[np.intp]:
-    """Return the samples of the spikes that are the largest in their neighbourhood."""
+def _largest(values: Array, x: Array, branch: NDArray[np.int_], floor: Array, ends: bool) -> NDArray[np.intp]:
+    """Return the samples of the spikes that are the largest in their neighbourhood.
+
+    Parameters
+    ----------
+    values, x, branch, floor : (n,) array
+        As in `spikes`; `floor` is the least size of a spike.
+    ends : bool
+        As in `spikes`.
+    """
     n = len(values)
     left = [_miss(values, x, branch, gap) for gap in range(1, WIDEST + 1)]
     right = [_mirrored(_miss(values[::-1], -x[::-1], branch[::-1], gap)) for gap in range(1, WIDEST + 1)]
     height = np.zeros((WIDEST, n))
+    steep = np.maximum(floor, _CHANGES * np.quantile(np.abs(np.diff(values)), 1.0 - _EXCEEDED))
     for width in range(1, WIDEST + 1):
         block = np.full(n, np.inf)
         for k in range(width):
-            one = _agreed(left[k], right[width - k - 1], floor)
+            before, after = left[k], right[width - k - 1]
+            one = _agreed(before, after, floor)
+            if ends:
+                one = np.where(np.isnan(before.score), _alone(after, values, steep, True), one)
+                one = np.where(np.isnan(after.score), _alone(before, values, steep, False), one)
             block[: n - k] = np.minimum(block[: n - k], one[k:])
         block[n - width + 1 :] = 0.0
         block[block < _OVER_NEARBY * _nearby(left[0], right[0], width)] = 0.0
@@ -130,6 +154,24 @@ def _agreed(left: _Miss, right: _Miss, floor: Array) -> Array:
             & (left.clean | right.clean),
         )
     return np.where(same & large & enough, least, 0.0)
+
+
+def _alone(miss: _Miss, values: Array, floor: Array, first: bool) -> Array:
+    """Return by how many standard deviations (n,) one side misses each sample that it alone judges; 0 if it does not.
+
+    Parameters
+    ----------
+    miss : _Miss
+    values : (n,) array
+    floor : (n,) array
+        Least size of a spike, in the unit of the signal.
+    first : bool
+        Whether the samples are the first ones.
+    """
+    score, size = np.nan_to_num(np.abs(miss.score)), np.nan_to_num(miss.size)
+    forecast = values - size
+    begins = first & (values * forecast >= 0.0) & (np.abs(values) <= np.abs(forecast))
+    return np.where(miss.clean & ~begins & (score >= _ALONE) & (np.abs(size) >= floor), score, 0.0)
 
 
 def _nearby(left: _Miss, right: _Miss, width: int) -> Array:

@@ -53,11 +53,13 @@ def compared_curves(
 
 def _compared(channel: Channel, answer: Answer, started: Answer | None, held_out: bool) -> FittedCurve:
     recording = channel.recording
-    span = float(np.ptp(recording.force))
+    # Bad samples, which the fit leaves out, say nothing about it.
+    used = np.isfinite(channel.scale)
+    span = float(np.ptp(recording.force[used]))
 
     def curve(solved: Answer) -> tuple[Curve, float]:
         force, _ = channel.at_samples(solved)
-        rms = 100 * float(np.sqrt(np.mean((force - recording.force) ** 2))) / span
+        rms = 100 * float(np.sqrt(np.mean((force - recording.force)[used] ** 2))) / span
         return Curve(recording.mode, recording.displacement, force, recording.time), rms
 
     fitted, rms = curve(answer)

@@ -183,6 +183,23 @@ def test_spikes_are_found_and_only_they(what, correlation):
     assert hit >= 0.75 * there
 
 
+@pytest.mark.parametrize("at", [0, 1, -2, -1])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_spike_at_an_end_is_found_from_one_side(at, sign):
+    clean = recorded(seed=3)
+    force = clean.force.copy()
+    force[at] += sign * 0.3 * np.ptp(force)
+    found = masks(find_faults(bushing(), [replace(clean, force=force)]), clean)
+    assert list(np.flatnonzero(found)) == [at % len(force)]
+
+
+def test_a_force_that_begins_below_its_neighbours_is_no_spike():
+    # Friction and play begin like that: the first sample is at rest, the next ones slip.
+    clean = recorded(seed=3)
+    force = clean.force + np.where(np.arange(len(clean.force)) > 0, 0.3 * np.ptp(clean.force), 0.0)
+    assert not masks(find_faults(bushing(), [replace(clean, force=force)]), clean).any()
+
+
 def test_three_bad_samples_in_a_row_are_a_spike():
     clean = recorded()
     force = clean.force.copy()
