@@ -57,15 +57,15 @@ def along_the_edge(problem: Problem, ended: Minimum, lower: Array, upper: Array)
     settled = False
     while steps < STEPS and rejected < PATIENCE:
         before = float(value @ value)
-        # The scale of the misfit: the rows of stability change too fast to measure a step by.
-        norms = _norms(slope[: len(value) - len(problem.states)])
-        trial, left = _step(problem, x, value, slope, radius, lower, upper)
+        # Steps are measured by the misfit: the rows of stability change too fast.
+        at = _Linearised(problem, x, value, slope)
+        trial, left = _step(at, radius, lower, upper)
         predicted = before - left
-        length = float(np.linalg.norm((trial - x) * norms))
+        length = float(np.linalg.norm((trial - x) * at.norms))
         if predicted <= enough * max(before, NOTHING * len(problem.channels)):
             settled = True
             break
-        if length <= SHORT * float(np.linalg.norm(x * norms)):
+        if length <= SHORT * float(np.linalg.norm(x * at.norms)):
             break
         after = problem.residual(trial)
         steps += 1
@@ -102,10 +102,8 @@ def _norms(slope: Array) -> Array:
     return np.asarray(np.where(norms > 0.0, norms, 1.0))
 
 
-def _step(
-    problem: Problem, x: Array, value: Array, slope: Array, radius: float, lower: Array, upper: Array
-) -> tuple[Array, float]:
-    """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and its sum of squares.
+class _Linearised:
+    """The linearised misfit about a point, and the exact stability beside it, by changes s in units of their columns.
 
     Parameters
     ----------
@@ -117,6 +115,41 @@ def _step(
         Weighted misfit at `x`, with the rows of stability at its end.
     slope : (rows, p) array
         Its derivative.
+    """
+
+    def __init__(self, problem: Problem, x: Array, value: Array, slope: Array) -> None:
+        samples = len(value) - len(problem.states)
+        self.problem, self.x, self.norms = problem, x, _norms(slope[:samples])
+        self._misfit, self._slope = value[:samples], slope[:samples] / self.norms
+        self._known: dict[bytes, tuple[Array, Array]] = {}
+
+    def cost(self, s: Array) -> tuple[float, Array]:
+        """Half the sum of squares, of the misfit to first order and of the exact penalty; and its derivative."""
+        rest = self._misfit + self._slope @ s
+        found, by = self.stability(s)
+        return 0.5 * float(rest @ rest + found[0]), self._slope.T @ rest + 0.5 * by[0]
+
+    def stability(self, s: Array) -> tuple[Array, Array]:
+        """Sum of squares of the penalty, then the margin in each state; and their derivative."""
+        key = s.tobytes()
+        if key not in self._known:
+            x = self.x + s / self.norms
+            base, steps = self._values(x), 1e-6 * np.maximum(np.abs(x), 1e-3)
+            slopes = np.column_stack([self._values(x + step) - base for step in np.diag(steps)])
+            self._known[key] = base, slopes / (steps * self.norms)
+        return self._known[key]
+
+    def _values(self, x: Array) -> Array:
+        rows, margins = self.problem.beside_edge(x)
+        return np.concatenate([[rows @ rows], margins])
+
+
+def _step(at: _Linearised, radius: float, lower: Array, upper: Array) -> tuple[Array, float]:
+    """Return the point (p,) with the least linearised misfit within edge, bounds and radius, and its sum of squares.
+
+    Parameters
+    ----------
+    at : _Linearised
     radius : float
         Largest change of a parameter, in units of the norm of its column.
     lower : (p,) array
@@ -124,56 +157,25 @@ def _step(
     upper : (p,) array
         Upper bounds.
     """
-    samples = len(value) - len(problem.states)
-    norms = _norms(slope[:samples])
-    J, r = slope[:samples] / norms, value[:samples]
-    low = np.maximum((lower - x) * norms, -radius)
-    high = np.minimum((upper - x) * norms, radius)
-
-    known: dict[bytes, tuple[Array, Array]] = {}
-
-    def stability(s: Array) -> tuple[Array, Array]:
-        """Sum of squares of the penalty, then the margins; and their derivative."""
-        key = s.tobytes()
-        if key not in known:
-            known[key] = _values(problem, x + s / norms), _slopes(problem, x + s / norms, norms)
-        return known[key]
-
-    def cost(s: Array) -> tuple[float, Array]:
-        rest = r + J @ s
-        found, by = stability(s)
-        return 0.5 * float(rest @ rest + found[0]), J.T @ rest + 0.5 * by[0]
-
+    start = np.zeros(len(at.x))
+    low = np.maximum((lower - at.x) * at.norms, -radius)
+    high = np.minimum((upper - at.x) * at.norms, radius)
+    margins = {
+        "type": "ineq",
+        "fun": lambda s: at.stability(s)[0][1:],
+        "jac": lambda s: at.stability(s)[1][1:],
+    }
     with warnings.catch_warnings():
         # Steps onto a bound pass it by rounding; SciPy clips them.
         warnings.filterwarnings("ignore", "Values in x were outside bounds", RuntimeWarning)
         found = minimize(
-            cost,
-            np.zeros(len(x)),
+            at.cost,
+            start,
             jac=True,
             bounds=list(zip(low, high, strict=True)),
-            constraints={
-                "type": "ineq",
-                "fun": lambda s: stability(s)[0][1:],
-                "jac": lambda s: stability(s)[1][1:],
-            },
+            constraints=margins,
             method="SLSQP",
             options={"maxiter": 100, "ftol": 1e-9},
         )
-    s = np.clip(found.x, low, high)
-    if not np.isfinite(s).all():
-        return x, float(value @ value)
-    return np.clip(x + s / norms, lower, upper), 2.0 * cost(s)[0]
-
-
-def _values(problem: Problem, x: Array) -> Array:
-    rows, margins = problem.beside_edge(x)
-    return np.concatenate([[rows @ rows], margins])
-
-
-def _slopes(problem: Problem, x: Array, norms: Array) -> Array:
-    """Return the derivative of `_values` by the parameters (p,) times their norms, by forward differences."""
-    base = _values(problem, x)
-    steps = 1e-6 * np.maximum(np.abs(x), 1e-3)
-    units = np.diag(steps)
-    return np.column_stack([(_values(problem, x + unit) - base) for unit in units]) / (steps * norms)
+    s = np.clip(found.x, low, high) if np.isfinite(found.x).all() else start
+    return np.clip(at.x + s / at.norms, lower, upper), 2.0 * at.cost(s)[0]

@@ -176,7 +176,6 @@ def minimise(
     patience, explained
         As in `Watched`; points have the shape (parameters,).
     """
-    mean_samples = problem.samples / len(problem.channels)
     follower = Follower(method, lower, upper) if loss == "linear" else None
     watched = Watched(problem, follower, patience, explained)
     try:
@@ -188,7 +187,7 @@ def minimise(
             x_scale="jac",
             method=method,
             loss=loss,
-            f_scale=ROBUST_AT / np.sqrt(mean_samples),
+            f_scale=ROBUST_AT / np.sqrt(problem.samples / len(problem.channels)),
             ftol=problem.tolerance,
             # Steps are short beside a failure, too, where the search must not end.
             xtol=min(problem.tolerance, SHORT),
@@ -200,16 +199,16 @@ def minimise(
         x, ended, message = watched.best[1], isinstance(stopped, Level), str(stopped)
     finally:
         problem.trial = None
-    linear = watched.failed > 0 and loss == "linear"
-    beside = linear and predicted_decrease(problem, x, lower, upper) > STATIONARY
+    failed = watched.failed > 0 and loss == "linear"
+    beside = bool(failed and predicted_decrease(problem, x, lower, upper) > STATIONARY)
     return Minimum(
         start,
         x,
         problem.cost(x),
         watched.iterations,
-        bool(ended and not beside),
+        ended and not beside,
         message,
-        bool(beside),
+        beside,
         bool(problem.instability(x).max(initial=0.0) > ACTIVE),
         loss == "linear" and _is_minimum_already(problem, start, x, lower, upper),
         watched.rejected > 0,
