@@ -19,22 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from bushcli.inverse.local import NOTHING, STATIONARY, Minimum
-from bushcli.inverse.problem import ACTIVE, Problem
+from bushcli.inverse.local import NOTHING, SHORT, STATIONARY, WALL, Minimum
+from bushcli.inverse.problem import ACTIVE, Problem, differences
 
 Array = NDArray[np.float64]
 
-# Largest number of steps. A search ends earlier when a step is predicted to lower the cost by less than this share, or
-# by the tolerance of the problem where that is smaller.
+# Largest number of steps: a bump stop, whose knee hinders a search, took 12 from the edge (own 019, benchmarks/decks).
 STEPS = 15
-# The radius becomes this share of a rejected step, and grows by this factor where a step was predicted well.
-SHRINK, GROW = 0.25, 2.0
-# Shares of the predicted decrease: below the first a step is rejected, above the second it was predicted well.
-POOR, GOOD = 1e-3, 0.75
-# Rejected steps in a row that end the search.
-PATIENCE = 6
-# Steps below this share of the parameters' size end the search.
-SHORT = 1e-6
+# Rules of SciPy's trust region (trf): after a step that lowers the cost by less than a quarter of what was predicted the
+# radius is a quarter of that step; after one that lowers it by more than three quarters it is doubled.
+POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
 
 
 def along_the_edge(problem: Problem, ended: Minimum, lower: Array, upper: Array) -> Minimum:
@@ -55,7 +49,7 @@ def along_the_edge(problem: Problem, ended: Minimum, lower: Array, upper: Array)
     value, slope = problem.residual(x), problem.jacobian(x)
     enough = min(STATIONARY, problem.tolerance)
     settled = False
-    while steps < STEPS and rejected < PATIENCE:
+    while steps < STEPS and rejected < WALL and not settled:
         before = float(value @ value)
         # Steps are measured by the misfit: the rows of stability change too fast.
         at = _Linearised(problem, x, value, slope)
@@ -65,22 +59,20 @@ def along_the_edge(problem: Problem, ended: Minimum, lower: Array, upper: Array)
         if predicted <= enough * max(before, NOTHING * len(problem.channels)):
             settled = True
             break
-        if length <= SHORT * float(np.linalg.norm(x * at.norms)):
+        if length <= min(problem.tolerance, SHORT) * float(np.linalg.norm(x * at.norms)):
             break
         after = problem.residual(trial)
         steps += 1
         fell = before - float(after @ after) if np.isfinite(after).all() else -np.inf
-        small = 0.0 <= fell < enough * before and fell > SHRINK * predicted
-        if fell > POOR * predicted:
-            radius = GROW * max(radius, length) if fell > GOOD * predicted else radius
-            x, value, slope, rejected = trial, after, problem.jacobian(trial), 0
-        else:
-            rejected += 1
-        if small:
-            settled = True
-            break
-        if fell < SHRINK * predicted:
+        # A small decrease where a larger one was predicted does not show a minimum.
+        settled = POOR * predicted < fell < enough * before
+        rejected = 0 if fell > 0.0 else rejected + 1
+        if fell > 0.0:
+            x, value, slope = trial, after, problem.jacobian(trial)
+        if fell < POOR * predicted:
             radius = SHRINK * length
+        elif fell > GOOD * predicted:
+            radius = GROW * max(radius, length)
     if not steps or not float(value @ value) < ended.cost * len(problem.channels):
         return ended
     return replace(
@@ -134,13 +126,11 @@ class _Linearised:
         key = s.tobytes()
         if key not in self._known:
             x = self.x + s / self.norms
-            base, steps = self._values(x), 1e-6 * np.maximum(np.abs(x), 1e-3)
-            slopes = np.column_stack([self._values(x + step) - base for step in np.diag(steps)])
-            self._known[key] = base, slopes / (steps * self.norms)
+            self._known[key] = self._values(x), differences(self._values, x) / self.norms
         return self._known[key]
 
     def _values(self, x: Array) -> Array:
-        rows, margins = self.problem.beside_edge(x)
+        rows, margins = self.problem.penalty_and_margins(x)
         return np.concatenate([[rows @ rows], margins])
 
 

@@ -19,6 +19,8 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
 # Largest relative step that may end a search.
 SHORT = 1e-4
+# A search has met a wall after this many failed trials in a row, each with a quarter of the step before it.
+WALL = 6
 # A robust loss begins to discount misfits of this many standard deviations.
 ROBUST_AT = 2.0
 # A search that a full step would still improve by more than this share of the cost has not ended in a minimum: a

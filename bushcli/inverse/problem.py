@@ -130,14 +130,14 @@ class Problem:
         states : Array | None
             Principal stretches, shape (n, 3); None for those that the problem watches.
         """
-        return self._instability(x, self.states if states is None else states)
+        return _penalty(self._smallest(x, self.states if states is None else states))
 
     def stability(self, x: Array) -> tuple[Array, Array]:
         """`instability` in the states watched, and its derivative, shape (states, parameters)."""
         return self._stability(x)
 
-    def beside_edge(self, x: Array) -> tuple[Array, Array]:
-        """`instability` in the states watched, and their margins, shear moduli: negative beyond the edge."""
+    def penalty_and_margins(self, x: Array) -> tuple[Array, Array]:
+        """`instability` in the states watched, and their margins in shear moduli, negative beyond the edge."""
         smallest = self._smallest(x, self.states)
         return _penalty(smallest), smallest - STABILITY_MARGIN
 
@@ -254,18 +254,11 @@ class Problem:
 
     def _stability(self, x: Array) -> tuple[Array, Array]:
         """Return rows that are zero where the law is stable with a margin and grow linearly beyond; and derivatives."""
-        value = self._instability(x, self.states)
-        slope = np.zeros((len(value), len(x)))
-        if value.any():
-            for i in range(len(x)):
-                step = 1e-6 * max(abs(x[i]), 1e-3)
-                moved = x.copy()
-                moved[i] += step
-                slope[:, i] = (self._instability(moved, self.states) - value) / step
-        return value, slope
+        value = self.instability(x)
+        return value, differences(self.instability, x) if value.any() else np.zeros((len(value), len(x)))
 
     def _smallest(self, x: Array, states: Array) -> Array:
-        """Smallest eigenvalue of the tangent moduli in each state, in initial shear moduli; -1 where it is infinite."""
+        """Smallest eigenvalue of the tangent moduli in each state, in initial shear moduli; -1 if not finite."""
         parameters = self.law_parameters(x)
         if not parameters:
             return np.ones(len(states))
@@ -276,8 +269,19 @@ class Problem:
         smallest[finite] = np.linalg.eigvalsh(tangents[finite])[:, 0] / shear
         return smallest
 
-    def _instability(self, x: Array, states: Array) -> Array:
-        return _penalty(self._smallest(x, states))
+
+def differences(function: Callable[[Array], Array], x: Array) -> Array:
+    """Return the derivative of a cheap, smooth function at x by forward differences, shape (values, parameters).
+
+    Parameters
+    ----------
+    function : callable
+        Returns an array, shape (values,).
+    x : Array
+        Parameters, shape (parameters,), each in its unit.
+    """
+    base, steps = function(x), 1e-6 * np.maximum(np.abs(x), 1e-3)
+    return np.column_stack([(function(x + step) - base) / step.sum() for step in np.diag(steps)])
 
 
 def _penalty(smallest: Array) -> Array:

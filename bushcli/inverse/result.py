@@ -58,7 +58,8 @@ class FittedCurve:
     fitted, started : Curve
         Curve with the identified parameters, and with those that the search started from.
     rms_percent, started_percent, noise_percent : float
-        Root mean square misfit with each, and the recording's own noise, percent of the recorded force range.
+        Root mean square misfit with each, and the recording's own noise, percent of the recorded force range; without
+        bad samples.
     held_out : bool
         The curve was predicted, not fitted.
     smooth : Curve, optional

@@ -19,14 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.inverse.edge import along_the_edge
-from bushcli.inverse.local import Loss, Minimum, minimise
+from bushcli.inverse.local import WALL, Loss, Minimum, minimise
 from bushcli.inverse.problem import ACTIVE, Problem
 from bushcli.inverse.wall import along_the_wall
 
 Array = NDArray[np.float64]
-
-# A search has met a wall after this many failed trials in a row, each with a quarter of the step before it.
-WALL = 6
 
 
 def search(

@@ -18,11 +18,11 @@ class Linear:
     names = ("a", "b")
     noise = 0.05
 
-    def __init__(self, wall=lambda x: False, edge=lambda x: 0.0, bend=0.0, margin=None):
+    def __init__(self, wall=lambda x: False, edge=lambda x: 0.0, bend=0.0):
         rng = np.random.default_rng(5)
         q = np.linspace(0.1, 1.0, 200)
         self.rows, self.bend, self.wall, self.edge = np.column_stack([q, q**2]), bend, wall, edge
-        self.margin = margin or (lambda x: -self.edge(x))
+        self.margin = lambda x: -self.edge(x)
         force = self.curve(np.array([2.0, -0.5])) + self.noise * rng.standard_normal(len(q))
         recording = SimpleNamespace(force=force, displacement=q)
         self.channels = [SimpleNamespace(coupon=True, scale=np.full(len(q), self.noise), recording=recording)]
@@ -49,7 +49,7 @@ class Linear:
     def instability(self, x, states=None):
         return np.array([self.edge(x)])
 
-    def beside_edge(self, x):
+    def penalty_and_margins(self, x):
         return self.instability(x), np.array([self.margin(x)])
 
     def stability(self, x):
