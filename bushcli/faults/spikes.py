@@ -51,7 +51,7 @@ _MOST = 0.05
 # At an end one side alone cannot tell a spike from a kink, where a stop engages or play closes. Past a kink, a
 # forecast over up to `WIDEST` samples misses by at most as many changes from sample to sample; a spike has to be
 # larger by one. The change is that which one sample in twenty exceeds, so that other spikes do not count. Of 3,240
-# drawn recordings without spikes (as in tests/unit/test_faults.py) none has a false alarm; without this rule 132 alarms.
+# drawn recordings without spikes (as in tests/unit/test_faults.py) none has a false alarm; without this rule 132.
 _CHANGES, _EXCEEDED = WIDEST + 1.0, _MOST
 
 

@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 # Largest number of steps: a bump stop, whose knee hinders a search, took 12 from the edge (own 019, benchmarks/decks).
 STEPS = 15
-# Rules of SciPy's trust region (trf): after a step that lowers the cost by less than a quarter of what was predicted the
+# Rules of SciPy's trust region (trf): after a step that lowers the cost by less than a quarter of the prediction, the
 # radius is a quarter of that step; after one that lowers it by more than three quarters it is doubled.
 POOR, SHRINK, GOOD, GROW = 0.25, 0.25, 0.75, 2.0
 
