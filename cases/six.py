@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 
 MOTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
 REACTIONS = ("fx", "fy", "fz", "mx", "my", "mz")
+# Mode whose displacement and force are of the kind of each motion and its reaction; it also determines their units.
+PAIR_MODES = ("radial", "radial", "axial", "conical", "conical", "torsional")
 # Motions that a plane of symmetry rules out: x is the plane x = 0.
 RULED_OUT = {"x": (0, 4, 5), "y": (1, 3, 5), "z": (2, 3, 4)}
 

@@ -24,6 +24,8 @@ Habera and Zilian (2021), Symbolic spectral decomposition of 3x3 matrices, arXiv
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import ufl
 
@@ -38,14 +40,8 @@ PAIR = 5e-2
 # than 1e-8 in the second derivative there, at the same exponent.
 SPHERE = 1e-3
 
-# cos(arccos(r)/3) for 0 <= r <= 1 as a polynomial in z = sqrt((1 + r)/2): the arc cosine has no derivative at r = 1,
-# the composition has. In r itself the singularity at r = -1 would require degree 21; in z (half the angle) 12 is
-# enough.
-_Z = np.polynomial.Chebyshev.interpolate(
-    lambda z: np.cos(2 / 3 * np.arccos(np.minimum(z, 1.0))), 12, domain=[np.sqrt(0.5), 1.0]
-)
+# Interval of z = sqrt((1 + r)/2) for 0 <= r <= 1.
 _CENTRE, _HALF_WIDTH = (1 + np.sqrt(0.5)) / 2, (1 - np.sqrt(0.5)) / 2
-_COSINE_OF_THIRD = tuple(float(c) for c in np.polynomial.chebyshev.cheb2poly(_Z.coef))
 
 
 def power_trace(m: Scalar, J2: Scalar, J3: Scalar, beta: Scalar) -> Scalar:
@@ -101,10 +97,24 @@ def pair_power_trace(a: Scalar, d2: Scalar, beta: Scalar) -> Scalar:
 def _cosine_of_third(r: Scalar) -> Scalar:
     """Return cos(arccos(r) / 3), 0 <= r <= 1 (and a little beyond, by rounding)."""
     x = (ufl.sqrt((1 + r) / 2) - _CENTRE) / _HALF_WIDTH
-    total = _COSINE_OF_THIRD[-1] * x + _COSINE_OF_THIRD[-2]
-    for coefficient in _COSINE_OF_THIRD[-3::-1]:
+    coefficients = _coefficients()
+    total = coefficients[-1] * x + coefficients[-2]
+    for coefficient in coefficients[-3::-1]:
         total = total * x + coefficient
     return total
+
+
+@cache
+def _coefficients() -> tuple[float, ...]:
+    """Return cos(arccos(r) / 3) for 0 <= r <= 1 as a polynomial in z = sqrt((1 + r)/2), scaled to -1 ... 1.
+
+    The arc cosine has no derivative at r = 1, the composition has. In r itself the singularity at r = -1 would require
+    degree 21; in z (half the angle) 12 is enough.
+    """
+    interpolated = np.polynomial.Chebyshev.interpolate(
+        lambda z: np.cos(2 / 3 * np.arccos(np.minimum(z, 1.0))), 12, domain=[np.sqrt(0.5), 1.0]
+    )
+    return tuple(float(c) for c in np.polynomial.chebyshev.cheb2poly(interpolated.coef))
 
 
 def _binomials(beta: Scalar, order: int) -> list[Scalar]:

@@ -6,33 +6,34 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
-from bushcli.case import checks, effects, six
+from bushcli.case import checks, six
 from bushcli.case.case import Case, LoadCase, Material, MeshOptions, load_case_names
 from bushcli.case.finding import Finding, Keys, dotted, explain, shown, unknown_key, unknown_name
 from bushcli.case.limits import MOST_ENTRIES, mesh_size
 from bushcli.case.schema import (
-    CouponTable,
     EffectTable,
     FileTable,
     LoadCaseTable,
     MaterialTable,
     MeshTable,
-    RecordingTable,
     Table,
     ToleranceTable,
 )
 from bushcli.case.sources import SourceBuilder, find_file, source_of, wrong_units
 from bushcli.case.tolerance import CLASSES, DEFAULT, Tolerance
-from bushcli.effects.active import ActiveEffect
 from bushcli.errors import printable
 from bushcli.recording.source import Source
 from cases.mode import modes
 from forms.law import laws
 from geometry.shape import Shape, shapes
+
+if TYPE_CHECKING:
+    from bushcli.case.schema_recordings import RecordingTable
+    from bushcli.effects.active import ActiveEffect
 
 T = TypeVar("T", bound=Table)
 
@@ -247,6 +248,10 @@ class Builder:
     def _sources(
         self, data: dict[str, Any], section: str, shape: Shape | None, material: Material | None
     ) -> tuple[Source, ...]:
+        if section not in data:
+            return ()
+        from bushcli.case.schema_recordings import CouponTable, RecordingTable
+
         coupons = section == "coupons"
         usual = "coupon" if coupons or (shape is not None and shape.specimen == "coupon") else "bushing"
 
@@ -283,6 +288,10 @@ class Builder:
         # Effects are checked against channels: an error in a channel would be reported twice.
         if any(finding.keys[0] in ("geometry", "load_cases", "recordings") for finding in self.findings):
             return ()
+        if not tables:
+            return ()
+        from bushcli.case import effects  # with the type of an effect, which a plain model does not need
+
         loads = [load for load in load_cases if load is not None]
         named = zip(load_case_names(loads, recordings), loads, strict=True)
         channels = [

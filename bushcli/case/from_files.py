@@ -21,12 +21,12 @@ from bushcli.recording.isolated import tables
 from bushcli.recording.match import Wanted, by_unit, candidates, has_columns
 from bushcli.recording.opened import format_of
 from bushcli.recording.reader import numbered, readers
-from bushcli.recording.six import PAIR_MODES, columns_of
+from bushcli.recording.six import columns_of
 from bushcli.recording.source import Quantity, SixColumns, Source, Specimen
 from bushcli.recording.table import Table
 from bushcli.recording.text import read_table
 from cases.mode import modes
-from cases.six import MOTIONS, REACTIONS
+from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
 #: Modes in the order in which they are tried; the first of each kind stands for those that read the same columns.
 _KINDS = (("axial", "radial"), ("torsional", "conical"), ("uniaxial", "equibiaxial", "planar"))

@@ -5,20 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case.case import LoadCase
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
-from bushcli.case.schema import LoadCaseTable, PathTable, RecordingTable
+from bushcli.case.schema import LoadCaseTable, PathTable
 from bushcli.errors import RecordingError
-from bushcli.recording.six import PAIR_MODES, chosen, columns_of, read_motions
 from bushcli.recording.source import SixColumns, Source
 from cases.mode import modes
-from cases.six import MOTIONS, REACTIONS, SixPath
+from cases.six import MOTIONS, PAIR_MODES, REACTIONS, SixPath
 from geometry.shape import Shape
+
+if TYPE_CHECKING:
+    from bushcli.case.schema_recordings import RecordingTable
 
 PATH = "path"
 # mm or rad: a smaller motion counts as none.
@@ -146,6 +148,9 @@ def channels(
     refused = _refused(table, keys)
     if refused:
         return [], refused
+    # With the readers, which few cases need.
+    from bushcli.recording.six import chosen, columns_of, read_motions
+
     free = tuple(k for k, name in enumerate(MOTIONS) if name in (table.free or ()))
     try:
         motions, forces = columns_of(source, table.motions, table.forces)

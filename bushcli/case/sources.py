@@ -8,16 +8,19 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bushcli.case import six
 from bushcli.case.finding import Finding, Keys, dotted, shown, unknown_name
 from bushcli.case.limits import MOST_ENTRIES
-from bushcli.case.schema import FileTable, RecordingTable
+from bushcli.case.schema import FileTable
 from bushcli.errors import nearest
 from bushcli.recording.guess import mode_of_name
 from bushcli.recording.source import UNITS, Quantity, Source, Specimen
-from bushcli.recording.units import find_unit
 from cases.mode import modes
+
+if TYPE_CHECKING:
+    from bushcli.case.schema_recordings import RecordingTable
 
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " "}
 _PATTERN = re.compile(r"[*?\[]")
@@ -57,6 +60,8 @@ def wrong_units(keys: Keys, source: Source) -> Iterator[Finding]:
     source : Source
         Source in a known mode.
     """
+    from bushcli.recording.units import find_unit  # its tables of spellings serve recordings alone
+
     mode = modes()[source.mode]
     for quantity, unit in source.units.items():
         measured = source.measured(quantity, mode.specimen, mode.rotational)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
-from bushcli.effects.active import ActiveEffect
-from bushcli.effects.effect import EffectParameter
 from cases.mode import modes
+
+if TYPE_CHECKING:
+    from bushcli.effects.active import ActiveEffect
+    from bushcli.effects.effect import EffectParameter
 
 # Unit in a translational mode -> unit of the case file in a rotational one, and its factor to N, mm, rad.
 _ROTATIONAL = {

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
-from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.names import in_rig
 from bushcli.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from bushcli.effects.effect import Effect, EffectParameter
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,26 @@
 A fault is not physical: no law and no effect may be fitted to it. Some faults make every fit meaningless (the
 force has the other sign, units are wrong by a factor of 1000, two channels are exchanged); they are *fatal* and must be
 corrected first. Others touch a few samples (spikes, stuck samples, a clipped load cell), which a fit leaves out.
+
+The search for faults is loaded when it is first used: a simulation without recordings does not need it.
 """
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from bushcli.faults.fault import DataFault, Kind, condition, masks
-from bushcli.faults.find import bad_samples, find_faults, sample_faults
+
+if TYPE_CHECKING:
+    from bushcli.faults.find import bad_samples, find_faults, sample_faults
 
 __all__ = ["DataFault", "Kind", "bad_samples", "condition", "find_faults", "masks", "sample_faults"]
+
+_FIND = ("bad_samples", "find_faults", "sample_faults")
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _FIND:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.find"), name)

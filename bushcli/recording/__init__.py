@@ -1,25 +1,30 @@
 """CSV -> Recording: time, displacement and force in internal units; branches, cycles and noise.
 
 Column names, units, delimiter, decimal sign and encoding are recognised from the file (see `text`,
-`header`), or given by a `bushcli.recording.source.Source`.
+`header`), or given by a `bushcli.recording.source.Source`. What reads and writes files is loaded when it is first used:
+a simulation without recordings does not need it.
 """
 
-from bushcli.recording.read import (
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from bushcli.recording.recorded import RecordedPath, Recording, Repair
+from bushcli.recording.segment import Branch
+from bushcli.recording.signals import (
     branches,
     cycle_mask,
     departure,
     displacement_noise,
     force_noise,
     matching,
-    read_coupon,
-    read_program,
-    read_recording,
     select_cycles,
 )
-from bushcli.recording.recorded import RecordedPath, Recording
-from bushcli.recording.samples import Repair
-from bushcli.recording.segment import Branch
-from bushcli.recording.write import write_curve_csv
+
+if TYPE_CHECKING:
+    from bushcli.recording.read import read_coupon, read_program, read_recording
+    from bushcli.recording.write import write_curve_csv
 
 __all__ = [
     "Branch",
@@ -38,3 +43,16 @@ __all__ = [
     "select_cycles",
     "write_curve_csv",
 ]
+
+_HOME = {
+    "read_coupon": "read",
+    "read_program": "read",
+    "read_recording": "read",
+    "write_curve_csv": "write",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -21,6 +21,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from bushcli.recording.noise import median_deviation
 from bushcli.recording.segment import segment
 from cases.mode import modes
 
@@ -211,7 +212,7 @@ def _slope(x: Array, values: Array, power: int) -> tuple[float, float]:
     for _ in range(20):
         residuals = values - matrix @ solution
         # Corrected for the number of fitted terms: any curve can make three of five residuals small.
-        scale = 1.4826 * float(np.median(np.abs(residuals))) * np.sqrt(len(x) / max(len(x) - terms, 1))
+        scale = median_deviation(np.abs(residuals)) * np.sqrt(len(x) / max(len(x) - terms, 1))
         if scale <= 1e-12 * float(np.abs(values).max()):
             break
         weights = np.sqrt(np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(residuals), 1e-300)))

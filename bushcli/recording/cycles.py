@@ -25,9 +25,9 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.recording import departure, displacement_noise, force_noise
 from bushcli.recording.curve import Curve
 from bushcli.recording.segment import Branch, segment
+from bushcli.recording.signals import departure, displacement_noise, force_noise
 
 Array = NDArray[np.float64]
 

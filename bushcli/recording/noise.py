@@ -66,13 +66,22 @@ def noise(values: Array, abscissa: Array, order: int = 3, groups: NDArray[np.int
     return _spread(np.abs(residuals[kept if kept.sum() >= 0.7 * within.sum() else within]))
 
 
+def median_deviation(sizes: Array) -> float:
+    """Return the standard deviation of normal residuals from the median of their absolute values (m,), m > 0.
+
+    `np.median` does the same, but loads NumPy's masked arrays (4 ms), which nothing else at start needs.
+    """
+    ordered = np.sort(sizes)
+    return 1.4826 * (0.5 * float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]))
+
+
 def _spread(sizes: Array) -> float:
     """Return the standard deviation of residuals from their absolute values (m,), outliers left out.
 
     The median absolute deviation finds the outliers; the root mean square of the rest uses the data better
     (the median alone scatters by 12 % for 250 samples, this by 8 %).
     """
-    sigma = 1.4826 * float(np.median(sizes))
+    sigma = median_deviation(sizes)
     for _ in range(3):
         kept = sizes[sizes <= 3.0 * sigma]
         # 0.9733: variance of a standard normal cut off at 3.
@@ -99,7 +108,7 @@ def _spiked(residuals: Array, weights: Array) -> NDArray[np.bool_]:
         power[j : j + m] += weights[:, j] ** 2
     known = power > 0.0
     size = np.abs(np.divide(height, np.sqrt(power), out=np.zeros_like(height), where=known))
-    high = size > _SPIKE * 1.4826 * float(np.median(size[known]))
+    high = size > _SPIKE * median_deviation(size[known])
     # The neighbours of a spike share its windows and also appear high: the highest among them is the spike.
     padded = np.pad(size, width - 1)
     high &= size == sliding_window_view(padded, 2 * width - 1).max(axis=1)

@@ -4,14 +4,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.curve import Curve
-from bushcli.recording.samples import Repair
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Repair:
+    """A change to a recording when it was read, or a remark.
+
+    Attributes
+    ----------
+    kind : {"time", "stuck", "columns"}
+        "columns" says how a column was found; the others are faults of the data.
+    text : str
+        A sentence with the number of samples concerned.
+    """
+
+    kind: Literal["time", "stuck", "columns"]
+    text: str
 
 
 @dataclass(frozen=True, eq=False)

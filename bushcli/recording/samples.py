@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,27 +10,12 @@ from numpy.typing import NDArray
 from bushcli.errors import Problem, RecordingError
 from bushcli.recording.clock import clock, missing_time
 from bushcli.recording.columns import Column
+from bushcli.recording.recorded import Repair
 from bushcli.recording.repeated import updates
 from bushcli.recording.source import Source
 from bushcli.recording.table import Table
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Repair:
-    """A change to a recording when it was read, or a remark.
-
-    Attributes
-    ----------
-    kind : {"time", "stuck", "columns"}
-        "columns" says how a column was found; the others are faults of the data.
-    text : str
-        A sentence with the number of samples concerned.
-    """
-
-    kind: Literal["time", "stuck", "columns"]
-    text: str
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,10 @@ from bushcli.recording.columns import column
 from bushcli.recording.six_table import named_in, six_table
 from bushcli.recording.source import Source
 from cases.mode import modes
-from cases.six import MOTIONS, REACTIONS
+from cases.six import MOTIONS, PAIR_MODES, REACTIONS
 
 Array = NDArray[np.float64]
 Columns = Mapping[str, str | int]
-
-# Mode as whose displacement and force each motion and its reaction are read; it also determines their units.
-PAIR_MODES = ("radial", "radial", "axial", "conical", "conical", "torsional")
 
 
 def columns_of(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case, LoadCase, load_case_names
-from bushcli.recording import Recording, read_program
+from bushcli.recording import Recording
 from bushcli.simulate.six import program_of
 from bushcli.simulate.six_schedule import six_schedule
 from cases.march import History, march
@@ -76,6 +76,8 @@ def prescribed(case: Case, load: LoadCase, number: int) -> Channel:
     if load.six is not None:
         program = program_of(load.six, load.steps)
     elif load.source is not None:
+        from bushcli.recording import read_program  # with the readers, which few load cases need
+
         times, displacement = read_program(load.source)
         program = Program(displacement, times)
     else:

@@ -1,7 +1,7 @@
 """The recordings of cases with the faults of their samples, read once unless their files change.
 
 A study compares many designs with the same recordings. To read a rig's file and search it for faults takes longer than
-to simulate the bushing.
+to simulate the bushing. Readers and the search for faults are loaded by the first recording.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from functools import cached_property
 
 from bushcli.case import Case
 from bushcli.effects.active import require_values
-from bushcli.faults import DataFault, find_faults, sample_faults
-from bushcli.recording import Recording, read_recording
+from bushcli.faults import DataFault
+from bushcli.recording import Recording
 from bushcli.recording.source import Source
 
 # Largest number of recordings kept: those of a case, whole and in part, and of some more cases.
@@ -29,6 +29,8 @@ class _Read:
 
     @cached_property
     def faults(self) -> tuple[DataFault, ...]:
+        from bushcli.faults import sample_faults
+
         return tuple(sample_faults(self.recording))
 
 
@@ -51,12 +53,18 @@ class Measured:
             A recording cannot be read, or an effect of the case has no values.
         """
         require_values(case.effects, case.path.name)
+        if not case.recordings:
+            return [], [], ()
+        from bushcli.faults import find_faults
+
         used = [self._read(source, False) for source in case.recordings]
         # Effects that depend on the path need the cycles before those that are compared.
         whole = [self._read(source, True) for source in case.recordings] if case.effects else used
         return used, whole, find_faults(case, used, self._of_samples)
 
     def _read(self, source: Source, whole: bool) -> Recording:
+        from bushcli.recording import read_recording
+
         try:
             state = source.file.stat()
         except OSError:
@@ -70,5 +78,7 @@ class Measured:
         return self._kept[key].recording
 
     def _of_samples(self, recording: Recording) -> tuple[DataFault, ...]:
+        from bushcli.faults import sample_faults
+
         kept = next((one for one in self._kept.values() if one.recording is recording), None)
         return tuple(sample_faults(recording)) if kept is None else kept.faults

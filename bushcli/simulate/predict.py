@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from mpi4py import MPI
@@ -30,7 +31,6 @@ from bushcli.simulate.play import check_play
 from bushcli.simulate.response import ERROR_OVER_CHANGE, FINER, Progress, Response, Simulated, conditions
 from bushcli.simulate.simulation import Answer, Simulation
 from bushcli.simulate.six import mode_of, six_curve
-from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
 from bushcli.simulate.stiffness import check_state, matrices
 from bushcli.simulate.stretched import stretched
 from bushcli.simulate.touching import parallel_contact, touched
@@ -40,6 +40,9 @@ from cases.model import Model
 from cases.simulate import Rubber
 from cases.stretches import Surface, surface
 from forms.law import law
+
+if TYPE_CHECKING:
+    from bushcli.simulate.six_simulation import Reaction, SixSimulation
 
 Array = NDArray[np.float64]
 
@@ -258,6 +261,9 @@ class _Run:
 
     def _reaction(self, channel: Channel, path: RecordedPath, factor: float) -> Reaction:
         """Return the model of one channel of a recorded path of six motions; its channels share one simulation."""
+        # Few recordings are such a path: what simulates it is loaded with the first one.
+        from bushcli.simulate.six_simulation import Reaction, SixSimulation, on_path
+
         key = (path.name, factor)
         if key not in self.paths:
             refinement = replace(self.case.mesh.refinement, factor=factor)

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.recording.curve import Curve
-from bushcli.recording.six import PAIR_MODES
 from cases.equilibrium import Equilibrium
 from cases.march import History, march
 from cases.march import Progress as StepProgress
@@ -17,7 +16,7 @@ from cases.mode import Mode, modes
 from cases.model import Model
 from cases.program import Program
 from cases.rigid import tangent
-from cases.six import SixPath
+from cases.six import PAIR_MODES, SixPath
 
 Array = NDArray[np.float64]
 

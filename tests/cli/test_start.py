@@ -11,7 +11,7 @@ from types import ModuleType
 
 import pytest
 
-from bushcli import report
+from bushcli import faults, recording, report
 
 ROOT = Path(__file__).parents[2]
 BATCH = ROOT / "examples" / "batch" / "case.toml"
@@ -46,6 +46,15 @@ Path(sys.argv[1]).write_text(json.dumps([code, sorted(sys.modules)]))
 STACK = "from mpi4py import MPI; import dolfinx.fem.petsc, gmsh"
 REPORTS = ("matplotlib", "jinja2", "ezdxf", "meshio", "pandas", "bushcli.diagnosis")
 STATISTICS = ("scipy.stats", "scipy.optimize", "scipy.interpolate", "scipy.special", "scipy.sparse")
+RECORDINGS = (
+    "bushcli.recording.read",
+    "bushcli.recording.units",
+    "bushcli.faults.find",
+    "bushcli.case.schema_recordings",
+)
+EFFECTS = ("bushcli.effects.effect", "bushcli.case.effects")
+# What single functions of NumPy load, such as the median.
+OF_NUMPY = ("numpy.ma", "numpy.polynomial")
 FINITE_ELEMENTS = ("dolfinx", "petsc4py.PETSc", "mpi4py.MPI", "gmsh", "basix")
 
 
@@ -91,12 +100,20 @@ def test_check_loads_no_finite_elements(tmp_path, plain):
 
 def test_direct_loads_what_it_solves_with(tmp_path, plain):
     modules = loaded(tmp_path, "direct", plain, "-q", "--json")
-    assert not present(modules, ("rich", "pint", "bushcli.inverse.identify", *REPORTS, *STATISTICS))
+    unwanted = (
+        "rich",
+        "pint",
+        "bushcli.inverse.identify",
+        "bushcli.simulate.six_simulation",
+        *REPORTS,
+        *STATISTICS,
+    )
+    assert not present(modules, (*unwanted, *RECORDINGS, *EFFECTS, *OF_NUMPY))
     probe = f"{STACK}; import json, sys; print(json.dumps(sorted(sys.modules)))"
     run = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True)
-    # 319 when this was written (some 30 more with Python 3.14 and its pydantic), two thirds of them bushcli's own; once
-    # twice as many.
-    assert len(modules - set(json.loads(run.stdout))) < 380
+    # 284 when this was written (some 30 more with Python 3.14 and its pydantic), two thirds of them bushcli's own; once
+    # more than twice as many.
+    assert len(modules - set(json.loads(run.stdout))) < 330
 
 
 def test_a_case_with_a_section_loads_its_shape_alone(tmp_path, plain):
@@ -125,3 +142,8 @@ def test_every_name_of_the_reports_is_where_it_is_looked_for():
     modules = {path.stem for path in Path(report.__file__).parent.glob("*.py")}
     assert not modules & set(report.__all__)
     assert not [name for name in report.__all__ if isinstance(getattr(report, name), ModuleType)]
+
+
+@pytest.mark.parametrize("package", [recording, faults])
+def test_every_name_that_is_loaded_late_is_where_it_is_looked_for(package):
+    assert not [name for name in package.__all__ if isinstance(getattr(package, name), ModuleType)]

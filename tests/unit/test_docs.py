@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bushcli.case import load_case, schema
+from bushcli.case import load_case, schema, schema_recordings
 from bushcli.cli import main
 from bushcli.effects.effect import effects
 from bushcli.export import all_writers
@@ -64,7 +64,7 @@ TABLES = {
     "## `[mesh]`": schema.MeshTable,
     "## `[material]`": schema.MaterialTable,
     "## `[[load_cases]]`": schema.LoadCaseTable,
-    "## `[[recordings]]`": schema.RecordingTable,
+    "## `[[recordings]]`": schema_recordings.RecordingTable,
     "## `[[effects]]`": schema.EffectTable,
 }
 
@@ -82,7 +82,10 @@ def test_every_key_of_a_table_is_documented_with_its_default(heading):
 
 
 def test_a_coupon_has_the_keys_of_a_recording_and_those_documented():
-    own = schema.CouponTable.model_fields.keys() - schema.RecordingTable.model_fields.keys()
+    own = (
+        schema_recordings.CouponTable.model_fields.keys()
+        - schema_recordings.RecordingTable.model_fields.keys()
+    )
     assert rows(section(page("case-file.md"), "## `[[coupons]]`")).keys() == own
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from bushcli.case.schema import RecordingTable
+from bushcli.case.schema_recordings import RecordingTable
 from bushcli.cli import main
 from bushcli.recording import Recording
 from bushcli.recording.source import Source, Specimen

@@ -7,8 +7,8 @@ import os
 import numpy as np
 import pytest
 
+from bushcli import recording
 from bushcli.case import load_case
-from bushcli.simulate import measured as reading
 from bushcli.simulate.measured import Measured
 from bushcli.simulate.predict import predict
 from bushcli.simulate.simulation import Simulation
@@ -56,8 +56,8 @@ def recorded(tmp_path):
 def test_designs_are_what_direct_makes_of_them_and_cost_one_march(recorded, monkeypatch, effects):
     recorded.write_text(CASE + effects)
     reads, solved = [], []
-    read, solve = reading.read_recording, Simulation.solve
-    monkeypatch.setattr(reading, "read_recording", lambda *a: reads.append(a) or read(*a))
+    read, solve = recording.read_recording, Simulation.solve
+    monkeypatch.setattr(recording, "read_recording", lambda *a: reads.append(a) or read(*a))
     monkeypatch.setattr(Simulation, "solve", lambda *a, **k: solved.append(a) or solve(*a, **k))
     monkeypatch.setattr(tasks, "_measured", Measured())
     case = load_case(recorded)

@@ -1,0 +1,154 @@
+"""Branches, cycles and noise of a curve; no file is read here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bushcli.errors import Problem, RecordingError
+from bushcli.recording.curve import Curve
+from bushcli.recording.noise import noise
+from bushcli.recording.recorded import Recording
+from bushcli.recording.segment import Branch, segment
+from bushcli.recording.segment import displacement_noise as _displacement_noise
+
+# Points of the cycles that are selected, as of a coupon: fewer are no curve.
+_FEWEST = 3
+
+
+def branches(recording: Curve) -> tuple[Branch, ...]:
+    """Return the loading, unloading and hold branches with their cycles; `bushcli.recording.segment` has the rules.
+
+    Where some of the cycles were selected, they have the numbers that they have in the file.
+    """
+    found = segment(recording.displacement, recording.time)
+    numbers = getattr(recording, "cycles", ())
+    if len(numbers) != max(branch.cycle for branch in found):
+        return found
+    return tuple(replace(branch, cycle=numbers[branch.cycle - 1]) for branch in found)
+
+
+def departure(found: Sequence[Branch], i: int) -> int:
+    """Return the sample from which a branch starts: the last before it, unless cycles between are left out.
+
+    Parameters
+    ----------
+    found : Sequence[Branch]
+        Branches of a recording, in order.
+    i : int
+        Index of the branch.
+    """
+    first = found[i].start
+    return first - 1 if i > 0 and found[i].cycle - found[i - 1].cycle <= 1 else first
+
+
+def force_noise(recording: Curve) -> float:
+    """Return the standard deviation of the noise of the force, in its unit.
+
+    The force is assumed to be smooth in time within each branch; without time, in displacement where that is
+    monotonic, else in the sample number. Coarse sampling makes it an upper bound, see `bushcli.recording.noise`.
+    """
+    q = recording.displacement
+    steps = np.diff(q)
+    if recording.time is not None:
+        abscissa = recording.time
+    elif (steps > 0).all() or (steps < 0).all():
+        abscissa = q
+    else:
+        abscissa = np.arange(len(q), dtype=float)
+    groups = np.concatenate([np.full(b.stop - b.start, i) for i, b in enumerate(branches(recording))])
+    return noise(recording.force, abscissa, order=4, groups=groups)
+
+
+def displacement_noise(recording: Curve) -> float:
+    """Return the standard deviation of the noise of the displacement, in mm or rad."""
+    return _displacement_noise(recording.displacement, recording.time)
+
+
+def cycle_mask(recording: Curve, cycles: Iterable[int]) -> NDArray[np.bool_]:
+    """Return which samples (n,) belong to the given cycles, counted from 1.
+
+    Parameters
+    ----------
+    recording : Curve
+        The recording.
+    cycles : Iterable[int]
+        Numbers of cycles, counted from 1.
+
+    Raises
+    ------
+    RecordingError
+        When the recording has no such cycle.
+    """
+    wanted, found = set(cycles), branches(recording)
+    last = max(branch.cycle for branch in found)
+    absent = sorted(cycle for cycle in wanted if not 1 <= cycle <= last)
+    if absent:
+        where = str(getattr(recording, "source", None) or recording.mode)
+        what = f"cycles: there is no cycle {absent[0]}"
+        raise RecordingError(
+            Problem(where, what, "", f"the recording has {last}; a cycle is an excursion from zero")
+        )
+    mask = np.zeros(len(recording.displacement), dtype=bool)
+    for branch in found:
+        mask[branch.start : branch.stop] = branch.cycle in wanted
+    return mask
+
+
+def matching(whole: Curve, used: Curve) -> NDArray[np.intp]:
+    """Return the indices (n,) in a whole recording of the samples that are used; both are in recorded order.
+
+    Parameters
+    ----------
+    whole : Curve
+        The recording as in the file.
+    used : Curve
+        Those samples of the recording that are used.
+    """
+    if len(whole.displacement) == len(used.displacement):
+        return np.arange(len(used.displacement))
+    series = (whole.displacement, used.displacement)
+    if whole.time is not None and used.time is not None:
+        series = (whole.time, used.time)
+    found, at = [], 0
+    for value in series[1]:
+        at += int(np.argmax(series[0][at:] == value))
+        found.append(at)
+        at += 1
+    return np.array(found, dtype=np.intp)
+
+
+def select_cycles(recording: Recording, cycles: Iterable[int]) -> Recording:
+    """Return the samples of the given cycles, counted from 1, with their times.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    cycles : Iterable[int]
+        Numbers of cycles, counted from 1.
+
+    Raises
+    ------
+    RecordingError
+        When there is no such cycle, or too few points are left.
+    """
+    cycles = tuple(cycles)
+    mask = cycle_mask(recording, cycles)
+    if mask.sum() < _FEWEST or np.ptp(recording.displacement[mask]) == 0.0:
+        what = f"cycles {', '.join(map(str, cycles))} hold only {mask.sum()} points"
+        raise RecordingError(Problem(str(recording.source or recording.mode), what))
+    if np.ptp(recording.force[mask]) == 0.0:
+        what = f"cycles {', '.join(map(str, cycles))}: the force is {recording.force[mask][0]:g} throughout"
+        raise RecordingError(Problem(str(recording.source or recording.mode), what))
+    time = None if recording.time is None else recording.time[mask]
+    return replace(
+        recording,
+        displacement=recording.displacement[mask],
+        force=recording.force[mask],
+        time=time,
+        cycles=tuple(sorted(set(cycles))),
+    )
