@@ -210,7 +210,9 @@ def _unit(table: Table, wanted: Wanted, index: int) -> Unit:
     ]
     if not units:
         units = [
-            unit for word in head.doubtful if (unit := _doubtful(table, quantity, index, measured, word))
+            unit
+            for word in head.doubtful
+            if (unit := _doubtful(table, wanted, index, word, word == head.at_end))
         ]
     if not units:
         plain = without(head, wanted.allowed)
@@ -238,13 +240,21 @@ def _read(table: Table, wanted: Wanted, index: int, text: str) -> Unit:
     return unit
 
 
-def _doubtful(table: Table, quantity: Quantity, index: int, measured: str, word: str) -> Unit | None:
-    """Return the unit that an unknown word of a name means; refuse a short word that may be a unit."""
-    minutes = word.lower() == "min"  # in the name of a time: the unit, or the smallest value
-    unit = None if minutes else find_unit(word, measured)
+def _doubtful(table: Table, wanted: Wanted, index: int, word: str, at_end: bool) -> Unit | None:
+    """Return the unit that an unknown word of a name means, or refuse a word that may be a unit.
+
+    That is a short word, one that is a unit of another quantity, or one that stands where units stand.
+    """
+    measured, quantity = wanted.measured, wanted.quantity
+    if word == "in" and measured != "length":
+        return None
+    either = (
+        word.lower() == "min" or word == "in"
+    )  # the unit, or the smallest value; the unit, or the preposition
+    unit = None if either else find_unit(word, measured)
     if unit is not None and unit.measured == measured:
         return unit
-    if minutes or len(word) <= _LONGEST_UNIT:
+    if either or at_end or unit is not None or len(word) <= _LONGEST_UNIT:
         raise _refused(
             table, quantity, index, f'{table.label(index)}: it is not clear whether "{word}" is a unit'
         )

@@ -3,72 +3,32 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from bushcli.recording.units import NO_UNIT, plain_unit, tabulated_unit
-
-
-def _set(words: str) -> frozenset[str]:
-    return frozenset(words.split())
-
-
-#: Words for a column, the column names of this project first.
-_WORDS = {
-    "time": ("time", "t", "elapsed time", "total time", "running time", "zeit", "prüfzeit", "testzeit",
-        "时间",
-    ),
-    "length": (
-        "displacement", "disp", "deflection", "travel", "stroke", "extension", "crosshead",
-        "weg", "standardweg", "verschiebung", "auslenkung", "federweg", "位移",
-    ),
-    "angle": ("rotation", "angle", "twist", "winkel", "drehwinkel", "verdrehung", "phi", "角度"),
-    "force": ("force", "load", "f", "kraft", "standardkraft", "last", "力", "载荷"),
-    "moment": ("moment", "torque", "drehmoment", "扭矩"),
-    "stretch": ("stretch", "lambda", "stretch ratio", "extension ratio", "streckung", "verstreckung"),
-    "strain": (
-        "strain", "nominal strain", "engineering strain", "dehnung", "nenndehnung", "technische dehnung", "应变",
-    ),
-    "stress": (
-        "nominal stress", "stress", "engineering stress", "nennspannung", "spannung", "technische spannung",
-        "应力",
-    ),
-}  # fmt: skip
-#: The last part of a compound determines its meaning: Standardkraft, Traversenweg, 试验力. The longest ending decides.
-_ENDINGS: Mapping[str, tuple[str, ...]] = {
-    "time": ("zeit", "时间"), "length": ("weg", "位移", "行程"), "angle": ("winkel", "角度", "转角"),
-    "force": ("kraft", "力", "载荷", "负荷"), "moment": ("moment", "扭矩", "力矩"),
-    "strain": ("dehnung", "应变"), "stress": ("spannung", "应力"),
-}  # fmt: skip
-#: Words that mean a quantity where no column has a better name.
-_WEAK: Mapping[str, tuple[str, ...]] = {
-    "length": ("position", "traverse", "hub", "einfederung"),
-}  # fmt: skip
-#: Words that change the meaning: a true stress is not a nominal stress; a set value, a rate, an error, an extreme or a
-#: counter is not a measured value.
-_FOREIGN = _set(
-    "true wahre cauchy log logarithmic hencky set setpoint command cmd soll sollwert demand target reference ref "
-    "desired rate speed velocity acceleration error err deviation fehler abweichung step steps schritt count counts "
-    "counter number index id cycle cycles zyklus segment limit status mode min max minimum maximum minimal maximal "
-    "mean avg average mittelwert peak valley rms std range amplitude frequency temperature temp work energy power "
-    "stiffness integral derivative offset remaining date noise geschwindigkeit delta tolerance"
+from bushcli.recording.vocabulary import (
+    ALL_ENDINGS,
+    ENDINGS,
+    FOREIGN_BEGINNINGS,
+    MEASURED_WORDS,
+    POWER,
+    WEAK,
+    WORDS,
+    is_foreign,
+    known_word,
 )
-_FOREIGN_BEGINNINGS = ("soll", "max", "min", "grenz", "rest", "höchst", "bruch")
-#: Words for measured values.
-_MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwert response")
-#: Words beside that for a quantity that are not units and do not change the meaning.
-_BESIDE = _MEASURED_WORDS | _set(
-    "axial radial torsional conical x y z r a b c u v w i ii l q ch chan channel kanal raw filt corr cell dose sensor "
-    "lvdt mts hbm pcb ni daq dic cam cyl rig test part dut mess main top bot left right up down vert hor lin rot rad "
-    "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao adc sig no nr mid low high "
-    "probe prüf inner outer sleeve filtered corrected calibrated smoothed"
-)
+
 #: Full-width brackets are in use between Chinese characters.
 _BRACKETS = re.compile(
-    r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}|<([^<>]*)>|（([^（）]*)）|［([^［］]*)］|【([^【】]*)】"
+    r"\[([^\[\]]*)(?:\]|$)|\(([^()]*)(?:\)|$)|\{([^{}]*)\}|<([^<>]*)>|（([^（）]*)）|［([^［］]*)］|【([^【】]*)】"
 )
-#: A factor beside a unit: "x10 N", "1000 N".
-_POWER = re.compile(r"[x×*]?10+|1[eE]\d")
+#: A factor anywhere in a name: "Force [N] x10", "Force/10 [N]", "Force 10^3 N".
+_FACTOR = re.compile(r"[x×*·/]\s*10+(?![\d.])|(?<![\d.])10\s*\^\s*[-+−]?\d+|(?<![\w.])1[eE][-+]?\d+")
+#: A product or quotient of units after a name: the "N/s" of "Force_N/s", the "kN·m" of "Moment kN·m filtered".
+_COMPOUND = re.compile(r"(?<=[\s_,;:|=.-])[^\W\d_]+[²³]?(?:[·⋅×*/^][^\W_]+)+")
+#: The last word after a sign that separates a name from its unit: "force_klx", "Force, klx".
+_AFTER_SIGN = re.compile(r"(?:_|\.|[^\w\s.]\s*)([^\W_]+)\W*$")
 #: Longer texts are not names of columns and are ignored.
 _LONGEST_NAME = 200
 
@@ -85,11 +45,14 @@ class Heading:
         The units as written; several different ones contradict each other.
     doubtful : tuple of str
         Unknown words, as written, that could be units.
+    at_end : str
+        The one of them that stands where units stand, after ``_`` or a comma, or an empty text.
     """
 
     words: tuple[str, ...]
     written: tuple[str, ...]
     doubtful: tuple[str, ...]
+    at_end: str = ""
 
     @property
     def name(self) -> str:
@@ -104,21 +67,43 @@ def heading(text: str) -> Heading:
         return Heading((), (), ())
     bracketed = [next(group for group in m.groups() if group is not None) for m in _BRACKETS.finditer(text)]
     rest = _BRACKETS.sub(" ", text)
-    timed = any(word in _WORDS["time"] for word in _plain(rest).split())
-    remarks = [inside for inside in bracketed if _is_remark(inside, rest, timed)]
+    timed = any(word in WORDS["time"] for word in _plain(rest).split())
+    remarks = [inside for inside in bracketed if _is_remark(inside, rest, timed) and "[1]" not in text]
     written = [inside for inside in bracketed if inside.strip() and inside not in remarks]
     if not written:
-        rest, unit = _unit_at_end(rest, timed)
-        written = [unit] if unit else []
+        rest, unit = _unit_within(rest, timed)
+        if unit:
+            rest, written = re.sub(r"\s+in\s*$", "", rest), [unit]
+    scaled = _FACTOR.search(rest)
+    written += [scaled[0]] if scaled else []
     shown = [word for part in (rest, *remarks) for word in re.split(r"[\W_]+", part) if word]
     units = [] if written else [word for word in shown[1:-1] if _inner_unit(word)]
     if units:
         shown, written = [word for word in shown if word not in units], units
-    doubtful = [] if written else [word for word in shown if not _known_word(word)]
+    doubtful = [] if written else _doubtful(shown, rest)
     if timed and not written and any(word.lower() == "min" for word in shown):
         doubtful += [word for word in shown if word.lower() == "min"]
         shown = [word for word in shown if word.lower() != "min"]
-    return Heading(tuple(word.lower() for word in shown), tuple(written), tuple(doubtful))
+    end = _AFTER_SIGN.search(rest) if doubtful else None
+    at_end = end[1] if end and end[1] in doubtful else ""
+    return Heading(tuple(word.lower() for word in shown), tuple(written), tuple(doubtful), at_end)
+
+
+def _doubtful(words: Sequence[str], rest: str) -> list[str]:
+    """Return the words of a name that may be units.
+
+    Parameters
+    ----------
+    words : sequence of str
+        The words of the name, as written.
+    rest : str
+        The name without brackets.
+    """
+    found = [word for word in words if not known_word(word)]
+    # "t" is a time at the beginning of a name and may be tonnes at its end; V is a direction or volts.
+    found += [word for word in words[1:][-1:] if word in ("t", "V")]
+    # "disp_in_raw" may be in inches.
+    return found + ["in"] * ("_in_" in rest.lower())
 
 
 def _is_remark(inside: str, rest: str, timed: bool) -> bool:
@@ -129,19 +114,55 @@ def _is_remark(inside: str, rest: str, timed: bool) -> bool:
         return not timed or inside.strip() != "min"
     if tabulated_unit(inside) is not None:
         return False
+    if timed and words == ["std"] and "Std" in inside:
+        return False  # Stunden: hours
+    if any(word.isdigit() for word in words) and any(tabulated_unit(word) is not None for word in words):
+        return False  # "0.001 in"
     if len(words) == 1 and len(words[0]) == 1 and words[0].isalpha():
         # "Force (F)" gives the symbol; "Force (t)" may be in tonnes.
-        kinds = [kind for kind, known in _WORDS.items() if words[0] in known]
+        kinds = [kind for kind, known in WORDS.items() if words[0] in known]
         return any(_quality(_plain(rest), kind) for kind in kinds) or words[0] in "xyz"
-    return bool(words) and all(_known_word(word) for word in words)
+    return bool(words) and all(known_word(word) for word in words)
+
+
+def _unit_within(text: str, timed: bool) -> tuple[str, str]:
+    """Split a name without brackets into the name and its unit, wherever that is, or an empty text.
+
+    Parameters
+    ----------
+    text : str
+        Name without brackets.
+    timed : bool
+        Whether it names a time.
+    """
+    for match in _COMPOUND.finditer(text):
+        if _are_units(re.split(r"[·⋅×*/^]", match[0])):
+            return text[: match.start()] + " " + text[match.end() :], match[0]
+    last = re.search(r"(?<=[\s_,;:|=])[^\W\d_]+-[^\W\d_]+$", text)
+    if last and _are_units(last[0].split("-")):  # ft-lb
+        return text[: last.start()], last[0]
+    foot = re.fullmatch(r"(.*\w)[\s_]*['′]", text)
+    if foot:
+        return foot[1], "'"
+    if "%" in text:
+        return text.replace("%", " "), "%"
+    return _unit_at_end(text, timed)
+
+
+def _are_units(parts: Sequence[str]) -> bool:
+    """Whether the parts of a text are factors of a unit: one of them is known, and none is a word of a name."""
+    known = [tabulated_unit(part.rstrip("²³")) is not None for part in parts]
+    return any(known) and not any(
+        known_word(part) and not unit and not part.isdigit() for part, unit in zip(parts, known, strict=True)
+    )
 
 
 def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
     """Split ``force_kN``, ``Kraft in N``, ``F / N``, ``Moment N mm`` into the name and its unit, or an empty text."""
     slash = re.fullmatch(r"\s*([^\s_/]+|\S.*?\s)/\s*(\S.*)", text)
-    if slash and not _names_something(slash[2]):
+    if slash and (_is_unit(slash[2]) or not _names_something(slash[2])):
         return slash[1].strip(), slash[2]
-    tokens = [token for token in re.split(r"[_\s,;|]+", text) if token]
+    tokens = [token for token in re.split(r"[_\s,;|=]+", text) if token]
     for count in (2, 1):
         unit = "".join(tokens[-count:])
         found = tabulated_unit(unit) if len(tokens) > count else None
@@ -149,39 +170,31 @@ def _unit_at_end(text: str, timed: bool) -> tuple[str, str]:
             continue
         if unit.lower() == "min" and not (timed and unit == "min"):
             continue  # the smallest value, or doubtful
-        if _POWER.fullmatch(tokens[-count - 1]):
+        if POWER.fullmatch(tokens[-count - 1]):
             return " ".join(tokens[: -count - 1]), " ".join(tokens[-count - 1 :])  # "Force x10 N" is not in N
         return " ".join(token for token in tokens[:-count] if token not in ("in", "/")), unit
     match = re.fullmatch(r"(\S.*?)\s+in\s+(\S+)", text.strip())
     if match and not _names_something(match[2]):
         return match[1], match[2]
     match = re.fullmatch(r"(.+)[-.]([^-.\s]+)", text.strip())
-    if match and tabulated_unit(match[2]) is not None and match[2].lower() != "min":
+    if match and _is_unit(match[2]):
         return match[1], match[2]
     return text, ""
 
 
+def _is_unit(text: str) -> bool:
+    """Whether a text is a unit of the table that is not also a word for the smallest value."""
+    return tabulated_unit(text) is not None and text.lower() != "min"
+
+
 def _names_something(text: str) -> bool:
     """Whether a text contains a word of a name, so that it is not a unit: the "unload force" of "load/unload force"."""
-    return any(_known_word(word) and len(word) > 1 for word in re.findall(r"[^\W\d_]+", text))
+    return any(known_word(word) and len(word) > 1 for word in re.findall(r"[^\W\d_]+", text))
 
 
 def _inner_unit(word: str) -> bool:
     """Whether a word between others is certainly a unit: the kN of ``force_kN_filtered``."""
-    return (len(word) > 1 or word == "N") and not _known_word(word) and tabulated_unit(word) is not None
-
-
-def _known_word(word: str) -> bool:
-    if _POWER.fullmatch(word):
-        return False
-    plain = word.lower().strip("0123456789")
-    return (
-        not plain
-        or plain in _ALL_WORDS
-        or plain in _FOREIGN
-        or plain in _BESIDE
-        or any(len(plain) > len(end) and plain.endswith(end) for end in _ALL_ENDINGS)
-    )
+    return (len(word) > 1 or word == "N") and not known_word(word) and tabulated_unit(word) is not None
 
 
 def is_units_row(fields: Sequence[str]) -> bool:
@@ -199,11 +212,11 @@ def is_units_row(fields: Sequence[str]) -> bool:
 def named_columns(fields: Sequence[str]) -> int:
     """Return the number of fields in a line that contain a word for a quantity, so that they are names of columns."""
     heads = [heading(field) for field in fields]
-    return sum(any(word_quality(head, kind) for kind in _WORDS) for head in heads)
+    return sum(any(word_quality(head, kind) for kind in WORDS) for head in heads)
 
 
 def match_quality(text: str, kind: str) -> int:
-    """Return how surely a column name means ``kind``, a key of the table of words.
+    """Return how surely a column name means ``kind``, a key of `bushcli.recording.vocabulary.WORDS`.
 
     0 not at all; 1 a German compound; 2 a word for it among others; 3 a word for it; 4 this project's own name. A unit
     of another quantity in the table of `units` gives 0.
@@ -213,7 +226,7 @@ def match_quality(text: str, kind: str) -> int:
     text : str
         Name of a column.
     kind : str
-        Quantity that is searched for, a key of the table of words.
+        Quantity that is searched for, a key of `bushcli.recording.vocabulary.WORDS`.
     """
     head = heading(text)
     for written in head.written:
@@ -231,9 +244,9 @@ def word_quality(head: Heading, kind: str) -> int:
     head : Heading
         Heading, cut into words.
     kind : str
-        Quantity that is searched for, a key of the table of words.
+        Quantity that is searched for, a key of `bushcli.recording.vocabulary.WORDS`.
     """
-    if any(word in _FOREIGN for word in head.words):
+    if any(is_foreign(word) for word in head.words):
         return 0
     return _quality(head.name, kind)
 
@@ -252,38 +265,34 @@ def without(head: Heading, words: Collection[str]) -> Heading:
 
 def is_unnamed(head: Heading) -> bool:
     """Whether the words of a name neither name a quantity nor exclude one: ``Channel 3``, ``AI 0``."""
-    if any(word in _FOREIGN for word in head.words) or head.name.startswith(_FOREIGN_BEGINNINGS):
+    if any(is_foreign(word) for word in head.words) or head.name.startswith(FOREIGN_BEGINNINGS):
         return False
-    return not any(_quality(head.name, kind) for kind in _WORDS)
+    return not any(_quality(head.name, kind) for kind in WORDS)
 
 
 def says_measured(head: Heading) -> bool:
     """Whether a name says that the column was measured, unlike columns of set values."""
-    return any(word in _MEASURED_WORDS for word in head.words)
+    return any(word in MEASURED_WORDS for word in head.words)
 
 
 def _quality(name: str, kind: str) -> int:
-    words, known = name.split(), _WORDS[kind]
+    words, known = name.split(), WORDS[kind]
     if name == known[0]:
         return 4
     if name in known:
         return 3
     if any(len(word) > 1 and word in words for word in known):
         # "extension ratio" contains a word for a length but is a stretch.
-        return 0 if any(name in _WORDS[other] for other in _WORDS if other != kind) else 2
-    if any(word in words for word in _WEAK.get(kind, ())):
+        return 0 if any(name in WORDS[other] for other in WORDS if other != kind) else 2
+    if any(word in words for word in WEAK.get(kind, ())):
         return 1
-    if kind not in _ENDINGS or name.startswith(_FOREIGN_BEGINNINGS):
+    if kind not in ENDINGS or name.startswith(FOREIGN_BEGINNINGS):
         return 0
-    longest = max((end for end in _ALL_ENDINGS if name.endswith(end)), key=len, default="")
-    return 1 if longest in _ENDINGS[kind] else 0
+    longest = max((end for end in ALL_ENDINGS if name.endswith(end)), key=len, default="")
+    return 1 if longest in ENDINGS[kind] else 0
 
 
 _MEASURED = {"stretch": "strain"}
-_ALL_ENDINGS = tuple(end for ends in _ENDINGS.values() for end in ends)
-_ALL_WORDS = frozenset(
-    word for names in (*_WORDS.values(), *_WEAK.values()) for name in names for word in name.split()
-)
 
 
 def _plain(name: str) -> str:

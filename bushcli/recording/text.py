@@ -22,7 +22,7 @@ from bushcli.recording.fields import (
     is_number,
     ungrouped,
 )
-from bushcli.recording.header import is_units_row, named_columns
+from bushcli.recording.header import heading, is_units_row, match_quality, named_columns
 from bushcli.recording.table import SHOWN, TextTable
 
 _COMMENTS = ("#", "%", "//")
@@ -271,11 +271,22 @@ def _header(
             units, place = tuple(fields), line.number
         else:
             _no_data(path, [one for one in passed if one.number > line.number])
+            _refuse_percent(path, line, fields[0], units[0])
             return tuple(fields), units, place or line.number
     rows = [line for line in above if not line.comment]
     lost = [line for line in rows if len(_trimmed(_split(line.text, delimiter))) == width]
     _no_data(path, [line for line in lost if _numeric(_split(line.text, delimiter), decimal)])
     return empty, units, place
+
+
+def _refuse_percent(path: Path, line: Line, name: str, unit: str) -> None:
+    """Refuse a header that begins with "% strain": the sign may begin a comment or be the unit of the first column."""
+    if not line.text.lstrip().startswith("%") or unit or name.startswith("%") or heading(name).written:
+        return
+    if match_quality(name, "strain"):
+        what = f'"% {name[:SHOWN]}": the % may begin a comment or be the unit of the strain'
+        expected = f'"# {name[:SHOWN]}" or "{name[:SHOWN]} [%]"'
+        raise RecordingError(Problem(f"{path}:{line.number}", what, "", expected))
 
 
 def _are_unknown_units(fields: list[str], above: Sequence[list[str]]) -> bool:

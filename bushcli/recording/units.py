@@ -49,7 +49,7 @@ _SPELLINGS: Mapping[str, Mapping[str, str]] = {
         "lbfin": "lbfin lbf*in lbf-in lbf·in lbf.in in-lbf in*lbf in·lbf in.lbf inlbf"
         " lb-in lb*in lb·in in-lb in-lbs in*lb in·lb lbin inlb",
     },
-    "strain": {"percent": "% percent pct", "strain": "mm/mm m/m in/in"},
+    "strain": {"percent": "% percent pct percentage Prozent", "strain": "mm/mm m/m in/in"},
     "stress": {
         "MPa": "MPa N/mm2 N/mm² N/mm^2 N/mm**2",
         "kPa": "kPa",
@@ -75,7 +75,9 @@ AMBIGUOUS: Mapping[str, str] = {
     "tonf": '"kN" or "lbf": a ton has 1000 kg, 2000 lb or 2240 lb',
 }
 #: Names that pint does not know or misunderstands: it reads a kilopond as 1000 kgf, a mil as an angle.
-_RENAMED = {"kp": "kgf", "kilopond": "kgf", "kiloponds": "kgf", "rev": "turn", "revs": "turn", "'": "ft"}
+_RENAMED = {
+    "kp": "kgf", "kilopond": "kgf", "kiloponds": "kgf", "rev": "turn", "revs": "turn", "'": "ft", "microstrain": "ppm",
+}  # fmt: skip
 _OF_LENGTH = {"mil": "thou", "mils": "thou"}
 #: For a force, a pound or ounce is a pound-force or ounce-force: nobody measures a mass with a load cell. Kilograms are
 #: refused, because many read-outs show them, and the file does not say whether they were converted.

@@ -296,3 +296,103 @@ def test_usual_units_do_not_import_pint(tmp_path):
 def test_a_unit_of_the_case_that_is_none_is_refused(tmp_path, unit):
     with pytest.raises(RecordingError, match=f'column 3 .*"{unit}" is not a unit of force'):
         read(tmp_path, "t,disp,load\n" + table((T, Q, F)), units={"force": unit})
+
+
+FORCES = [
+    # Units of something else, or unknown ones, after a sign that separates a name from its unit.
+    "Force_tonne", "Force tonnes", "Force_t", "Force_V", "Force_volts", "Force_zoink", "Force, zoink",
+    "force_raw_zoink", "Force: zoink", "Force = zoink", "Force-zoink", "Force [tonne", "Force [zoink",
+    "Force_kilograms", "Force_joules",
+    # Products and quotients of units.
+    "Force_N/s", "Force N/mm", "Force_N*s", "Force_N·s", "Force_lbf/in", "Force:N·s", "Force, N·s",
+    # Factors beside a unit.
+    "Force [N] x10", "Force [N] * 1000", "Force*1000 [N]", "Force/10 [N]", "Force x1000", "Force 10^3 N", "Force_N*10",
+    "Force [1]", "Force%",
+]  # fmt: skip
+LENGTHS = [
+    "Displacement [0.001 in]", "disp_in_raw", "Displacement_volts", "Displacement_pixels", "Displacement_tenths",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_a_force_with_a_doubtful_unit_is_refused_with_its_place(tmp_path, name):
+    with pytest.raises(RecordingError, match=r"rig\.csv:1: column 3 .*units = \{force"):
+        read(tmp_path, f"time_s;displacement_mm;{name}\n" + table((T, Q, F)).replace(",", ";"))
+
+
+@pytest.mark.parametrize("name", LENGTHS)
+def test_a_length_with_a_doubtful_unit_is_refused_with_its_place(tmp_path, name):
+    with pytest.raises(RecordingError, match=r"rig\.csv:1: column 2 .*units = \{displacement"):
+        read(tmp_path, f"time_s,{name},force_N\n" + table((T, Q, F)))
+
+
+@pytest.mark.parametrize(
+    "name", ["Time_samples", "Time_frames", "Time_ticks", "Zeit_Millisekunden", "Zeit [Std]"]
+)
+def test_a_time_with_a_doubtful_unit_is_refused_with_its_place(tmp_path, name):
+    with pytest.raises(RecordingError, match=r"rig\.csv:1: column 1 .*units = \{time"):
+        read(tmp_path, f"{name},displacement_mm,force_N\n" + table((T, Q, F)))
+
+
+@pytest.mark.parametrize(
+    ("head", "angle", "moment"),
+    [
+        ("phi/rad,Moment_kN·m", 1.0, 1e6),
+        ("Rotation in rad,Moment kN·m filtered", 1.0, 1e6),
+        ("Rotation_deg,Torque_ft-lb", math.pi / 180, 12 * INCH * POUND),
+        ("Rotation (rad),Torque oz-in", 1.0, INCH * POUND / 16),
+        ("Rotation [rad,Moment [Nm", 1.0, 1e3),
+    ],
+)
+def test_compound_units_anywhere_in_a_name(tmp_path, head, angle, moment):
+    recording = read(tmp_path, f"time_s,{head}\n" + table((T, Q, F)), "torsional")
+    np.testing.assert_allclose(recording.displacement, angle * Q, rtol=1e-12)
+    np.testing.assert_allclose(recording.force, moment * F, rtol=1e-9)
+
+
+def test_rates_per_angle_are_not_moments(tmp_path):
+    for name in ("Moment_Nm/deg", "Moment_Nm/rad", "Moment_joule", "Moment_ftlbs"):
+        with pytest.raises(RecordingError, match=r"rig\.csv:1: column 3 .*units = \{force"):
+            read(tmp_path, f"time_s,rotation_deg,{name}\n" + table((T, Q, F)), "torsional")
+
+
+@pytest.mark.parametrize(
+    "name", ["% Strain", "%strain", "Strain %", "Strain percentage", "Dehnung_Prozent", "Strain, %"]
+)
+def test_percent_before_or_after_the_name(tmp_path, name):
+    file = tmp_path / "rig.csv"
+    file.write_text(f"time_s;{name};stress_MPa\n" + table((T, 100 * Q, F)).replace(",", ";"))
+    np.testing.assert_allclose(read_coupon(Source("uniaxial", file)).displacement, Q, atol=1e-12)
+
+
+def test_a_percent_sign_that_may_begin_a_comment_is_refused(tmp_path):
+    file = tmp_path / "rig.csv"
+    file.write_text("% Strain,stress_MPa\n" + table((100 * Q, F)))
+    with pytest.raises(RecordingError, match=r"rig\.csv:1: .*the % may begin a comment or be the unit"):
+        read_coupon(Source("uniaxial", file))
+    file.write_text("% stretch,stress_MPa\n" + table((1 + Q, F)))
+    np.testing.assert_allclose(read_coupon(Source("uniaxial", file)).displacement, Q, atol=1e-12)
+
+
+def test_feet_without_brackets(tmp_path):
+    recording = read(tmp_path, "time_s,Displacement ',Force [lbf]\n" + table((T, Q, F)))
+    np.testing.assert_allclose(recording.displacement, 12 * INCH * Q, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["ForceRate_N", "dF/dt [N]", "load increment", "Force SP [N]", "Mittelkraft", "force sigma", "Normalized force"],
+)  # fmt: skip
+def test_derived_quantities_are_not_taken_for_the_force(tmp_path, name):
+    with pytest.raises(RecordingError, match="no column force_N"):
+        read(tmp_path, f"time_s,displacement_mm,{name}\n" + table((T, Q, F)))
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["force_raw", "Force_vertical", "Force - filtered", "Load/unload force", "Force 2", "Force_B", "Force [F]",
+     "Load cell (rear)", "Force, specimen", "Axial Hydropuls force", "t force"],
+)  # fmt: skip
+def test_other_words_beside_a_name_do_no_harm(tmp_path, name):
+    recording = read(tmp_path, f"time_s;displacement_mm;{name}\n" + table((T, Q, F)).replace(",", ";"))
+    np.testing.assert_allclose(recording.force, F)

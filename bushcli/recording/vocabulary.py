@@ -1,0 +1,94 @@
+"""Words in the names of columns: those for quantities, those that change a meaning, and those that do neither."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+#: Words for a column, the column names of this project first.
+WORDS = {
+    "time": ("time", "t", "elapsed time", "total time", "running time", "zeit", "prüfzeit", "testzeit",
+        "时间",
+    ),
+    "length": (
+        "displacement", "disp", "deflection", "travel", "stroke", "extension", "crosshead",
+        "weg", "standardweg", "verschiebung", "auslenkung", "federweg", "位移",
+    ),
+    "angle": ("rotation", "angle", "twist", "winkel", "drehwinkel", "verdrehung", "phi", "角度"),
+    "force": ("force", "load", "f", "kraft", "standardkraft", "last", "力", "载荷"),
+    "moment": ("moment", "torque", "drehmoment", "扭矩"),
+    "stretch": ("stretch", "lambda", "stretch ratio", "extension ratio", "streckung", "verstreckung"),
+    "strain": (
+        "strain", "nominal strain", "engineering strain", "dehnung", "nenndehnung", "technische dehnung", "应变",
+    ),
+    "stress": (
+        "nominal stress", "stress", "engineering stress", "nennspannung", "spannung", "technische spannung",
+        "应力",
+    ),
+}  # fmt: skip
+#: The last part of a compound determines its meaning: Standardkraft, Traversenweg, 试验力. The longest ending decides.
+ENDINGS: Mapping[str, tuple[str, ...]] = {
+    "time": ("zeit", "时间"), "length": ("weg", "位移", "行程"), "angle": ("winkel", "角度", "转角"),
+    "force": ("kraft", "力", "载荷", "负荷"), "moment": ("moment", "扭矩", "力矩"),
+    "strain": ("dehnung", "应变"), "stress": ("spannung", "应力"),
+}  # fmt: skip
+#: Words that mean a quantity where no column has a better name.
+WEAK: Mapping[str, tuple[str, ...]] = {
+    "length": ("position", "traverse", "hub", "einfederung"),
+}  # fmt: skip
+#: Words that change the meaning: a true stress is not a nominal stress; a set value, a rate, an error, an extreme or a
+#: counter is not a measured value.
+_FOREIGN = _set(
+    "true wahre cauchy log logarithmic hencky set setpoint command cmd soll sollwert demand target reference ref "
+    "desired rate speed velocity acceleration error err deviation fehler abweichung step steps schritt count counts "
+    "counter number index id cycle cycles zyklus segment limit status mode min max minimum maximum minimal maximal "
+    "mean avg average mittelwert peak valley rms std range amplitude frequency temperature temp work energy power "
+    "stiffness integral derivative offset remaining date noise geschwindigkeit delta tolerance increment sp dt phase "
+    "sigma variance uncertainty valid squared normalized normalised normiert specific spezifische"
+)
+FOREIGN_BEGINNINGS = ("soll", "max", "min", "grenz", "rest", "höchst", "bruch", "mittel")
+#: The same at the end of a word: ForceRate.
+_FOREIGN_ENDINGS = (
+    "rate", "error", "fehler", "setpoint", "command", "demand", "increment", "geschwindigkeit",
+)  # fmt: skip
+#: Words for measured values.
+MEASURED_WORDS = _set("measured actual feedback fbk ist istwert gemessen messwert response")
+#: Words beside that for a quantity that are not units and do not change the meaning.
+_BESIDE = MEASURED_WORDS | _set(
+    "axial radial torsional conical x y z r a b c u v w i ii l q ch chan channel kanal raw filt corr cell dose sensor "
+    "lvdt mts hbm pcb ni daq dic cam cyl rig test part dut mess main top bot left right up down vert hor lin rot rad "
+    "ax tor abs rel total net eng nom of the on at from in for data wert value ai ao adc sig no nr mid low high "
+    "probe prüf inner outer sleeve filtered corrected calibrated smoothed uncalibrated scaled zeroed tared signal "
+    "input output vertical horizontal lateral transverse longitudinal front rear specimen sample bushing bush damper "
+    "actuator transducer extensometer laser encoder analog digital primary secondary standard"
+)
+#: A factor beside a unit: "x10 N", "1000 N".
+POWER = re.compile(r"[x×*]?10+|1[eE]\d")
+ALL_ENDINGS = tuple(end for ends in ENDINGS.values() for end in ends)
+_ALL_WORDS = frozenset(
+    word for names in (*WORDS.values(), *WEAK.values()) for name in names for word in name.split()
+)
+
+
+def is_foreign(word: str) -> bool:
+    """Whether a word, in lower case, changes the meaning of the quantity beside it."""
+    return word in _FOREIGN or word.endswith(_FOREIGN_ENDINGS)
+
+
+def known_word(word: str) -> bool:
+    """Whether a word belongs to names of columns and is therefore not a unit; digits around it do not count."""
+    if POWER.fullmatch(word):
+        return False
+    plain = word.lower().strip("0123456789")
+    return (
+        not plain
+        or plain in _ALL_WORDS
+        or is_foreign(plain)
+        or plain in _BESIDE
+        or any(len(plain) > len(end) and plain.endswith(end) for end in ALL_ENDINGS)
+    )
