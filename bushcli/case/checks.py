@@ -50,11 +50,12 @@ def parameters(material: Material) -> Iterator[Finding]:
         what = f"{dotted((*_PARAMETERS, name))} is missing"
         yield Finding((*_PARAMETERS, name), what, expected=f"{law.name}: {known.meaning}, {_bounds(known)}")
     if sound:
-        yield from _stiffness(material, law.shear_modulus(**material.parameters))
+        yield from moduli(material)
 
 
-def _stiffness(material: Material, shear: float) -> Iterator[Finding]:
-    """Check the moduli at rest."""
+def moduli(material: Material) -> Iterator[Finding]:
+    """Check the shear and the bulk modulus at rest of a material with parameters."""
+    shear = laws()[material.law].shear_modulus(**material.parameters)
     what = f"material.parameters give an initial shear modulus of {shear:.3g} MPa"
     if not shear > 0:
         yield Finding(_PARAMETERS, what, expected="it must be positive, or the rubber is unstable at rest")

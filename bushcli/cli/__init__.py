@@ -40,6 +40,7 @@ class _Group(click.Group):
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         os.environ.setdefault("PYDANTIC_SKIP_VALIDATING_CORE_SCHEMAS", "1")
         _collect_seldom()
+        _open_closed_streams()
         try:
             return super().main(*args, **extra)
         except OSError as error:
@@ -84,6 +85,17 @@ def _collect_seldom() -> None:
     """
     gc.set_threshold(100_000, 50, 1000)
     atexit.register(gc.freeze)
+
+
+def _open_closed_streams() -> None:
+    """Open standard streams that the caller closed (`>&-`) on the null device.
+
+    Otherwise Python has None in their place, and the next file that is opened gets the number of the stream: what a
+    library prints would be written into it.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode))  # noqa: PTH123, SIM115 - stays open until the end
 
 
 def _home() -> str:

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from bushcli.errors import InputError, Problem
 
-# Files that bushcli wrote contain this near their beginning, FMUs in the name of an entry; a table of curves begins
-# with its columns.
-_MARK = b"bushcli"
+# Files that an export wrote contain this near their beginning, FMUs (archives) the shorter one in the name of an entry;
+# a table of curves begins with its columns. The program's name alone also stands in case files and notes of a user.
+_MARK = b"written by bushcli"
+_ARCHIVE, _ENTRY = b"PK", b"bushcli"
 _TABLE = b"channel,mode,time_s,displacement_"
 _LOOKED_AT = 4096
 
@@ -68,6 +69,6 @@ def _is_own(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             head = file.read(_LOOKED_AT)
-            return _MARK in head or head.startswith(_TABLE)
+            return _MARK in head or head.startswith(_TABLE) or (head.startswith(_ARCHIVE) and _ENTRY in head)
     except OSError:
         return False

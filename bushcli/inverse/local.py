@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
-from bushcli.inverse.problem import ACTIVE, MOST, Problem
+from bushcli.inverse.problem import ACTIVE, MOST_EVALUATIONS, Problem
 from bushcli.inverse.radius import Follower, Trial
 
 Array = NDArray[np.float64]
@@ -162,7 +162,7 @@ def minimise(
     upper: Array,
     method: Literal["trf", "dogbox"] = "trf",
     loss: Loss = "linear",
-    patience: int = MOST,
+    patience: int = MOST_EVALUATIONS,
     explained: Callable[[Array], bool] | None = None,
 ) -> Minimum:
     """Minimise the weighted misfit within bounds.

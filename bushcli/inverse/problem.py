@@ -43,7 +43,7 @@ TOLERANCE = 1e-7
 # unit of chi square. Nothing else ends it if the curves leave a combination of parameters open (Ogden, one recording).
 VALLEY = 8, 3e-4
 # Largest number of evaluations of one search.
-MOST = 200
+MOST_EVALUATIONS = 200
 # Largest number of times that states reached by a search are added to the problem: one is usual, three have occurred.
 ROUNDS = 5
 
@@ -93,7 +93,7 @@ class Problem:
         self.start = 0
         self.tolerance, self.valley, self.rounds = TOLERANCE, VALLEY, ROUNDS
         # Largest numbers of evaluations and of failed evaluations.
-        self.most = self.failures = MOST
+        self.most = self.failures = MOST_EVALUATIONS
         # Whether a search follows a wall of parameters that cannot be solved.
         self.walls = True
         self._known: dict[bytes, list[Answer] | None] = {}

@@ -24,7 +24,7 @@ CLOSE = 0.02
 STEPS, EVALUATIONS = 3, 8
 # Tolerance and largest number of iterations of one such step. A step needs no solution of the model; its tolerance is
 # finer than `CLOSE`, because a law of many parameters has valleys.
-FINE, MOST = 1e-6, 40
+FINE, MOST_ITERATIONS = 1e-6, 40
 
 
 class Refit:
@@ -105,7 +105,7 @@ class Refit:
             x_scale="jac",
             ftol=FINE,
             xtol=FINE,
-            max_nfev=MOST,
+            max_nfev=MOST_ITERATIONS,
         )
         return whole(result.x)
 

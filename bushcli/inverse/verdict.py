@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from bushcli.case.checks import moduli
 from bushcli.inverse.channel import NOISE_FLOOR
 from bushcli.inverse.file_units import in_file_units
 from bushcli.inverse.local import STAYED, Minimum
@@ -77,7 +78,7 @@ def conditions(fit: Fit, task: Task, best: Minimum, interrupted: bool) -> tuple[
     found += _above_noise(fit, task)
     found += _bounds(in_file_units(fit))
     found += _tests(fit, task)
-    found += _stability(fit)
+    found += _stability(fit) + _moduli(fit)
     found += _edge(best)
     found += _undetermined(fit, task)
     found += _delicate(fit, task)
@@ -244,6 +245,16 @@ def _stability(fit: Fit) -> list[Condition]:
                 )
             )
     return found
+
+
+def _moduli(fit: Fit) -> list[Condition]:
+    return [
+        Condition(
+            "bulk_modulus_too_small", f"{finding.what}: {finding.expected}", "correct [material] bulk_modulus"
+        )
+        for finding in moduli(fit.material)
+        if finding.keys[-1] == "bulk_modulus"
+    ]
 
 
 def _undetermined(fit: Fit, task: Task) -> list[Condition]:

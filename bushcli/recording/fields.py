@@ -30,10 +30,11 @@ _GROUPED = {
     sign: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?P<by>[{signs}])\d{{3}}((?P=by)\d{{3}})*([{sign}]\d*)?", re.ASCII)
     for sign, signs in _GROUPS.items()
 }
-#: What loggers write for a missing value: 999 and more nines, the limits of 16 and 32 bits, 1e10 and beyond.
+#: What loggers write for a missing value: 999 and more nines, the limits of 16 and 32 bits and of
+#: floating-point numbers, 1e10 and beyond.
 _CODE = re.compile(
     r"[+-]?(9{3,}([.,](0*|9+))?|3276[78]([.,]0*)?|6553[56]([.,]0*)?|214748364[78]([.,]0*)?"
-    r"|[19]([.,][09]*)?[eE]\+?[1-9]\d)",
+    r"|[19]([.,][09]*)?[eE]\+?[1-9]\d|3[.,]40?\d*[eE]\+?38|1[.,]79\d*[eE]\+?308)",
     re.ASCII,
 )
 #: Distance of a code from the other values, as a multiple of their range; or its distance from both neighbours, if

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bushcli.case import Case, Material
+from bushcli.case.checks import moduli
 from bushcli.errors import InputError, Problem
 from bushcli.faults import DataFault
 from bushcli.recording import Recording
@@ -18,7 +19,7 @@ SMALL_STRAIN = (0.9, 1.1)
 
 
 def check_material(case: Case, material: Material) -> None:
-    """Refuse a material without parameters, or one that is unstable (Drucker) at small strain.
+    """Refuse a material without parameters, with too small a bulk modulus, or unstable (Drucker) at small strain.
 
     Parameters
     ----------
@@ -40,6 +41,8 @@ def check_material(case: Case, material: Material) -> None:
                 "give them, or [[coupons]] to fit them to",
             )
         )
+    for finding in moduli(material):
+        raise InputError(Problem(case.path.name, finding.what, "", finding.expected))
     # This import loads UFL, which a case whose law is still to be fitted does not need.
     from cases.stability import coupon_limits
 

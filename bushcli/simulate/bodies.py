@@ -27,7 +27,7 @@ from geometry.shape import Refinement, Shape
 Array = NDArray[np.float64]
 
 # Largest number of models kept: over a range of lengths each mode has some ten numbers of elements along the axis.
-MOST = 24
+CACHED_MODELS = 24
 
 
 @dataclass
@@ -89,7 +89,7 @@ class Bodies:
         if kept is None:
             self.made += 1
             kept = self._kept[key] = _Kept(prepare(shape, mode, rubber, refinement, comm, features))
-            if len(self._kept) > MOST:
+            if len(self._kept) > CACHED_MODELS:
                 self._kept.popitem(last=False)
             return kept.model
         self._kept.move_to_end(key)

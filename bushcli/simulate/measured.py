@@ -18,7 +18,7 @@ from bushcli.recording import Recording
 from bushcli.recording.source import Source
 
 # Largest number of recordings kept: those of a case, whole and in part, and of some more cases.
-MOST = 64
+CACHED_RECORDINGS = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Measured:
         key = (repr(source), whole, state.st_mtime_ns, state.st_size, state.st_ino)
         if key not in self._kept:
             self._kept[key] = _Read(read_recording(source, whole))
-            if len(self._kept) > MOST:
+            if len(self._kept) > CACHED_RECORDINGS:
                 self._kept.popitem(last=False)
         self._kept.move_to_end(key)
         return self._kept[key].recording

@@ -88,11 +88,21 @@ def test_a_file_is_written_and_replaced_but_nobody_elses(cli, case, tmp_path):
         assert done.returncode == 0, done.stderr
         assert json.loads(done.stdout)["program"] == "lsdyna"
         assert "*MAT_077_H_TITLE" in target.read_text()
-    target.write_text("mine")
-    done = cli("export", case, "--to", "lsdyna", "-o", target)
+    for content in ("mine", "# notes on bushcli: do not lose\n", "title = 'run with bushcli direct'\n"):
+        target.write_text(content)
+        done = cli("export", case, "--to", "lsdyna", "-o", target)
+        assert done.returncode == 2
+        assert "was not written by an earlier export" in done.stderr
+        assert target.read_text() == content
+
+
+def test_an_export_does_not_replace_its_own_case(cli, case):
+    before = case.read_text()
+    case.write_text("# bushcli direct case.toml\n" + before)
+    done = cli("export", case, "--to", "abaqus", "-o", case)
     assert done.returncode == 2
     assert "was not written by an earlier export" in done.stderr
-    assert target.read_text() == "mine"
+    assert case.read_text().endswith(before)
 
 
 def test_the_folder_of_direct_gives_its_curves_from_any_folder(cli, case, tmp_path):

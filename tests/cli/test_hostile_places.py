@@ -44,6 +44,15 @@ def test_a_full_disk_behind_standard_output(small, command):
     assert "error: standard output: cannot be read or written: No space left on device" in done.stderr
 
 
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_closed_standard_streams(small, closed):
+    command = f'"{sys.executable}" -m bushcli.cli check "{small}" {closed}'
+    done = subprocess.run(
+        ["sh", "-c", command], capture_output=True, text=True, env=os.environ | {"PYTHONPATH": str(ROOT)}
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_cache_that_is_a_file(small, tmp_path):
     (tmp_path / "cache").write_text("mine")
     done = run("direct", small, "-q", BUSHCLI_CACHE=str(tmp_path / "cache"))
@@ -115,3 +124,17 @@ def test_the_example_is_not_written_through_a_link(tmp_path):
     assert refused(done)
     assert "case.toml: exists already and is not overwritten" in done.stderr
     assert not (tmp_path / "elsewhere").exists()
+
+
+def test_a_bulk_modulus_below_that_of_the_fitted_law():
+    """The law comes from coupons, so that the check of the case cannot compare its moduli."""
+    example, options = (
+        ROOT / "examples" / "batch" / "case.toml",
+        ("-q", "--set", "material.bulk_modulus=1e-10"),
+    )
+    fitted = run("fit", example, *options)
+    assert fitted.returncode == 0
+    assert "problem bulk_modulus_too_small" in fitted.stdout
+    simulated = run("direct", example, *options)
+    assert refused(simulated)
+    assert "bulk_modulus = 1e-10 is too small for a shear modulus of" in simulated.stderr

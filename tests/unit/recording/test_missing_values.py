@@ -40,7 +40,8 @@ def test_comments_are_still_comments(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "code", ["-9999", "9999", "-999", "-9999.0", "99999", "-9999.99", "1e30", "-32768", "65535"]
+    "code",
+    ["-9999", "9999", "-999", "-9999.0", "99999", "-9999.99", "1e30", "-32768", "65535", "3.4028235e38"],
 )
 @pytest.mark.parametrize("place", [0, 5, 11])
 def test_a_code_for_a_missing_value_is_asked_about(tmp_path, code, place):
