@@ -21,7 +21,7 @@ from bushcli.inverse.dogleg import minimise_by_dogleg
 from bushcli.inverse.estimates import effects, end_points, estimates, material
 from bushcli.inverse.file_units import values_in_file_units
 from bushcli.inverse.first import first_minimum
-from bushcli.inverse.journal import Journal
+from bushcli.inverse.journal import Journal, history_damaged
 from bushcli.inverse.local import Minimum
 from bushcli.inverse.problem import Problem, Progress
 from bushcli.inverse.profile import profiles_of
@@ -29,7 +29,12 @@ from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
-from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
+from bushcli.inverse.verdict import (
+    conditions,
+    history_not_saved,
+    profiles_cut_short,
+    start_replaced,
+)
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
 from cases.stability import coupon_limits
@@ -229,6 +234,8 @@ class _Run:
         doubts = conditions(fit, task, best, interrupted)
         if problem.journal is not None and problem.journal.failure:
             doubts += (history_not_saved(problem.journal.failure),)
+        if problem.journal is not None and problem.journal.damaged:
+            doubts += (history_damaged(problem.journal.damaged),)
         return replace(fit, conditions=(profiles_cut_short(), *doubts) if cut else doubts)
 
 

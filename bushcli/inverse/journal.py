@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from bushcli.errors import InputError, Problem
 from bushcli.inverse.channel import Answer
 from bushcli.runtime.bounded import read_bounded
+from bushcli.runtime.condition import Condition
 from bushcli.runtime.store import Store
 
 Array = NDArray[np.float64]
@@ -128,6 +129,11 @@ class Journal:
         """Why evaluations cannot be saved at present; empty if they can."""
         return self._store.failure()
 
+    @property
+    def damaged(self) -> int:
+        """Number of saved evaluations that were found damaged and calculated again."""
+        return self._store.damaged
+
     def find(self, x: Array) -> list[Answer] | None:
         """Return the answers saved for exactly these parameters, none if the march failed; None if nothing is saved."""
         question = self._question(x)
@@ -153,3 +159,9 @@ class Journal:
 
     def _question(self, x: Array) -> tuple[str, Array]:
         return self.identity, np.ascontiguousarray(x, dtype=float)
+
+
+def history_damaged(count: int) -> Condition:
+    """Return the condition that saved evaluations were damaged and calculated again."""
+    message = f"{count} saved evaluation{'s were' if count > 1 else ' was'} damaged and calculated again"
+    return Condition("history_damaged", message, "nothing to do; check the disk if this happens again")

@@ -97,6 +97,8 @@ class Store:
     ----------
     there : int
         Number of results that the folder held: those to resume from, or those deleted.
+    damaged : int
+        Number of results that this process found damaged; they are calculated again.
 
     Raises
     ------
@@ -119,7 +121,7 @@ class Store:
         except OSError as error:
             place = str(error.filename or folder)
             raise InputError(Problem(place, f"cannot be written: {error.strerror or error}")) from None
-        self.there = len(results)
+        self.there, self.damaged = len(results), 0
 
     def file(self, work: str, question: tuple[Any, ...]) -> Path:
         """Return the file that holds, or will hold, the answer to a question.
@@ -149,7 +151,10 @@ class Store:
             # Read completely first: a damaged archive would stay open.
             with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as found:
                 return True, self.codec.decoded({name: found[name] for name in found.files}, question)
+        except FileNotFoundError:
+            return False, None
         except _DAMAGED:
+            self.damaged += 1
             return False, None
 
     def write(self, file: Path, answer: Any) -> None:

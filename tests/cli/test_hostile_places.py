@@ -138,3 +138,15 @@ def test_a_bulk_modulus_below_that_of_the_fitted_law():
     simulated = run("direct", example, *options)
     assert refused(simulated)
     assert "bulk_modulus = 1e-10 is too small for a shear modulus of" in simulated.stderr
+
+
+def test_damaged_evaluations_are_calculated_again_and_reported(small, tmp_path):
+    command = ("inverse", small, "--model", "neo_hookean", "-q", "-o", tmp_path / "out")
+    first = run(*command)
+    assert first.returncode == 0, first.stderr
+    saved = sorted((tmp_path / "out").glob("history-*/*.npz"))
+    for file in saved[:3]:
+        file.write_bytes(file.read_bytes()[:-37])
+    again = run(*command, "--resume")
+    assert again.returncode == 0, again.stderr
+    assert f"problem history_damaged: {min(3, len(saved))} saved evaluation" in again.stdout
