@@ -29,6 +29,7 @@ from bushcli.diagnosis.where.missing import missing
 from bushcli.diagnosis.where.record import locate
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
+from bushcli.inverse.journal import history_damaged
 from bushcli.inverse.verdict import history_not_saved
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
@@ -115,7 +116,7 @@ def diagnose(
     with Workers(workers, store, executor).open() as crew:
         found, extras = _calculated(asked, crew, uniform, deadline, maps, notify)
     said = _answer(asked, found, extras, None if effects is None else tuple(effects))
-    said = replace(said, conditions=(*said.conditions, *_not_kept(store)))
+    said = replace(said, conditions=(*said.conditions, *_of_store(store)))
     return replace(said, seconds=time.perf_counter() - begin)
 
 
@@ -215,10 +216,13 @@ def _answer(asked: Question, found: _Found, extras: Extras, names: tuple[str, ..
     )
 
 
-def _not_kept(store: Store | None) -> tuple[Condition, ...]:
-    """Return the condition that results could not be saved: the diagnosis is complete but cannot be resumed."""
-    failure = "" if store is None else store.failure()
-    return (history_not_saved(failure),) if failure else ()
+def _of_store(store: Store | None) -> tuple[Condition, ...]:
+    """Return what is to be said of saved results: damaged ones, and a disk on which none can be saved."""
+    if store is None:
+        return ()
+    failure = store.failure()
+    found = [history_damaged(store.damaged)] if store.damaged else []
+    return (*found, *([history_not_saved(failure)] if failure else []))
 
 
 def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | None:

@@ -37,6 +37,7 @@ from bushcli.inverse.verdict import (
 )
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
+from bushcli.simulate.play import check_play
 from cases.stability import coupon_limits
 
 Array = NDArray[np.float64]
@@ -114,6 +115,9 @@ def identify(
     start, lower, upper = (task.law, task.vectors())[1]
     saved = Journal(journal, task.identity(), resume) if journal is not None else None
     problem, held_out = task.problem(journal=saved, progress=progress)
+    for channel in problem.channels:
+        recording = channel.recording
+        check_play(task.case, recording.name, recording.mode, recording.displacement)
     run = _Run(task, problem, held_out, start, lower, upper, journal, resume, progress, pool)
     interrupted = False
     try:

@@ -162,6 +162,6 @@ class Journal:
 
 
 def history_damaged(count: int) -> Condition:
-    """Return the condition that saved evaluations were damaged and calculated again."""
-    message = f"{count} saved evaluation{'s were' if count > 1 else ' was'} damaged and calculated again"
+    """Return the condition that saved results were damaged and calculated again."""
+    message = f"{count} saved result{'s were' if count > 1 else ' was'} damaged and calculated again"
     return Condition("history_damaged", message, "nothing to do; check the disk if this happens again")

@@ -85,6 +85,9 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     index, remarks = _found(table, wanted) if chosen is None else (_chosen(table, chosen), ())
     if index is None:
         return None
+    clock = table.clock(index) if quantity == "time" else None
+    if clock is not None:
+        return Column(index, clock, "s", remarks)
     read = find_unit(wanted.given, wanted.measured) if wanted.given else _unit(table, wanted, index)
     if read is None or read.measured != wanted.measured:
         what = f'{table.label(index)}: "{wanted.given}" is not a unit of {_KIND[wanted.measured]}'
@@ -120,7 +123,8 @@ def _found(table: Table, wanted: Wanted) -> tuple[int | None, tuple[str, ...]]:
     if quantity == "time" and not best:
         if alike:
             _unit(table, wanted, alike[0])
-        return None, ()
+        clocks = [i for i in range(len(table.names)) if table.clock(i) is not None]
+        return (clocks[0], ()) if len(clocks) == 1 else (None, ())
     key = f"columns = {{{quantity} = ...}} in the case file"
     if best:
         several = " and ".join(table.label(i) for i in best[:8])
@@ -248,9 +252,8 @@ def _doubtful(table: Table, wanted: Wanted, index: int, word: str, at_end: bool)
     measured, quantity = wanted.measured, wanted.quantity
     if word == "in" and measured != "length":
         return None
-    either = (
-        word.lower() == "min" or word == "in"
-    )  # the unit, or the smallest value; the unit, or the preposition
+    # The unit, or the smallest value; the unit, or the preposition.
+    either = word.lower() == "min" or word == "in"
     unit = None if either else find_unit(word, measured)
     if unit is not None and unit.measured == measured:
         return unit

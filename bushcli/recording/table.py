@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.errors import Problem, RecordingError
+from bushcli.recording.clock_times import clock_times
 from bushcli.recording.fields import is_number, says_missing, sentinel, to_float
 
 Array = NDArray[np.float64]
@@ -79,6 +80,10 @@ class Table(ABC):
         RecordingError
             At the first field that is not a finite number or looks like a code for a missing value.
         """
+
+    def clock(self, column: int) -> NDArray[np.float64] | None:
+        """Return a column of dates or times of day as seconds since the first, (n,); None for other columns."""
+        return None
 
     @property
     def where(self) -> str:
@@ -245,6 +250,10 @@ class TextTable(Table):
         if code is not None:
             raise self.refuse_code(code, column, values[code])
         return values
+
+    def clock(self, column: int) -> NDArray[np.float64] | None:
+        """Return a column of dates or times of day as seconds since the first, (n,); None for other columns."""
+        return clock_times([row[column] if column < len(row) else "" for row in self.rows])
 
     def _refused(self, row: int, column: int, what: str) -> RecordingError:
         sign = "comma" if self.decimal == "," else "point"

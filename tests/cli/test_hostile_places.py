@@ -149,4 +149,14 @@ def test_damaged_evaluations_are_calculated_again_and_reported(small, tmp_path):
         file.write_bytes(file.read_bytes()[:-37])
     again = run(*command, "--resume")
     assert again.returncode == 0, again.stderr
-    assert f"problem history_damaged: {min(3, len(saved))} saved evaluation" in again.stdout
+    assert f"problem history_damaged: {min(3, len(saved))} saved result" in again.stdout
+
+
+@pytest.mark.parametrize("command", ["check", "direct", "inverse"])
+def test_free_play_as_large_as_the_travel(small, command):
+    small.write_text(
+        small.read_text() + "\n[[effects]]\nname = 'free_play'\nparameters = {half_width = 9.5}\n"
+    )
+    done = run(command, small, "-q")
+    assert refused(done)
+    assert "free_play.half_width = 9.5 takes up all of the travel of axial" in done.stderr

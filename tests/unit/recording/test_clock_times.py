@@ -1,0 +1,51 @@
+"""Times of day and dates in text files."""
+
+import numpy as np
+import pytest
+
+from bushcli.recording import read_recording
+from bushcli.recording.clock_times import clock_times
+from bushcli.recording.source import Source
+
+
+@pytest.mark.parametrize(
+    ("texts", "seconds"),
+    [
+        (["10:15:03.25", "10:15:04", "10:16:04,5"], [0, 0.75, 61.25]),
+        (["2026-03-01T10:15:03", "2026-03-01 10:15:03.1"], [0, 0.1]),
+        (["2026-03-01T10:15:03+01:00", "2026-03-01T10:15:05+01:00"], [0, 2]),
+        (["23:59:59", "0:00:01"], [0, 2]),
+        (["28.02.2026 23:59:59", "01.03.2026 00:00:00"], [0, 1]),
+        (["12:59:59 PM", "1:00:00 pm"], [0, 1]),
+        (["11:59:59 AM", "12:00:00 PM"], [0, 1]),
+        # The order of day and month does not matter where the date stays.
+        (["03/04/2026 10:00:00", "03/04/2026 10:00:02"], [0, 2]),
+        # A running time may exceed a day.
+        (["23:59:59", "24:00:00"], [0, 1]),
+    ],
+)
+def test_stamps_become_seconds_since_the_first(texts, seconds):
+    assert clock_times(texts) == pytest.approx(np.array(seconds, float))
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        [],
+        ["10:15", "10:16"],
+        ["10:15:03", "3.5"],
+        ["10:61:03"],
+        ["03/04/2026 23:59:59", "04/04/2026 00:00:00"],
+    ],
+)
+def test_what_is_not_certain_is_no_time(texts):
+    assert clock_times(texts) is None
+
+
+@pytest.mark.parametrize("heading", ["Time", "Timestamp", "Zeit"])
+def test_a_recording_with_times_of_day_has_time(tmp_path, heading):
+    rows = [f"2026-01-01 10:00:{0.1 * i:04.1f},{0.01 * i:.3f},{4.0 * i:.1f}" for i in range(200)]
+    file = tmp_path / "a.csv"
+    file.write_text("\n".join([f"{heading},Displacement [mm],Force [N]", *rows]))
+    found = read_recording(Source("axial", file))
+    assert found.time == pytest.approx(0.1 * np.arange(200))
