@@ -198,9 +198,12 @@ class Equilibrium:
         """Whether the last solution took at most `most` iterations with the factorisation at hand."""
         return self._fatigue is not None and self._fatigue <= most
 
-    def factorise(self) -> None:
-        """Factorise the tangent at the last solution, even if an older factorisation would do."""
-        self._renew()
+    def factorise(self, stiffened: bool = False) -> None:
+        """Factorise the tangent at the last solution, even if an older factorisation would do.
+
+        ``stiffened``: the moduli there have just been computed (`System.stiffen`).
+        """
+        self._renew(stiffened)
         self.ksp.setUp()
 
     def destroy(self) -> None:
@@ -234,9 +237,9 @@ class Equilibrium:
             for step, _ in steps:
                 step.destroy()
 
-    def _renew(self) -> None:
+    def _renew(self, stiffened: bool = False) -> None:
         """Factorise the tangent at the model's state."""
-        self._assemble(self.matrix)
+        self._assemble(self.matrix, stiffened)
         self.ksp.setOperators(self.matrix)
         self.tangents += 1
         self._fatigue = 0
@@ -306,8 +309,8 @@ class Equilibrium:
         self.tangents += 1
         self._fatigue = 0
 
-    def _assemble(self, matrix: PETSc.Mat) -> None:
-        self.model.system.tangent(matrix)
+    def _assemble(self, matrix: PETSc.Mat, stiffened: bool = False) -> None:
+        self.model.system.tangent(matrix, stiffened)
         if self._drag is not None:
             self._drag.add_stiffness(matrix)
         if self.border is not None:

@@ -68,6 +68,7 @@ class Pattern:
         self._diagonal = self._start[owned]  # the only entry of its row
         self.places = [self.located(unknown) for unknown in self._cells]
         self._owned: tuple[Any, Any] | None = None
+        self._sharing: PETSc.Mat | None = None
 
     def bare(self) -> Pattern:
         """The cells' pattern, without any further couplings."""
@@ -147,7 +148,16 @@ class Pattern:
     def add_to(self, matrix: PETSc.Mat) -> None:
         """Add `values` to a matrix, and ones on the diagonal of constrained unknowns."""
         self.values[self._diagonal] = 1.0
-        matrix.setValuesLocalCSR(self._start, self._column, self.values[:-1], PETSc.InsertMode.ADD_VALUES)
+        if self._comm.size > 1:
+            matrix.setValuesLocalCSR(
+                self._start, self._column, self.values[:-1], PETSc.InsertMode.ADD_VALUES
+            )
+            return
+        if self._sharing is None:
+            # A matrix whose entries are `values`: PETSc then need not search the place of each.
+            arrays = (self._start, self._column, self.values[:-1])
+            self._sharing = PETSc.Mat().createAIJWithArrays(self._rows.size_local, arrays, comm=self._comm)
+        matrix.axpy(1.0, self._sharing, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
 
     def located(self, unknowns: Index) -> Index:
         """Return the position in `values` of each entry of blocks.

@@ -196,7 +196,7 @@ class Sensitivity:
             return solver.tangent_rate(), solved(model, solver.factor, right)
         found = self._refined(solver, right)
         if found is None:
-            solver.factorise()
+            solver.factorise(stiffened=True)
             b = model.system.create_vector()
             model.system.lift(b, solver.rate)
             lifted = np.zeros_like(solver.rate)

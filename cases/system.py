@@ -139,9 +139,18 @@ class System:
         matrix.zeroRowsColumns(others.astype(PETSc.IntType), diag=0.0)
         return matrix
 
-    def tangent(self, matrix: PETSc.Mat) -> None:
-        """Assemble the tangent at the present state; constrained rows and columns are those of the identity."""
-        self.stiffen()
+    def tangent(self, matrix: PETSc.Mat, stiffened: bool = False) -> None:
+        """Assemble the tangent at the present state; constrained rows and columns are those of the identity.
+
+        Parameters
+        ----------
+        matrix : PETSc.Mat
+            Matrix that `create_matrix` returned; changed in place.
+        stiffened : bool
+            Whether `stiffen` was called at this very state.
+        """
+        if not stiffened:
+            self.stiffen()
         contact = self._surfaces.acting
         pressed = None
         if contact is not None and contact.touching:
