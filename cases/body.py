@@ -59,6 +59,8 @@ class Part:
             material.strain, {"gradients": self.g}, clear=True
         )
         self._forces: tuple[Array, Call] | None = None
+        # `g` several times over, at the state of the last `look`; empty until it is needed.
+        self._tiled = self.g[:0]
         # Unknowns of the last `look`, whose gradients and strains need not be computed again.
         self._seen: Array | None = None
 
@@ -88,7 +90,7 @@ class Part:
         """Compute gradients and strains at a state, given by this rank's unknowns."""
         self.points.gradients(x, self.g)
         self._strains()
-        self._seen = x.copy()
+        self._seen, self._tiled = x.copy(), self.g[:0]
 
     def look_again(self, x: Array) -> None:
         """Do the same as `look`, unless the state is that of the last call."""
@@ -105,15 +107,16 @@ class Part:
         self._forces[1]()
         return self.P
 
-    def by_gradients(self, stresses: Array) -> Array:
-        """Convert derivatives by the strains, (k, points, variables), to those by the gradients, in a new array."""
-        count, points, variables = stresses.shape
-        answers = np.zeros((count * points, 1 + variables))
-        answers[:, 1:] = stresses.reshape(-1, variables)
+    def by_gradients(self, answers: Array) -> Array:
+        """Convert derivatives by the strains to those by the gradients, in a new array (k, points, rows).
+
+        The derivatives are answers without moduli, (k, points, 1 + variables), whose energy is not read.
+        """
+        count, points, length = answers.shape
         function = kernel(gradients.forces(self._name, self._setting))
         # All in one call: in the half-plane a call takes longer than the work at the points.
-        found = function(len(answers), {"gradients": self._repeated(count), "answer": answers})
-        return found.reshape(count, points, -1)
+        inputs = {"gradients": self._repeated(count), "answer": answers.reshape(-1, length)}
+        return function(count * points, inputs).reshape(count, points, -1)
 
     def strain_rates(self, changes: Array) -> Array:
         """Return the changes of the strain variables due to changes of the gradients, (k, points, rows)."""
@@ -123,7 +126,11 @@ class Part:
         return function(count * points, inputs).reshape(count, points, -1)
 
     def _repeated(self, count: int) -> Array:
-        return self.g if count == 1 else np.tile(self.g, (count, 1))
+        if count == 1:
+            return self.g
+        if len(self._tiled) != count * len(self.g):
+            self._tiled = np.tile(self.g, (count, 1))
+        return self._tiled
 
     @cached_property
     def A(self) -> Array:
@@ -227,17 +234,18 @@ class Body:
             part.points.add_stiffness(part.A, place, values)
 
     def add_action(self, direction: Array, forces: Array) -> None:
-        """Add the product of the stiffness at the state of `stiffen` and a direction.
+        """Add the product of the stiffness at the state of `stiffen` and a direction, or several.
 
         Parameters
         ----------
         direction : Array
-            Vector over this rank's unknowns, shape (m,).
+            Vector over this rank's unknowns, shape (m,), or several, (k, m); contiguous.
         forces : Array
-            Vector over this rank's unknowns, shape (m,); changed in place.
+            Of the same shape, contiguous; changed in place.
         """
+        size = direction.shape[-1]
         for part in self.parts:
-            part.points.add_forces(part.contracted(part.points.gradients(direction)), forces)
+            part.points.add_action(part.A, direction.reshape(-1, size), forces.reshape(-1, size))
 
     def energy(self, x: Array) -> float:
         """Stored energy on this rank, N mm."""

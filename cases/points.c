@@ -46,26 +46,38 @@ typedef double four __attribute__((vector_size(32), aligned(8)));
             loop(s, (s)->nodes, ((s)->nodes + 3) / 4, (s)->components, (s)->tables, __VA_ARGS__);   \
     } while (0)
 
-/* out[r] = sum over i of M[i][r] x[i], rows in fours, up to four fours at once. */
-static inline void multiplied(const int n, const int fours, const double *restrict M, const double *restrict x,
-                              double *restrict out)
+/* `multiplied` for `width` fours from the four r on. All vectors share what is loaded of M, and their sums do not wait for
+ * each other. */
+static inline void multiplied_fours(const int width, const int r, const int vectors, const int n, const int fours,
+                                    const double *restrict M, const double *restrict x, double *restrict out)
+{
+    four total[vectors][width];
+    memset(total, 0, sizeof total);
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < width; ++j)
+        {
+            const four m = ((const four *)(M + i * 4 * fours))[r + j];
+            for (int v = 0; v < vectors; ++v)
+                total[v][j] += x[v * n + i] * m;
+        }
+    for (int v = 0; v < vectors; ++v)
+        memcpy(out + (v * fours + r) * 4, total[v], sizeof total[v]);
+}
+
+/* out[v][r] = sum over i of M[i][r] x[v][i], rows in fours, up to four fours at once. */
+static inline void multiplied(const int vectors, const int n, const int fours, const double *restrict M,
+                              const double *restrict x, double *restrict out)
 {
     int r = 0;
     for (; r + 4 <= fours; r += 4)
-    {
-        four total[4] = {{0}};
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j < 4; ++j)
-                total[j] += x[i] * ((const four *)(M + i * 4 * fours))[r + j];
-        memcpy(out + 4 * r, total, sizeof total);
-    }
-    for (; r < fours; ++r)
-    {
-        four total = {0};
-        for (int i = 0; i < n; ++i)
-            total += x[i] * ((const four *)(M + i * 4 * fours))[r];
-        memcpy(out + 4 * r, &total, sizeof total);
-    }
+        multiplied_fours(4, r, vectors, n, fours, M, x, out);
+    /* Numbers known to the compiler: it keeps the sums in registers. */
+    if (fours - r == 3)
+        multiplied_fours(3, r, vectors, n, fours, M, x, out);
+    else if (fours - r == 2)
+        multiplied_fours(2, r, vectors, n, fours, M, x, out);
+    else if (fours - r == 1)
+        multiplied_fours(1, r, vectors, n, fours, M, x, out);
 }
 
 /* g[cells][points][gradients + 1] of the unknowns x. */
@@ -82,8 +94,7 @@ static inline void gather(const group *s, const int nodes, const int fours, cons
             u[i] = x[at[i]];
         for (int i = 0; i < s->corners; ++i)
             p[i] = x[s->pressed[c * s->corners + i]];
-        for (int i = 0; i < components; ++i)
-            multiplied(nodes, long_fours, s->transposed, u + i * nodes, slope + i * 4 * long_fours);
+        multiplied(components, nodes, long_fours, s->transposed, u, slope);
         const double *T = s->turn + c * s->points * tables * FUNCTIONS;
         for (int q = 0; q < s->points; ++q, g += rows, T += tables * FUNCTIONS)
         {
@@ -112,7 +123,7 @@ void gradients(const group *s, const double *x, double *g)
 static inline void scatter(const group *s, const int nodes, const int fours, const int components, const int tables,
                            const double *restrict P, double *restrict r)
 {
-    double u[4 * fours], p[s->corners], force[components * s->points * FUNCTIONS], turned[components * tables];
+    double u[components * 4 * fours], p[s->corners], force[components * s->points * FUNCTIONS], turned[components * tables];
     memset(turned, 0, sizeof turned);
     for (long c = 0; c < s->cells; ++c)
     {
@@ -135,12 +146,10 @@ static inline void scatter(const group *s, const int nodes, const int fours, con
                 p[i] += w * P[s->gradients] * s->pressure[q * s->corners + i];
         }
         const int32_t *at = s->displaced + c * components * nodes;
+        multiplied(components, s->points * FUNCTIONS, fours, s->reference, force, u);
         for (int i = 0; i < components; ++i)
-        {
-            multiplied(s->points * FUNCTIONS, fours, s->reference, force + i * s->points * FUNCTIONS, u);
             for (int node = 0; node < nodes; ++node)
-                r[*at++] += u[node];
-        }
+                r[*at++] += u[i * 4 * fours + node];
         for (int i = 0; i < s->corners; ++i)
             r[s->pressed[c * s->corners + i]] += p[i];
     }
@@ -296,6 +305,49 @@ void contract(long n, int rows, const double *A, const double *g, double *P)
                 P[l] += *A * g[k];
             }
         }
+}
+
+/* r[m] += stiffness of A[cells][points][upper triangle] times x[m], for m of `count` vectors of `size` unknowns. */
+static inline void act(const group *s, const int nodes, const int fours, const int components, const int tables,
+                       const double *restrict A, const long count, const long size, const double *restrict x,
+                       double *restrict r)
+{
+    const int rows = s->gradients + 1, row_fours = (rows + 3) / 4;
+    double g[s->points * rows], P[s->points * rows], out[4 * row_fours];
+    double full[s->points * rows * 4 * row_fours];
+    memset(full, 0, sizeof full);
+    group cell = *s;
+    cell.cells = 1;
+    for (long c = 0; c < s->cells; ++c)
+    {
+        /* Whole rows: the cell's vectors share them, and one after the other they are multiplied in fours. */
+        for (int q = 0; q < s->points; ++q)
+        {
+            double *F = full + q * rows * 4 * row_fours;
+            for (int k = 0; k < rows; ++k)
+                for (int l = k; l < rows; ++l)
+                    F[k * 4 * row_fours + l] = F[l * 4 * row_fours + k] = *A++;
+        }
+        for (long m = 0; m < count; ++m)
+        {
+            gather(&cell, nodes, fours, components, tables, x + m * size, g);
+            for (int q = 0; q < s->points; ++q)
+            {
+                multiplied(1, rows, row_fours, full + q * rows * 4 * row_fours, g + q * rows, out);
+                memcpy(P + q * rows, out, sizeof(double) * rows);
+            }
+            scatter(&cell, nodes, fours, components, tables, P, r + m * size);
+        }
+        cell.turn += s->points * tables * FUNCTIONS;
+        cell.displaced += components * nodes;
+        cell.pressed += s->corners;
+        cell.weight += s->points;
+    }
+}
+
+void action(const group *s, const double *A, long count, long size, const double *x, double *r)
+{
+    FOR_SIZES(act, s, A, count, size, x, r);
 }
 
 /* Position of each entry of n x n element matrices in a CSR matrix with sorted columns; `nowhere` for fixed and for

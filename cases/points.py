@@ -149,6 +149,22 @@ class Points:
         """
         loops().lib.stiffness(self._group.struct, pointer(A), pointer(place, "int32_t"), pointer(values))
 
+    def add_action(self, A: Array, directions: Array, forces: Array) -> None:
+        """Add the products of the stiffness of A and some directions.
+
+        Parameters
+        ----------
+        A : Array
+            Second derivatives by the gradients, shape (number, upper triangle), MPa.
+        directions : Array
+            Vectors over this rank's unknowns, shape (k, m), contiguous.
+        forces : Array
+            The same shape, contiguous; changed in place.
+        """
+        count, size = directions.shape
+        x, r = pointer(directions), pointer(forces)
+        loops().lib.action(self._group.struct, pointer(A), count, size, x, r)
+
     def integral(self, density: Array) -> float:
         """Integrate a density per volume of the stress-free body, shape (number,)."""
         return float(self.weight.reshape(-1) @ density)

@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 BEND = 1e-5
 # A step is short if it took at most this many iterations with the factorisation at hand, which then serves the
 # derivatives too.
-SHORT = 3
+SHORT = 5
 
 
 class Sensitivity:

@@ -25,6 +25,11 @@ Memory = Sequence[Array | None]
 """Derivative of each branch's memory at the points; None where it is still zero."""
 
 
+Stresses = tuple[list[int], Array]
+"""Parameters with which the stresses of a part change, by number, and those changes: shape (parameters, points,
+1 + variables), MPa per unit of the parameter, as an answer without moduli (`forms.point`) whose energy is not read."""
+
+
 class Slopes:
     """A body at a state, whose second derivatives `Body.stiffen` has just computed there.
 
@@ -45,16 +50,20 @@ class Slopes:
     def _at(self) -> PointState:
         return self._body.material.point_state()
 
-    def stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> list[list[Array | None]]:
-        """Changes of the stresses with each parameter, part by part: (points, variables), or None for no change.
+    def stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> list[Stresses]:
+        """Changes of the stresses with each parameter, part by part.
 
         Parameters
         ----------
         rates, memory
             For each parameter, derivatives of `Body.numbers` and of the memory at the beginning of the step.
         """
-        rubber = self._rubber_stresses(rates, memory)
-        return [[own, *self._metal_stresses(change)] for own, change in zip(rubber, rates, strict=True)]
+        metals = []
+        for found in zip(*(self._metal_stresses(change) for change in rates), strict=True):
+            busy = [i for i, stress in enumerate(found) if stress is not None]
+            # The energy's place, which nothing reads, before the stresses.
+            metals.append((busy, np.array([np.pad(found[i], ((0, 0), (1, 0))) for i in busy])))
+        return [self._rubber_stresses(rates, memory), *metals]
 
     def _metal_stresses(self, rates: Numbers) -> Iterator[Array | None]:
         for part, change in zip(self._body.parts[1:], rates.metals, strict=True):
@@ -87,7 +96,7 @@ class Slopes:
         rates
             Derivative of `Body.numbers` by the parameter.
         stresses
-            Result of `stresses` for it: for each part shape (points, variables), MPa per unit of the parameter.
+            For each part shape (points, variables), MPa per unit of the parameter; None where it does not change.
         along
             The direction.
         """
@@ -106,7 +115,7 @@ class Slopes:
         return total
 
     def forces(
-        self, names: Sequence[str], rates: Sequence[Numbers], stresses: Sequence[Sequence[Array | None]]
+        self, names: Sequence[str], rates: Sequence[Numbers], stresses: Sequence[Stresses]
     ) -> Array:
         """Return the derivatives of the forces by each parameter, (names, n); N per unit of the parameter.
 
@@ -117,15 +126,12 @@ class Slopes:
         rates
             For each parameter, derivative of `Body.numbers` by it.
         stresses
-            Result of `stresses`: for each parameter and part shape (points, variables), MPa per unit of the parameter.
+            Result of `stresses`, part by part.
         """
         found = np.zeros((len(names), len(self._state)))
-        for number, part in enumerate(self._body.parts):
-            own = {i: one[number] for i, one in enumerate(stresses)}
-            changed = {i: stress for i, stress in own.items() if stress is not None}
-            if changed:
-                rows = part.by_gradients(np.array(list(changed.values())))
-                for i, row in zip(changed, rows, strict=True):
+        for part, (busy, answers) in zip(self._body.parts, stresses, strict=True):
+            if busy:
+                for i, row in zip(busy, part.by_gradients(answers), strict=True):
                     part.points.add_forces(row, found[i])
             for name, change, force in zip(names, rates, found, strict=True):
                 swollen, moving = self._moves(part, name, change)
@@ -156,11 +162,10 @@ class Slopes:
         """
         material, n = self._body.material, self._body.material.variables
         strains = self._strain_changes(names, directions)
-        slopes = self._at.law[:, 1 : 1 + n]
-        energies = [
-            np.einsum("pa,pa->p", slopes, strain) + self._law_energy_change(change)
-            for strain, change in zip(strains, rates, strict=True)
-        ]
+        energies = np.einsum("pa,kpa->kp", self._at.law[:, 1 : 1 + n], strains)
+        law = np.array([change.law for change in rates])
+        if law.any():
+            energies += np.tensordot(law, self._law_slopes[:, :, 0], 1)
         after: list[list[Array]] = [[] for _ in names]
         for i, branch in enumerate(material.branches):
             changes = [
@@ -185,48 +190,41 @@ class Slopes:
 
     # -- pieces --------------------------------------------------------------------------------------------------
 
-    def _rubber_stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> list[Array | None]:
-        n = self._body.material.variables
-        laws = [self._law_change(change) if change.law.any() else None for change in rates]
-        found: list[Array | None] = [None if law is None else law[:, 1:].copy() for law in laws]
-
-        def add(which: int, own: Array) -> None:
-            before = found[which]
-            found[which] = own.copy() if before is None else before + own
-
-        for which, change in enumerate(rates):
-            if change.volumetric.any():
-                add(which, np.einsum("i,ipa->pa", change.volumetric, self._volumetric_slopes)[:, 1:])
-        for i, branch in enumerate(self._body.material.branches):
-            through = laws if branch.needs_energy else [None] * len(laws)
-            busy = [
-                which
-                for which, change in enumerate(rates)
-                if change.branches[i].any() or memory[which][i] is not None or through[which] is not None
+    def _rubber_stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> Stresses:
+        material, at = self._body.material, self._at
+        n = material.variables
+        law, volumetric = (np.array(rows) for rows in zip(*((c.law, c.volumetric) for c in rates), strict=True))
+        found = np.zeros((len(rates), *at.law.shape))
+        # All parameters in one product.
+        if law.any():
+            found += np.tensordot(law, self._law_slopes, 1)
+        laws = found.copy() if any(branch.needs_energy for branch in material.branches) else found
+        if volumetric.any():
+            found += np.tensordot(volumetric, self._volumetric_slopes, 1)
+        by_law = law.any(axis=1)
+        busy = by_law | volumetric.any(axis=1)
+        for i, branch in enumerate(material.branches):
+            through = by_law & branch.needs_energy
+            own = [
+                k
+                for k, change in enumerate(rates)
+                if change.branches[i].any() or memory[k][i] is not None or through[k]
             ]
             changes = [
-                _changes(rates[k].branches[i], memory[k][i], None if law is None else law[:, 0])
-                for k, law in ((k, through[k]) for k in busy)
+                _changes(rates[k].branches[i], memory[k][i], laws[k, :, 0] if through[k] else None) for k in own
             ]
-            rows = branch.rates("stress", branch.inputs(self._at.strain, self._at.law), changes)
-            for which, row in zip(busy, rows, strict=True):
-                add(which, row[:, :n])
-                law = through[which]
+            rows = branch.rates("stress", branch.inputs(at.strain, at.law), changes)
+            for k, row in zip(own, rows, strict=True):
+                found[k, :, 1:] += row[:, :n]
                 if branch.needs_energy:
-                    add(which, row[:, n, None] * self._at.law[:, 1 : 1 + n])
-                if law is not None:
-                    add(which, self._body.material.by_energy(self._at, i)[:, None] * law[:, 1:])
-        return found
-
-    def _law_change(self, rates: Numbers) -> Array:
-        """Derivative of the law's [W, W_a]."""
-        if not rates.law.any():
-            return np.zeros((len(self._at.strain), 1 + self._body.material.variables))
-        return np.asarray(np.einsum("i,ipa->pa", rates.law, self._law_slopes))
-
-    def _law_energy_change(self, rates: Numbers) -> Array | float:
-        """Return the derivative of the law's W; 0 where it does not change."""
-        return rates.law @ self._law_slopes[:, :, 0] if rates.law.any() else 0.0
+                    found[k, :, 1:] += row[:, n, None] * at.law[:, 1 : 1 + n]
+            if through.any():
+                by_energy = material.by_energy(at, i)[:, None]
+                for k in np.flatnonzero(through):
+                    found[k, :, 1:] += by_energy * laws[k, :, 1:]
+            busy[own] = True
+        chosen = [int(k) for k in np.flatnonzero(busy)]
+        return chosen, found if busy.all() else found[chosen]
 
     @cached_property
     def _law_slopes(self) -> Array:

@@ -192,6 +192,20 @@ class System:
             self._surfaces.add_action(direction, forces)
         b.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
 
+    def pulls(self, directions: Array) -> Array:
+        """Return this rank's contributions to the products of the tangent and some directions, shape (k, n).
+
+        Parameters
+        ----------
+        directions : shape (k, n)
+            Over all local unknowns, ghosts included; the tangent is that at the state of the last `stiffen`.
+        """
+        forces = np.zeros_like(directions)
+        self._body.add_action(directions, forces)
+        for direction, force in zip(directions, forces, strict=True):
+            self._surfaces.add_action(direction, force)
+        return forces
+
     def lift(self, b: PETSc.Vec, rate: Array) -> None:
         """Set b to -K_fc rate_c, the force that a motion of the sleeve exerts on the free unknowns.
 
