@@ -149,9 +149,7 @@ class Pattern:
         """Add `values` to a matrix, and ones on the diagonal of constrained unknowns."""
         self.values[self._diagonal] = 1.0
         if self._comm.size > 1:
-            matrix.setValuesLocalCSR(
-                self._start, self._column, self.values[:-1], PETSc.InsertMode.ADD_VALUES
-            )
+            matrix.setValuesLocalCSR(self._start, self._column, self.values[:-1], PETSc.InsertMode.ADD_VALUES)
             return
         if self._sharing is None:
             # A matrix whose entries are `values`: PETSc then need not search the place of each.

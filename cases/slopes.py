@@ -114,9 +114,7 @@ class Slopes:
                 total += part.points.integral(density)
         return total
 
-    def forces(
-        self, names: Sequence[str], rates: Sequence[Numbers], stresses: Sequence[Stresses]
-    ) -> Array:
+    def forces(self, names: Sequence[str], rates: Sequence[Numbers], stresses: Sequence[Stresses]) -> Array:
         """Return the derivatives of the forces by each parameter, (names, n); N per unit of the parameter.
 
         Parameters
@@ -193,7 +191,9 @@ class Slopes:
     def _rubber_stresses(self, rates: Sequence[Numbers], memory: Sequence[Memory]) -> Stresses:
         material, at = self._body.material, self._at
         n = material.variables
-        law, volumetric = (np.array(rows) for rows in zip(*((c.law, c.volumetric) for c in rates), strict=True))
+        law, volumetric = (
+            np.array(rows) for rows in zip(*((c.law, c.volumetric) for c in rates), strict=True)
+        )
         found = np.zeros((len(rates), *at.law.shape))
         # All parameters in one product.
         if law.any():
@@ -211,7 +211,8 @@ class Slopes:
                 if change.branches[i].any() or memory[k][i] is not None or through[k]
             ]
             changes = [
-                _changes(rates[k].branches[i], memory[k][i], laws[k, :, 0] if through[k] else None) for k in own
+                _changes(rates[k].branches[i], memory[k][i], laws[k, :, 0] if through[k] else None)
+                for k in own
             ]
             rows = branch.rates("stress", branch.inputs(at.strain, at.law), changes)
             for k, row in zip(own, rows, strict=True):
