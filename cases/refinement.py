@@ -2,7 +2,7 @@
 
 After a short step the factorisation at hand is nearly that of the new tangent. GMRES, preconditioned by it, then finds
 the solutions for all loads in a few iterations. Each costs one back-substitution for all of them and their products
-with the tangent, applied at the quadrature points: in three dimensions a sixth of assembling and factorising it. The
+with the tangent, applied at the quadrature points: in three dimensions a seventh of assembling and factorising it. The
 loads share their directions (a block method), for which the products are at hand.
 
 References

@@ -201,10 +201,10 @@ class Slopes:
         laws = found.copy() if any(branch.needs_energy for branch in material.branches) else found
         if volumetric.any():
             found += np.tensordot(volumetric, self._volumetric_slopes, 1)
-        by_law = law.any(axis=1)
-        busy = by_law | volumetric.any(axis=1)
+        by_law = np.any(law != 0.0, axis=1)
+        busy = np.logical_or(by_law, np.any(volumetric != 0.0, axis=1))
         for i, branch in enumerate(material.branches):
-            through = by_law & branch.needs_energy
+            through = np.logical_and(by_law, branch.needs_energy)
             own = [
                 k
                 for k, change in enumerate(rates)
