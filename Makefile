@@ -1,6 +1,8 @@
 # bushcli: `make demo` and `make test` install what is missing and go. `make help` lists the rest.
 
 PYTEST_ARGS ?=
+# Processes of the tests: one per core; each may need 2 GB, so no more than eight.
+PROCESSES ?= $(shell n=$$(nproc 2>/dev/null || echo 2); [ "$$n" -lt 8 ] && echo "$$n" || echo 8)
 # Debian's release for this command, e.g. SUITE=sid: its DOLFINx in an environment of its own. Empty: the usual one.
 SUITE ?= $(BUSHCLI_SUITE)
 export BUSHCLI_SUITE := $(SUITE)
@@ -28,7 +30,7 @@ demo: setup ## simulate one bundled example, diagnose the other: results and rep
 
 test: setup ## the tests; make test PYTEST_ARGS="-k curve" for some, SUITE=sid on Debian's newest
 	tests/launcher.sh
-	tests/with-browser tests/with-solver $(IN) python -m pytest $(PYTEST_ARGS)
+	tests/with-browser tests/with-solver $(IN) python -m pytest -n $(PROCESSES) --dist worksteal $(PYTEST_ARGS)
 
 lint: setup ## ruff, mypy and the import rules
 	$(IN) ruff check .
