@@ -1,8 +1,8 @@
 # bushcli: `make demo` and `make test` install what is missing and go. `make help` lists the rest.
 
 PYTEST_ARGS ?=
-# Processes of the tests: one per core; each may need 2 GB, so no more than eight.
-PROCESSES ?= $(shell n=$$(nproc 2>/dev/null || echo 2); [ "$$n" -lt 8 ] && echo "$$n" || echo 8)
+# Processes of the tests: one per core (nproc would count threads of OpenMP); each may need 2 GB, so no more than eight.
+PROCESSES ?= $(shell n=$$(env -u OMP_NUM_THREADS nproc 2>/dev/null || echo 2); [ "$$n" -lt 8 ] && echo "$$n" || echo 8)
 # Debian's release for this command, e.g. SUITE=sid: its DOLFINx in an environment of its own. Empty: the usual one.
 SUITE ?= $(BUSHCLI_SUITE)
 export BUSHCLI_SUITE := $(SUITE)
