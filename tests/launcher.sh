@@ -17,13 +17,16 @@ def save(number, frame):
 signal.signal(signal.SIGINT, save)
 signal.signal(signal.SIGTERM, save)
 signal.signal(signal.SIGUSR1, save)
-open(sys.argv[1] + "/ready", "w").write(str(os.getpid()))
+open(f"{sys.argv[1]}/ready-{os.getpid()}", "w").close()
 time.sleep(60)
 '
 
-wait_for() { # file
+# What the tests say is seen although mpirun's own messages are thrown away.
+exec 3>&2
+
+wait_for() { # beginning of the files' names, their number
     for _ in $(seq 300); do
-        if [ -s "$1" ] || { [ "${2:-}" = empty ] && [ -e "$1" ]; }; then return 0; fi
+        if [ "$(find "$folder" -name "$1*" | wc -l)" -ge "$2" ]; then return 0; fi
         sleep 0.1
     done
     return 1
@@ -33,17 +36,19 @@ stop() { # signal, launcher or group, what the command is started by
     rm -f "$folder"/*
     # A shell lets its background processes ignore Ctrl-C; `env` restores the default.
     setsid env --default-signal=INT setup/enter "${@:3}" python -c "$job" "$folder" &
-    local launcher=$! status=0
-    wait_for "$folder/ready" || { echo "the command does not start" >&2 && exit 1; }
+    local launcher=$! status=0 ranks=1
+    if [ "${3:-}" = mpirun ]; then ranks=2; fi
+    # A rank that is not ready yet would end at once, and mpirun would then end the others before they have saved.
+    wait_for ready- $ranks || { echo "launcher: the command does not start" >&3 && exit 1; }
     if [ "$2" = group ]; then kill -s "$1" -- "-$launcher"; else kill -s "$1" "$launcher"; fi
     wait "$launcher" || status=$?
-    if [ "$1" = KILL ]; then wait_for "$folder/saved" empty || true; fi
+    if [ "$1" = KILL ]; then wait_for saved 1 || true; fi
     if [ ! -e "$folder/saved" ]; then
-        echo "launcher: after SIG$1 to the $2 the command went on, or was ended before it could save" >&2
+        echo "launcher: after SIG$1 to the $2 the command went on, or was ended before it could save" >&3
         exit 1
     fi
     if [ "$1" != KILL ] && [ $status != 130 ]; then
-        echo "launcher: exit code $status after SIG$1 to the $2, not that of the command" >&2
+        echo "launcher: exit code $status after SIG$1 to the $2, not that of the command" >&3
         exit 1
     fi
 }
