@@ -20,6 +20,7 @@ def coupon_mode(
     fixed: str = "",
     needs_compressibility: bool = False,
     unit_slope: float | None = None,
+    words: tuple[str, ...] = (),
 ) -> Mode:
     """Return a mode of the coupon.
 
@@ -36,6 +37,8 @@ def coupon_mode(
         Whether the mode cannot load an incompressible law.
     unit_slope : float or None
         Slope of the nominal stress of an incompressible coupon at rest over the shear modulus, dimensionless.
+    words : tuple of str
+        Words of the names of files with recordings of this mode, in lower case.
     """
     axis = {"x": 0, "y": 1, "z": 2}
     return Mode(
@@ -49,4 +52,5 @@ def coupon_mode(
         shares=len(stretched),
         needs_compressibility=needs_compressibility,
         unit_slope=unit_slope,
+        words=words,
     )

@@ -76,6 +76,11 @@ class Mode:
         modulus; None where no formula is known. It shows whether a recording can have the stiffness of rubber at all.
     unit_slope
         The same of a coupon: slope of the nominal stress at rest over the shear modulus, dimensionless.
+    words
+        Words, in lower case, by which the name of a file says that it has a recording of this mode.
+    proposed_travel
+        Travel of a test that is proposed if the mode has not been recorded: a share of the rubber's thickness, or rad;
+        None where none is proposed.
     """
 
     name: str
@@ -92,6 +97,8 @@ class Mode:
     follow: Callable[[SixPath], Mode] | None = None
     unit_stiffness: Callable[[float, float, float], tuple[float, float]] | None = None
     unit_slope: float | None = None
+    words: tuple[str, ...] = ()
+    proposed_travel: float | None = None
 
     @property
     def sideways(self) -> float:

@@ -48,9 +48,7 @@ Progress = Callable[[str, str, str], None]
 
 # Rivals that are compared, and recordings of the recorded modes that are tried: the cheapest. Each other mode adds one.
 RIVALS, PROPOSALS = 3, 6
-# For modes that have not been recorded: travel as a share of the rubber's thickness, or rad; seconds to reach it.
-SHARE = {"axial": 0.6, "radial": 0.3}
-TURN = 0.2
+# For modes that have not been recorded: seconds to reach their travel.
 SECONDS = 20.0
 # Expected noise in a mode that has not been recorded, as a share of the force range.
 NOISE = 3e-3
@@ -180,9 +178,11 @@ def _menu(problem: Problem) -> list[Proposal]:
     found = list(menu(amplitudes, rate, mounted)[:PROPOSALS])
     wall = problem.case.geometry.wall
     if wall is not None:
-        others = {name: share * wall.thickness for name, share in SHARE.items() if name not in mounted}
-        if "torsional" not in mounted:
-            others["torsional"] = TURN
+        others = {
+            mode.name: mode.proposed_travel * (1.0 if mode.rotational else wall.thickness)
+            for mode in modes().values()
+            if mode.proposed_travel is not None and mode.name not in mounted
+        }
         rates = {name: reach / SECONDS for name, reach in others.items()}
         found += [one for one in menu(others, rates, mounted) if one.repeats][: len(others)]
     return found

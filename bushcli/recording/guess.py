@@ -4,25 +4,13 @@ from __future__ import annotations
 
 import re
 
-#: Words in lower case; a name contains one if one of its words equals it or, from four letters on, begins with it.
-_WORDS = {
-    "axial": ("axial", "ax", "längs", "laengs", "longitudinal"),
-    "radial": ("radial", "rad", "quer", "lateral"),
-    "torsional": ("torsional", "torsion", "tors", "tor", "verdreh", "drehung"),
-    "conical": ("conical", "cardanic", "cardan", "kardan", "kard", "konisch", "coni"),
-    "uniaxial": ("uniaxial", "tension", "tensile", "zug", "uni", "compression", "druck", "stauch"),
-    "equibiaxial": ("equibiaxial", "biaxial", "biax", "equibiax"),
-    "planar": ("planar", "pureshear", "shear", "schub", "scher"),
-    "volumetric": ("volumetric", "volumetrisch", "bulk"),
-}
-_SPECIMENS = {
-    "bushing": ("axial", "radial", "torsional", "conical"),
-    "coupon": ("uniaxial", "equibiaxial", "planar", "volumetric"),
-}
+from cases.mode import modes
 
 
 def mode_of_name(name: str, specimen: str) -> str | None:
     """Return the mode that the name of a file contains, or None where it contains none or several.
+
+    A name contains a mode's word if one of its words equals it or, from four letters on, begins with it.
 
     Parameters
     ----------
@@ -33,9 +21,10 @@ def mode_of_name(name: str, specimen: str) -> str | None:
     """
     words = [word for word in re.split(r"[\W_\d]+", name.lower().replace("pure_shear", "pureshear")) if word]
     found = {
-        mode
-        for mode in _SPECIMENS.get(specimen, ())
-        for known in _WORDS[mode]
+        mode.name
+        for mode in modes().values()
+        if mode.specimen == specimen
+        for known in mode.words
         if any(word == known or (len(known) >= 4 and word.startswith(known)) for word in words)
     }
     return found.pop() if len(found) == 1 else None

@@ -43,4 +43,6 @@ MODE = Mode(
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"x", "y"})),
     unit_stiffness=annulus.axial,
     reversed_by="z",
+    words=("axial", "ax", "längs", "laengs", "longitudinal"),
+    proposed_travel=0.6,
 )

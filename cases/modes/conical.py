@@ -42,4 +42,5 @@ MODE = Mode(
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y"})),
     unit_stiffness=annulus.conical,
     reversed_by="x",
+    words=("conical", "cardanic", "cardan", "kardan", "kard", "konisch", "coni"),
 )

@@ -42,4 +42,6 @@ MODE = Mode(
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"y", "z"})),
     unit_stiffness=annulus.radial,
     reversed_by="x",
+    words=("radial", "rad", "quer", "lateral"),
+    proposed_travel=0.3,
 )

@@ -71,4 +71,6 @@ MODE = Mode(
     solid=Setting("cartesian", motion, rate, mirrors=frozenset({"z"})),
     unit_stiffness=annulus.torsional,
     reversed_by="y",
+    words=("torsional", "torsion", "tors", "tor", "verdreh", "drehung"),
+    proposed_travel=0.2,
 )
