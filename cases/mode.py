@@ -80,7 +80,7 @@ class Mode:
         Words, in lower case, by which the name of a file says that it has a recording of this mode.
     proposed_travel
         Travel of a test that is proposed if the mode has not been recorded: a share of the rubber's thickness, or rad;
-        None where none is proposed.
+        None where none is proposed. Engineering judgement: far enough to show the shape of the curve.
     """
 
     name: str

@@ -217,12 +217,13 @@ def _answer(asked: Question, found: _Found, extras: Extras, names: tuple[str, ..
 
 
 def _of_store(store: Store | None) -> tuple[Condition, ...]:
-    """Return what is to be said of saved results: damaged ones, and a disk on which none can be saved."""
-    if store is None:
-        return ()
-    failure = store.failure()
-    found = [history_damaged(store.damaged)] if store.damaged else []
-    return (*found, *([history_not_saved(failure)] if failure else []))
+    """Return the conditions of the saved results: some were damaged, or none can be saved."""
+    found = []
+    if store is not None and store.damaged:
+        found.append(history_damaged(store.damaged))
+    if store is not None and (failure := store.failure()):
+        found.append(history_not_saved(failure))
+    return tuple(found)
 
 
 def _opened(journal: Path | None, resume: bool, notify: Progress) -> Store | None:

@@ -29,12 +29,7 @@ from bushcli.inverse.refine import Assignment, Refined, coarse_costs, refined
 from bushcli.inverse.result import Evaluation, Fit, Profile, Weighting
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
-from bushcli.inverse.verdict import (
-    conditions,
-    history_not_saved,
-    profiles_cut_short,
-    start_replaced,
-)
+from bushcli.inverse.verdict import conditions, history_not_saved, profiles_cut_short, start_replaced
 from bushcli.runtime.executor import Pool
 from bushcli.runtime.interrupt import unwrapped_interrupts
 from bushcli.simulate.play import check_play

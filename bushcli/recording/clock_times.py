@@ -1,4 +1,4 @@
-"""Times of day and dates as texts -> seconds since the first: ``10:15:03.25``, ``2026-03-01T10:15:03``, ``3:04 PM``."""
+"""Times of day and dates -> seconds since the first: ``10:15:03.25``, ``2026-03-01T10:15:03``, ``3:04:05 PM``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: A date is any text without blanks before the time of day. Seconds are needed: 12:34 could be minutes and seconds.
+#: An optional date, and a time of day with seconds: 12:34 could be hours and minutes, or minutes and seconds.
 _STAMP = re.compile(
     r"(?:(?P<date>[\d./-]{6,10})[ T]\s*)?(?P<hours>\d{1,3}):(?P<minutes>[0-5]\d):(?P<seconds>[0-5]\d(?:[.,]\d{1,9})?)"
     r"(?:\s?(?P<half>[AaPp])\.?[Mm]\.?)?(?:Z|[+-]\d\d:?\d\d)?",

@@ -85,6 +85,7 @@ def column(table: Table, source: Source, mode: Mode, quantity: Quantity) -> Colu
     index, remarks = _found(table, wanted) if chosen is None else (_chosen(table, chosen), ())
     if index is None:
         return None
+    # Times of day need no unit; what "Time [hh:mm:ss]" has in brackets is their form.
     clock = table.clock(index) if quantity == "time" else None
     if clock is not None:
         return Column(index, clock, "s", remarks)

@@ -19,7 +19,7 @@ from bushcli.recording.vocabulary import (
     known_word,
 )
 
-#: Full-width brackets are in use between Chinese characters.
+#: Full-width brackets are in use between Chinese characters. A bracket that is not closed ends with the name.
 _BRACKETS = re.compile(
     r"\[([^\[\]]*)(?:\]|$)|\(([^()]*)(?:\)|$)|\{([^{}]*)\}|<([^<>]*)>|（([^（）]*)）|［([^［］]*)］|【([^【】]*)】"
 )
@@ -68,6 +68,7 @@ def heading(text: str) -> Heading:
     bracketed = [next(group for group in m.groups() if group is not None) for m in _BRACKETS.finditer(text)]
     rest = _BRACKETS.sub(" ", text)
     timed = any(word in WORDS["time"] for word in _plain(rest).split())
+    # [1] is no remark, but the unit of a number without one.
     remarks = [inside for inside in bracketed if _is_remark(inside, rest, timed) and "[1]" not in text]
     written = [inside for inside in bracketed if inside.strip() and inside not in remarks]
     if not written:

@@ -42,7 +42,7 @@ def test_what_is_not_certain_is_no_time(texts):
     assert clock_times(texts) is None
 
 
-@pytest.mark.parametrize("heading", ["Time", "Timestamp", "Zeit"])
+@pytest.mark.parametrize("heading", ["Time", "Timestamp", "Zeit [hh:mm:ss]"])
 def test_a_recording_with_times_of_day_has_time(tmp_path, heading):
     rows = [f"2026-01-01 10:00:{0.1 * i:04.1f},{0.01 * i:.3f},{4.0 * i:.1f}" for i in range(200)]
     file = tmp_path / "a.csv"
