@@ -2,7 +2,7 @@
 
 ``setup/enter python benchmarks/noise.py``: programs of the development deck, no simulation, half a minute. A cubic
 curve takes the place of the bushing's; the noise is drawn, from 0.1 to 1 % of the range, with a correlation from 0 to
-0.8 between neighbouring samples. Results: the docstring of `bushcli.diagnosis.likelihood.level`.
+0.8 between neighbouring samples. Results: the docstring of `bushcli.likelihood.level`.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ sys.path.insert(0, str(ROOT))
 from benchmarks.decks.drawing import channel  # noqa: E402
 from benchmarks.decks.manifest import read  # noqa: E402
 from benchmarks.decks.sensing import remembering  # noqa: E402
-from bushcli.diagnosis.likelihood.features import features  # noqa: E402
-from bushcli.diagnosis.likelihood.level import levelled  # noqa: E402
-from bushcli.diagnosis.likelihood.noise import NoiseModel, noise_model  # noqa: E402
+from bushcli.likelihood.features import features  # noqa: E402
+from bushcli.likelihood.level import levelled  # noqa: E402
+from bushcli.likelihood.noise import NoiseModel, noise_model  # noqa: E402
 from bushcli.recording import Recording  # noqa: E402
 
 Array = NDArray[np.float64]

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from bushcli.case import Material
-from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
 from bushcli.diagnosis.result import (
     DiagnosedChannel,
     Diagnosis,
@@ -19,9 +18,10 @@ from bushcli.diagnosis.result import (
     RankedModel,
 )
 from bushcli.diagnosis.searched import Searched, Trial
-from bushcli.diagnosis.where.maps import LocalMap, Missing, MissingProfile
-from bushcli.diagnosis.where.record import locate
 from bushcli.faults import DataFault
+from bushcli.likelihood.noise import Compared, NoiseModel
+from bushcli.mismatch.maps import LocalMap, Missing, MissingProfile
+from bushcli.mismatch.record import locate
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
 

@@ -22,11 +22,11 @@ import bushcli.diagnosis.diagnose as module
 from benchmarks.decks.manifest import Entry, read
 from bushcli.case import load_case
 from bushcli.diagnosis.evidence import Evidence, evidence
-from bushcli.diagnosis.likelihood.form import Likelihood
 from bushcli.diagnosis.predict import Beside
 from bushcli.diagnosis.prediction import Prediction
 from bushcli.diagnosis.queue import FAINT, Search
 from bushcli.effects.names import effect_name
+from bushcli.likelihood.form import Likelihood
 
 Sets = dict[frozenset[str], float]
 
@@ -122,7 +122,7 @@ def posterior(data: Mapping[str, Any], law: Callable[[int], float]) -> Sets:
     law : callable
         Effective features by the number of features.
     """
-    with patch("bushcli.diagnosis.likelihood.form.effective_features", law):
+    with patch("bushcli.likelihood.form.effective_features", law):
         likelihood: Likelihood = data["likelihood"]
         states = {one["key"]: (one, evidence(likelihood, *one["of"])) for one in data["fitted"]}
         weights: dict[frozenset[str], list[float]] = {}

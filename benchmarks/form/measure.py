@@ -1,7 +1,7 @@
 """Fit the right physics to a recording made by another formula, and compare its misfit with the plain law's.
 
 The truth is given, so that nothing is searched. The misfit of a model is measured by its excess: the sum of squares of
-the misfit's features beyond the expectation of noise and calibration (`bushcli.diagnosis.likelihood.form`).
+the misfit's features beyond the expectation of noise and calibration (`bushcli.likelihood.form`).
 """
 
 from __future__ import annotations

@@ -9,8 +9,6 @@ import numpy as np
 
 from bushcli.case import Case
 from bushcli.diagnosis import answer, model_cache
-from bushcli.diagnosis.likelihood.calibration import calibrated, factor_of
-from bushcli.diagnosis.likelihood.noise import Compared, noise_model
 from bushcli.diagnosis.model import Fitted
 from bushcli.diagnosis.next_test import next_test
 from bushcli.diagnosis.posterior import Weighed, credible_sets
@@ -18,8 +16,10 @@ from bushcli.diagnosis.question import Question
 from bushcli.diagnosis.queue import Progress
 from bushcli.diagnosis.result import DiagnosedChannel, NextTest
 from bushcli.diagnosis.state import Problem, State
-from bushcli.diagnosis.where.maps import LocalMap
 from bushcli.faults import masks
+from bushcli.likelihood.calibration import calibrated, factor_of
+from bushcli.likelihood.noise import Compared, noise_model
+from bushcli.mismatch.maps import LocalMap
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.workers import Workers
@@ -78,7 +78,7 @@ class Extras:
 
 
 def _maps(problem: Problem, plain: Fitted, notify: Progress) -> tuple[LocalMap, ...]:
-    from bushcli.diagnosis.where.bushing import local_map
+    from bushcli.mismatch.bushing import local_map
 
     if problem.case.geometry.specimen == "coupon":
         return ()

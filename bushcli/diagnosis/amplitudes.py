@@ -15,8 +15,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.likelihood.linearised import cone_fit
 from bushcli.diagnosis.prior import Known
+from bushcli.likelihood.linearised import cone_fit
 
 Array = NDArray[np.float64]
 

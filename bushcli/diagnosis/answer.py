@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bushcli.case import Case
-from bushcli.diagnosis.likelihood.noise import Compared
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.posterior import SHOWN, Weighed
 from bushcli.diagnosis.queue import Search
@@ -21,6 +20,7 @@ from bushcli.diagnosis.result import (
 from bushcli.diagnosis.searched import Searched
 from bushcli.diagnosis.state import State
 from bushcli.effects.names import readable_name
+from bushcli.likelihood.noise import Compared
 from bushcli.recording import Recording, displacement_noise
 from bushcli.runtime.condition import Condition
 from bushcli.simulate.schedule import schedule

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.likelihood.calibration import factor_of
-from bushcli.diagnosis.likelihood.features import Features, features
-from bushcli.diagnosis.likelihood.form import Judged, Likelihood
-from bushcli.diagnosis.likelihood.noise import NoiseModel, noise_model
 from bushcli.diagnosis.prior import Known
 from bushcli.inverse.channel import Channel
 from bushcli.inverse.problem import Problem
+from bushcli.likelihood.calibration import factor_of
+from bushcli.likelihood.features import Features, features
+from bushcli.likelihood.form import Judged, Likelihood
+from bushcli.likelihood.noise import NoiseModel, noise_model
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -25,12 +25,12 @@ from bushcli.diagnosis.question import Question, posed, question
 from bushcli.diagnosis.queue import Progress, Search
 from bushcli.diagnosis.result import Diagnosis, Verdict
 from bushcli.diagnosis.state import Problem, State
-from bushcli.diagnosis.where.missing import missing
-from bushcli.diagnosis.where.record import locate
 from bushcli.errors import InputError
 from bushcli.errors import Problem as Finding
 from bushcli.inverse.journal import history_damaged
 from bushcli.inverse.verdict import history_not_saved
+from bushcli.mismatch.missing import missing
+from bushcli.mismatch.record import locate
 from bushcli.runtime.condition import Condition
 from bushcli.runtime.interrupt import is_interrupt
 from bushcli.runtime.store import Store

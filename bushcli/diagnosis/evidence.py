@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
-from bushcli.diagnosis.likelihood.features import Features
-from bushcli.diagnosis.likelihood.form import Judged, Left, Likelihood
 from bushcli.diagnosis.prior import LAW_SHARE, Known
+from bushcli.likelihood.features import Features
+from bushcli.likelihood.form import Judged, Left, Likelihood
 
 Array = NDArray[np.float64]
 

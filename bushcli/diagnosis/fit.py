@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.density import Posterior, features_of
-from bushcli.diagnosis.likelihood.form import Likelihood
-from bushcli.diagnosis.likelihood.noise import NoiseModel
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.prior import known_parameters
 from bushcli.inverse.begin import own_start, scaled
@@ -30,6 +28,8 @@ from bushcli.inverse.local import inside
 from bushcli.inverse.problem import Problem
 from bushcli.inverse.search import search
 from bushcli.inverse.task import Task
+from bushcli.likelihood.form import Likelihood
+from bushcli.likelihood.noise import NoiseModel
 from cases.march import NotConverged
 
 Array = NDArray[np.float64]

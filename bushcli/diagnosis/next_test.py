@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case
 from bushcli.diagnosis import model_cache
-from bushcli.diagnosis.likelihood.form import LAMBDA, PHI, effective_features
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.model import Model
 from bushcli.diagnosis.posterior import Weighed
@@ -37,6 +36,7 @@ from bushcli.diagnosis.state import Problem
 from bushcli.effects.active import acting
 from bushcli.effects.names import readable_name
 from bushcli.effects.rig import NoEquilibrium
+from bushcli.likelihood.form import LAMBDA, PHI, effective_features
 from bushcli.runtime.workers import Workers
 from bushcli.simulate.predict import rubber_of
 from bushcli.simulate.simulation import Simulation

@@ -11,10 +11,10 @@ from bushcli.case import Case
 from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.density import features_of
 from bushcli.diagnosis.fit import Measured, fitted, pose
-from bushcli.diagnosis.likelihood.features import Features
-from bushcli.diagnosis.likelihood.noise import NoiseModel
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.inverse.first import first_minimum
+from bushcli.likelihood.features import Features
+from bushcli.likelihood.noise import NoiseModel
 
 Mask = NDArray[np.bool_]
 

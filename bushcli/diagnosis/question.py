@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
 from bushcli.diagnosis.fit import Measured, fit
-from bushcli.diagnosis.likelihood.form import Likelihood
-from bushcli.diagnosis.likelihood.level import all_levelled
-from bushcli.diagnosis.likelihood.noise import noise_model
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.plain import all_features
 from bushcli.diagnosis.state import Problem, State
@@ -23,6 +20,9 @@ from bushcli.errors import InputError, nearest
 from bushcli.errors import Problem as Finding
 from bushcli.faults import DataFault, find_faults, masks
 from bushcli.inverse.identify import fit_coupons
+from bushcli.likelihood.form import Likelihood
+from bushcli.likelihood.level import all_levelled
+from bushcli.likelihood.noise import noise_model
 from bushcli.recording import Recording, read_recording
 from bushcli.runtime.workers import Workers
 from forms.law import law, laws

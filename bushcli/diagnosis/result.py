@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from bushcli.case import Case, Material
 from bushcli.diagnosis.searched import Searched
-from bushcli.diagnosis.where.maps import LocalMap, Missing
-from bushcli.diagnosis.where.record import Location
 from bushcli.faults import DataFault
+from bushcli.mismatch.maps import LocalMap, Missing
+from bushcli.mismatch.record import Location
 from bushcli.recording import Recording
 from bushcli.runtime.condition import Condition
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from bushcli.case import Case
 from bushcli.diagnosis.columns import shear_modulus
 from bushcli.diagnosis.evidence import Evidence, evidence
-from bushcli.diagnosis.likelihood.form import Likelihood
-from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
 from bushcli.diagnosis.model import Fitted, Model
 from bushcli.diagnosis.prior import Known, known_parameters
+from bushcli.likelihood.form import Likelihood
+from bushcli.likelihood.noise import Compared, NoiseModel
 from bushcli.recording import Recording
 
 Array = NDArray[np.float64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bushcli.diagnosis.where.record import Location, Mismatch
+from bushcli.mismatch.record import Location, Mismatch
 from cases.mode import modes
 
 

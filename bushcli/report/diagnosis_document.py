@@ -8,10 +8,10 @@ from typing import Any
 from bushcli.case import Material
 from bushcli.diagnosis.result import Diagnosis, Named, NextTest, Quantity
 from bushcli.diagnosis.searched import Searched
-from bushcli.diagnosis.where.maps import MissingProfile
-from bushcli.diagnosis.where.record import Location, Mismatch
 from bushcli.diagnosis.words import sentence
 from bushcli.effects.names import effect_name
+from bushcli.mismatch.maps import MissingProfile
+from bushcli.mismatch.record import Location, Mismatch
 from bushcli.report.diagnosis_paragraph import paragraph
 from bushcli.report.diagnosis_values import derived, shown
 from bushcli.report.diagnosis_words import headline

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bushcli.diagnosis.where.maps import LocalMap
+from bushcli.mismatch.maps import LocalMap
 from bushcli.report.figures.diagnosis_map import numbering
 
 # VTK's number of each kind of cell, and its order of corners: around a ring, first below, then above.

@@ -9,9 +9,9 @@ import pytest
 from mpi4py import MPI
 
 from bushcli.case import load_case
-from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel, noise_model
-from bushcli.diagnosis.where.bushing import _slopes, local_map
 from bushcli.inverse.channel import Channel
+from bushcli.likelihood.noise import Compared, NoiseModel, noise_model
+from bushcli.mismatch.bushing import _slopes, local_map
 from bushcli.recording import Recording
 from bushcli.recording.curve import Curve
 from cases.feature import Installed

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis, NextTest
-from bushcli.diagnosis.where.bins import KINDS, Bin
+from bushcli.mismatch.bins import KINDS, Bin
 from bushcli.report.figures.diagnosis_curves import (
     BEST,
     changed,

@@ -11,8 +11,8 @@ from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.result import DiagnosedChannel, Diagnosis
-from bushcli.diagnosis.where.record import Mismatch
 from bushcli.diagnosis.words import sentence
+from bushcli.mismatch.record import Mismatch
 from bushcli.recording import branches
 from bushcli.report.diagnosis_words import channel_label
 from bushcli.report.figures.picture import (

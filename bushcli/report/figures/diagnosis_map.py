@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.where.maps import LocalMap
+from bushcli.mismatch.maps import LocalMap
 from bushcli.report.figures.picture import BLACK, GREY, literal, new_figure, style
 from bushcli.report.figures.projection import cut_view, shade
 

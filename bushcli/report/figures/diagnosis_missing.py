@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from bushcli.diagnosis.result import DiagnosedChannel
-from bushcli.diagnosis.where.maps import MissingProfile
+from bushcli.mismatch.maps import MissingProfile
 from bushcli.report.figures.picture import (
     BLACK,
     BLUE,

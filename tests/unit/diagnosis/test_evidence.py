@@ -13,10 +13,10 @@ from scipy.stats import norm, t
 
 from bushcli.diagnosis.evidence import LAW_SHARE, STUDENT, evidence, standard_errors
 from bushcli.diagnosis.fit import pose
-from bushcli.diagnosis.likelihood.features import Features
-from bushcli.diagnosis.likelihood.form import Likelihood
 from bushcli.diagnosis.prior import Known
 from bushcli.effects.prior import Prior
+from bushcli.likelihood.features import Features
+from bushcli.likelihood.form import Likelihood
 
 ROWS = 20
 

@@ -12,9 +12,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.likelihood.features import Features
-from bushcli.diagnosis.likelihood.noise import Compared
-from bushcli.diagnosis.where.maps import Missing, MissingProfile
+from bushcli.likelihood.features import Features
+from bushcli.likelihood.noise import Compared
+from bushcli.mismatch.maps import Missing, MissingProfile
 from bushcli.recording import Recording, branches
 from bushcli.recording.segment import Branch
 

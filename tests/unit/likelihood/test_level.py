@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.likelihood.features import Features
-from bushcli.diagnosis.likelihood.features import features as features_of
-from bushcli.diagnosis.likelihood.level import levelled
-from bushcli.diagnosis.likelihood.noise import NoiseModel, noise_model
+from bushcli.likelihood.features import Features
+from bushcli.likelihood.features import features as features_of
+from bushcli.likelihood.level import levelled
+from bushcli.likelihood.noise import NoiseModel, noise_model
 from bushcli.recording import Recording
 
 BRANCHES = 14

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from bushcli.diagnosis.likelihood.linearised import linearised, weighed
-from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
-from bushcli.diagnosis.where.bushing import LEVEL, Combined, Seen, local_map
-from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
-from bushcli.diagnosis.where.places import onto, zones
+from bushcli.likelihood.linearised import linearised, weighed
+from bushcli.likelihood.noise import Compared, NoiseModel
+from bushcli.mismatch.bushing import LEVEL, Combined, Seen, local_map
+from bushcli.mismatch.field import covariance, estimate, uniform, zoned
+from bushcli.mismatch.places import onto, zones
 from bushcli.recording import Recording
 from cases.local import Cells
 from geometry.shape import shapes

@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from bushcli.diagnosis.likelihood.features import Features
+from bushcli.likelihood.features import Features
 
 Array = NDArray[np.float64]
 

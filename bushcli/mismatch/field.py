@@ -24,7 +24,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.likelihood.linearised import OWN, Linearised
+from bushcli.likelihood.linearised import OWN, Linearised
 from cases.local import Cells
 
 Array = NDArray[np.float64]

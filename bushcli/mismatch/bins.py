@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f, t
 
-from bushcli.diagnosis.likelihood.noise import Compared
+from bushcli.likelihood.noise import Compared
 from bushcli.recording import Recording, branches, departure
 from bushcli.recording.segment import Branch
 from cases.mode import modes

@@ -26,7 +26,7 @@ from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from scipy.special import comb
 
-from bushcli.diagnosis.likelihood.windows import (
+from bushcli.likelihood.windows import (
     CORRELATIONS,
     PRIOR,
     WINDOW,

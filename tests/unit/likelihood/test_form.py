@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.likelihood.features import Features
-from bushcli.diagnosis.likelihood.form import Left, Likelihood, effective_features
 from bushcli.diagnosis.prior import UNKNOWN
+from bushcli.likelihood.features import Features
+from bushcli.likelihood.form import Left, Likelihood, effective_features
 
 COUNT = 48
 

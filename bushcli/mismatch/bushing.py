@@ -1,7 +1,7 @@
 """Where in the rubber the misfit is: a map of where it would have to be stiffer or softer, and whether that is needed.
 
 The derivatives of the curves by the stiffness of each cell (`cases.local`) are columns like those of any parameter;
-with a smooth field as the unknown (`bushcli.diagnosis.where.field`) they give a map. Debonding appears at one end of a
+with a smooth field as the unknown (`bushcli.mismatch.field`) they give a map. Debonding appears at one end of a
 bond, another batch everywhere. Many fields give the same curve: a single channel usually shows only that the rubber is
 not uniform, and several channels together show where. The text says what they cannot show.
 
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
-from bushcli.diagnosis.likelihood import calibration
-from bushcli.diagnosis.likelihood.linearised import linearised, weighed
-from bushcli.diagnosis.likelihood.noise import Compared
-from bushcli.diagnosis.where.field import covariance, estimate, uniform, zoned
-from bushcli.diagnosis.where.maps import LocalMap
-from bushcli.diagnosis.where.places import onto, thickness, zones
 from bushcli.inverse.channel import Channel
+from bushcli.likelihood import calibration
+from bushcli.likelihood.linearised import linearised, weighed
+from bushcli.likelihood.noise import Compared
+from bushcli.mismatch.field import covariance, estimate, uniform, zoned
+from bushcli.mismatch.maps import LocalMap
+from bushcli.mismatch.places import onto, thickness, zones
 from bushcli.recording import matching
 from bushcli.recording.curve import Curve
 from bushcli.simulate.six_simulation import Reaction

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.likelihood.noise import NoiseModel, smoothed
+from bushcli.likelihood.noise import NoiseModel, smoothed
 from bushcli.recording import Recording, branches
 
 Array = NDArray[np.float64]

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from bushcli.diagnosis.likelihood.noise import (
+from bushcli.diagnosis.words import sentence, sentences
+from bushcli.likelihood.noise import (
     Compared,
     NoiseModel,
     autoregression,
     correlation_time,
     noise_model,
 )
-from bushcli.diagnosis.where.bins import bins
-from bushcli.diagnosis.where.record import locate
-from bushcli.diagnosis.words import sentence, sentences
+from bushcli.mismatch.bins import bins
+from bushcli.mismatch.record import locate
 from bushcli.recording import Recording, branches, select_cycles
 
 SIGMA = 5.0

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.likelihood.noise import noise_model
+from bushcli.likelihood.noise import noise_model
 from bushcli.recording import Recording
 
 SIGMA = 4.0

@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.likelihood.features import features
-from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel
-from bushcli.diagnosis.where.missing import missing
+from bushcli.likelihood.features import features
+from bushcli.likelihood.noise import Compared, NoiseModel
+from bushcli.mismatch.missing import missing
 from bushcli.recording import Recording, branches
 
 SIGMA = 3.0

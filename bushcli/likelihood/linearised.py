@@ -14,7 +14,7 @@ from itertools import chain, combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.likelihood.noise import Compared, correlation_time
+from bushcli.likelihood.noise import Compared, correlation_time
 
 Array = NDArray[np.float64]
 

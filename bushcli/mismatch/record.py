@@ -16,9 +16,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.likelihood.noise import Compared
-from bushcli.diagnosis.where.bins import KINDS, SIDES, Bin, Bins, Side, bin_tests, bins
-from bushcli.diagnosis.where.scan import Box, false_alarm, strongest
+from bushcli.likelihood.noise import Compared
+from bushcli.mismatch.bins import KINDS, SIDES, Bin, Bins, Side, bin_tests, bins
+from bushcli.mismatch.scan import Box, false_alarm, strongest
 
 Array = NDArray[np.float64]
 Sign = Literal["too_stiff", "too_soft", "too_high", "too_low"]

@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from bushcli.diagnosis.likelihood.features import Features, noise_variances
-from bushcli.diagnosis.likelihood.noise import NoiseModel
-from bushcli.diagnosis.likelihood.windows import CORRELATIONS
+from bushcli.likelihood.features import Features, noise_variances
+from bushcli.likelihood.noise import NoiseModel
+from bushcli.likelihood.windows import CORRELATIONS
 
 Array = NDArray[np.float64]
 

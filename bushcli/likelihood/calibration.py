@@ -23,9 +23,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bushcli.diagnosis.likelihood.linearised import Linearised, linearised, weighed
-from bushcli.diagnosis.likelihood.noise import Compared
 from bushcli.inverse.channel import Channel
+from bushcli.likelihood.linearised import Linearised, linearised, weighed
+from bushcli.likelihood.noise import Compared
 
 Array = NDArray[np.float64]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.likelihood import calibration
-from bushcli.diagnosis.likelihood.noise import Compared, NoiseModel, smoothed
+from bushcli.likelihood import calibration
+from bushcli.likelihood.noise import Compared, NoiseModel, smoothed
 from bushcli.recording import Recording
 
 SIGMA, FACTOR = 5.0, 0.005

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bushcli.diagnosis.likelihood.features import features
-from bushcli.diagnosis.likelihood.noise import NoiseModel, noise_model
+from bushcli.likelihood.features import features
+from bushcli.likelihood.noise import NoiseModel, noise_model
 from bushcli.recording import Recording, branches
 
 SIGMA = 4.0
