@@ -124,6 +124,7 @@ def _plans(
     minute, long = 60.0, 600.0
     return (
         ("once to {a} and back", (0.0, a, 0.0), (v, v), (0.0, 0.0, 0.0)),
+        ("once to {a} and back, ten times as fast", (0.0, a, 0.0), (fast, fast), (0.0, 0.0, 0.0)),
         ("to both sides", (0.0, a, -a, 0.0), (v, v, v), (0.0,) * 4),
         ("twice to the same amplitude", (0.0, a, 0.0, a, 0.0), (v,) * 4, (0.0,) * 5),
         (

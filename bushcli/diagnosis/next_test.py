@@ -6,7 +6,9 @@ mutual information of model and data, bounded from below by the distances betwee
     I >= - sum_k p_k log sum_j p_j exp(-C_kj),
 
 with C the Bhattacharyya distance. It accounts for noise, for the error of form, and for the parameters of both models,
-which are free within their posterior and may imitate the other model.
+which are free within their posterior and may imitate the other model. As in the likelihood, formulas are wrong by a
+share of what their effects do in the new recording, beyond what the law could imitate: a repetition of the recorded
+program says little, since the two models differ there by no more than formulas err.
 
 References
 ----------
@@ -20,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from mpi4py import MPI
@@ -30,7 +32,7 @@ from bushcli.case import Case
 from bushcli.diagnosis import model_cache
 from bushcli.diagnosis.menu import Proposal, menu
 from bushcli.diagnosis.model import Model
-from bushcli.diagnosis.posterior import Weighed
+from bushcli.diagnosis.posterior import MEMBER, Weighed
 from bushcli.diagnosis.result import NextTest
 from bushcli.diagnosis.state import Problem
 from bushcli.effects.active import acting
@@ -60,10 +62,21 @@ WORTH, APART = 0.1, math.log(20.0)
 
 @dataclass(frozen=True)
 class ExpectedCurve:
-    """Curve that a model predicts for a recording: force (n,), and its spread by the parameters, (n, p)."""
+    """Curve that a model predicts for a recording.
+
+    Attributes
+    ----------
+    force : shape (n,)
+        N or N mm.
+    spread : shape (n, p)
+        Change of the force by one standard deviation of each independent combination of the parameters.
+    effects : shape (n,)
+        Part of the force that the effects cause, and that no other parameters of the law could.
+    """
 
     force: Array
     spread: Array
+    effects: Array
 
 
 def next_test(
@@ -79,12 +92,9 @@ def next_test(
     notify : callable
         Called with the stage, its subject, and a text about it.
     """
-    known = [one for one in rivals if one.predicted is None and (one.state.model.effects or not one.unknown)]
-    chosen = list({one.state.model.identities: one for one in reversed(known)}.values())[::-1][:RIVALS]
+    chosen, weights = _compared(rivals)
     if len(chosen) < 2:
         return None
-    weights = np.array([one.probability for one in chosen])
-    weights = weights / weights.sum()
     possible = float(-np.sum(weights * np.log2(weights)))
     best: tuple[float, NextTest] | None = None
     for proposal in _menu(problem):
@@ -94,7 +104,7 @@ def next_test(
         if any(one is None for one in answers):
             continue
         sigma = _sigma(problem, proposal, max(float(np.ptp(one.force)) for one in answers))
-        apart = np.array([[_distance(a, b, sigma) for b in answers] for a in answers])
+        apart = np.array([[distance(a, b, sigma) for b in answers] for a in answers])
         nats = -float(np.sum(weights * np.log(np.exp(-apart) @ weights)))
         bits = nats / math.log(2.0)
         if bits > WORTH and (best is None or bits / proposal.cost > best[0]):
@@ -104,6 +114,23 @@ def next_test(
             )
             best = bits / proposal.cost, _test(proposal, bits, possible, pairs)
     return None if best is None else best[1]
+
+
+def _compared(models: Sequence[Weighed]) -> tuple[list[Weighed], Array]:
+    """Return the most probable sets of effects, each with its best law, and their shares (k,) of the probability."""
+    best: dict[tuple[str, ...], Weighed] = {}
+    sums: dict[tuple[str, ...], float] = {}
+    for one in models:
+        if one.predicted is None and (one.state.model.effects or not one.unknown):
+            names = one.state.model.identities
+            sums[names] = sums.get(names, 0.0) + one.probability
+            if names not in best or one.probability > best[names].probability:
+                best[names] = one
+    order = sorted((names for names in sums if sums[names] >= MEMBER), key=lambda names: -sums[names])[
+        :RIVALS
+    ]
+    weights = np.array([sums[names] for names in order])
+    return [best[names] for names in order], weights / max(float(weights.sum()), 1e-300)
 
 
 def _spread(one: Weighed) -> tuple[tuple[str, ...], Array]:
@@ -125,12 +152,27 @@ def expected_curve(
         Names of the parameters, and a square root of their posterior covariance, shape (p, p).
     proposal : Proposal
     """
+    simulation = _simulation(case, model, proposal)
+    names, root = known
+    try:
+        answer = simulation.solve(model.values, names)
+        bare = _simulation(case, replace(model, effects=()), proposal).solve(model.start, ())
+    except (NotConverged, NoEquilibrium):
+        return None
+    law = answer.slope[:, [name in model.start for name in names]]
+    effects = answer.force - bare.force
+    effects = effects - law @ np.linalg.lstsq(law, effects, rcond=None)[0]
+    return ExpectedCurve(answer.force, answer.slope @ root, effects)
+
+
+def _simulation(case: Case, model: Model, proposal: Proposal) -> Simulation:
+    """Return the simulation of a proposed recording by a model."""
     time, q = proposal.program(SAMPLES)
     task = model.task(case)
     # A recording of this mode is made on the same rig as the present recordings of it.
     labels = [one.label for one in case.recordings if one.mode == proposal.channel] or [proposal.channel]
     there = {one.identity: one for name in labels for one in acting(model.effects, name, proposal.channel)}
-    simulation = Simulation(
+    return Simulation(
         case.geometry,
         modes()[proposal.channel],
         rubber_of(task.material),
@@ -142,27 +184,27 @@ def expected_curve(
         comm=MPI.COMM_SELF,
         prepared=model_cache.bodies(task, "always"),
     )
-    names, root = known
-    try:
-        answer = simulation.solve(model.values, names)
-    except (NotConverged, NoEquilibrium):
-        return None
-    return ExpectedCurve(answer.force, answer.slope @ root)
 
 
-def _distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
-    """Return the Bhattacharyya distance of two predictions with their uncertainty."""
+def distance(right: ExpectedCurve, other: ExpectedCurve, sigma: float) -> float:
+    """Return the Bhattacharyya distance of two predictions with their uncertainty.
+
+    Parameters
+    ----------
+    right, other : ExpectedCurve
+    sigma : float
+        Standard deviation of the noise, N or N mm.
+    """
     difference = (right.force - other.force) / sigma
     spread = np.hstack([right.spread, other.spread]) / sigma
-    # d' (1 + S S')^-1 d, by the smaller system of the parameters.
-    inner = np.eye(spread.shape[1]) + spread.T @ spread
-    left = float(
-        difference @ difference - (spread.T @ difference) @ np.linalg.solve(inner, spread.T @ difference)
-    )
     signal = float(np.sum((right.force / sigma) ** 2))
-    m = effective_features(len(difference))
-    v = 1.0 + (LAMBDA**2 * signal + PHI**2 * max(left, 0.0)) / m
-    return max(left, 0.0) / (8.0 * v)
+    # Both models' formulas may be wrong: the mean of their errors of form.
+    explained = 0.5 * float(np.sum((right.effects / sigma) ** 2) + np.sum((other.effects / sigma) ** 2))
+    v = 1.0 + (LAMBDA**2 * signal + PHI**2 * explained) / effective_features(len(difference))
+    # d' (v + S S')^-1 d, by the smaller system of the parameters.
+    inner = v * np.eye(spread.shape[1]) + spread.T @ spread
+    imitated = (spread.T @ difference) @ np.linalg.solve(inner, spread.T @ difference)
+    return max(float(difference @ difference - imitated), 0.0) / (8.0 * v)
 
 
 def _menu(problem: Problem) -> list[Proposal]:

@@ -1,0 +1,57 @@
+"""Which recording would distinguish the rivals: distances of predictions, and the menu."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bushcli.diagnosis.menu import menu
+from bushcli.diagnosis.next_test import ExpectedCurve, distance
+from bushcli.likelihood.form import LAMBDA, PHI, effective_features
+
+N = 36
+UP = np.concatenate([np.linspace(0.0, 1.0, N // 2), np.linspace(1.0, 0.0, N // 2)])
+WIDTH = np.where(np.arange(N) < N // 2, 1.0, -1.0)
+NONE = np.zeros((N, 0))
+
+
+def curve(loop: float, force: float = 100.0, spread: np.ndarray = NONE) -> ExpectedCurve:
+    """A straight line with an open loop, in newtons."""
+    return ExpectedCurve(force * UP + loop * WIDTH, spread, loop * WIDTH)
+
+
+def test_without_effects_and_parameters_the_distance_is_that_of_the_noise_and_the_law() -> None:
+    a, b = curve(0.0), ExpectedCurve(101.0 * UP, NONE, 0.0 * UP)
+    v = 1.0 + LAMBDA**2 * np.sum((a.force / 0.5) ** 2) / effective_features(N)
+    expected = np.sum(((a.force - b.force) / 0.5) ** 2) / (8.0 * v)
+    assert distance(a, b, 0.5) == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_difference_of_the_size_of_the_error_of_form_says_little_however_small_the_noise() -> None:
+    """Two formulas of one loop differ by PHI of it: the distance tends to m / 8 as the noise vanishes."""
+    a, b = curve(10.0), curve(10.0 * (1.0 + PHI))
+    known = 0.5 * (10.0**2 + (10.0 * (1.0 + PHI)) ** 2) / 10.0**2
+    limit = effective_features(N) / (8.0 * known)
+    # Force and law left out: their error of form, LAMBDA, is for these curves a sixth of the effects'.
+    flat = [ExpectedCurve(one.force - 100.0 * UP, one.spread, one.effects) for one in (a, b)]
+    assert distance(*flat, 1e-4) == pytest.approx(limit, rel=1e-3)
+    assert distance(a, b, 1e-4) < limit < 1.1
+
+
+def test_an_effect_that_the_other_model_does_not_have_is_seen() -> None:
+    assert distance(curve(10.0), curve(2.0), 0.1) > 20.0
+
+
+def test_what_the_parameters_may_imitate_does_not_distinguish() -> None:
+    a, b = curve(10.0), curve(2.0)
+    free = ExpectedCurve(b.force, 100.0 * WIDTH[:, None], b.effects)
+    assert distance(a, free, 0.1) < 0.01 * distance(a, b, 0.1)
+    # A parameter that may change the loop by much less than the error of form imitates next to nothing.
+    narrow = ExpectedCurve(b.force, 0.01 * WIDTH[:, None], b.effects)
+    assert distance(a, narrow, 0.1) == pytest.approx(distance(a, b, 0.1), rel=1e-2)
+
+
+def test_the_menu_has_another_rate_and_a_hold_among_its_cheapest() -> None:
+    cheapest = menu({"axial": 5.0}, {"axial": 0.05}, ["axial"])[:6]
+    assert any(one.rates == (0.5, 0.5) for one in cheapest)
+    assert any(max(one.holds) > 0.0 for one in cheapest)
