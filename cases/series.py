@@ -1,7 +1,7 @@
 """A bushing driven through a spring: the prescribed displacement is that of both together.
 
-The program is then not the path of the bushing's sleeve. At each target q + c P(q, Q) has to be found, c the spring's
-compliance and P the force that it carries: the bushing's force Q, scaled, and that of stops beside it.
+The program is then not the path of the bushing's sleeve. At each target q + u(P) has to be found, u the extension of
+the spring and P the force that it carries: the bushing's force Q, scaled, and that of stops beside it.
 """
 
 from __future__ import annotations
@@ -21,10 +21,20 @@ MOST_TRIALS = 12
 
 
 @dataclass(frozen=True)
-class Carried:
-    """Force that the spring carries, and its derivatives by displacement, bushing's force, and parameters."""
+class Extension:
+    """Extension of the spring in one state, and its derivatives.
 
-    force: float
+    Attributes
+    ----------
+    length : float
+        mm or rad.
+    by_displacement, by_force : float
+        By the bushing's displacement at fixed force, and by its force: mm/mm and mm/N, or rad/rad and rad/(N mm).
+    by_parameter : mapping
+        Parameter -> derivative at fixed displacement and force.
+    """
+
+    length: float
     by_displacement: float
     by_force: float
     by_parameter: Mapping[str, float] = field(default_factory=dict)
@@ -36,17 +46,12 @@ class Series:
 
     Attributes
     ----------
-    compliance : float
-        mm/N, or rad/(N mm).
-    compliance_rates : mapping
-        Parameter -> derivative of the compliance by it.
-    carried : callable
-        ``carried(q, Q, time) -> Carried``, time in s as in the program.
+    extension : callable
+        ``extension(q, Q, time) -> Extension``: of the spring, with the bushing's displacement q (mm or rad) and force Q
+        (N or N mm), and the time in s as in the program.
     """
 
-    compliance: float
-    compliance_rates: Mapping[str, float]
-    carried: Callable[[float, float, float], Carried]
+    extension: Callable[[float, float, float], Extension]
 
     def excess(self, q: float, force: float, time: float, prescribed: float) -> float:
         """How far bushing and spring together go beyond the prescribed displacement, mm or rad.
@@ -60,7 +65,7 @@ class Series:
         prescribed
             Displacement of both together, mm or rad.
         """
-        return q + self.compliance * self.carried(q, force, time).force - prescribed
+        return q + self.extension(q, force, time).length - prescribed
 
     def rate(
         self, name: str, q: float, force: float, time: float, stiffness: float, prescribed: float, work: float
@@ -82,10 +87,9 @@ class Series:
         work
             Derivative of the bushing's force by c at fixed q, N or N mm per unit of c.
         """
-        at, c = self.carried(q, force, time), self.compliance
-        own = self.compliance_rates.get(name, 0.0) * at.force
-        load = c * (at.by_force * work + at.by_parameter.get(name, 0.0))
-        return (prescribed - own - load) / (1.0 + c * (at.by_displacement + at.by_force * stiffness))
+        at = self.extension(q, force, time)
+        taken = at.by_force * work + at.by_parameter.get(name, 0.0)
+        return (prescribed - taken) / (1.0 + at.by_displacement + at.by_force * stiffness)
 
 
 class Shared:
@@ -105,7 +109,7 @@ class Shared:
         self._series, self._close = series, CLOSE * span
         # The last equilibrium, and dq over the prescribed displacement's change there.
         self._q = self._prescribed = 0.0
-        self._share = 1.0 / (1.0 + series.compliance * series.carried(0.0, 0.0, began).by_displacement)
+        self._share = 1.0 / (1.0 + series.extension(0.0, 0.0, began).by_displacement)
         self._trials: list[tuple[float, float]] = []
 
     def first(self, prescribed: float) -> float:

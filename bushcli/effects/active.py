@@ -21,7 +21,8 @@ class ActiveEffect:
     ----------
     effect : Effect
     values : mapping of str to float
-        By parameter name, in N, mm, MPa, s, rad; parameters without a value have to be identified.
+        By parameter name, in N, mm, MPa, s, rad; parameters without a value have to be identified, but for those that
+        have a default.
     channels : tuple of str, optional
         Names of the channels that have it; None = all that it acts on.
     rig : str
@@ -32,6 +33,10 @@ class ActiveEffect:
     values: Mapping[str, float] = field(default_factory=dict)
     channels: tuple[str, ...] | None = None
     rig: str = ""
+
+    def __post_init__(self) -> None:
+        usual = {p.name: p.default for p in self.effect.parameters if p.default is not None}
+        object.__setattr__(self, "values", usual | dict(self.values))
 
     @property
     def name(self) -> str:

@@ -63,8 +63,9 @@ class RigChange:
     parallel : callable, optional
         ``parallel(q, force, time, given) -> Signal``: force that moves the bushing by q, from the force without the
         effect. It acts on each sample by itself.
-    spring : str, optional
-        Name of the parameter that is the compliance of a spring in series.
+    spring : callable, optional
+        ``spring(force, given) -> Signal``: extension of a spring in series, mm or rad, that carries the force (n,). It
+        is zero without force and never falls as the force grows.
     clock : str, optional
         Name of the parameter that is the time by which the force is logged late.
     read : callable, optional
@@ -79,7 +80,7 @@ class RigChange:
 
     drive: Callable[[Signal, Given], Signal] | None = None
     parallel: Callable[[Signal, Signal, Array | None, Given], Signal] | None = None
-    spring: str | None = None
+    spring: Callable[[Signal, Given], Signal] | None = None
     clock: str | None = None
     read: Callable[[Signal, Array | None, Given], Signal] | None = None
     order: int = 0

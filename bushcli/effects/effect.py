@@ -58,6 +58,9 @@ class EffectParameter:
         has no meaning while the amplitudes are off.
     optional : bool
         Whether the parameter may be absent, as may those of a second and third branch.
+    default : float or None
+        Value where the case gives none, and then only a diagnosis identifies the parameter; None where a value must be
+        given or identified.
     scan : tuple of float
         Values of a shape parameter that a diagnosis tries, in units of ``scale``.
     scale : {"", "duration", "amplitude"}
@@ -95,6 +98,7 @@ class EffectParameter:
     upper: float
     off: float | None = None
     optional: bool = False
+    default: float | None = None
     scan: tuple[float, ...] = ()
     scale: Literal["", "duration", "amplitude"] = ""
     sizes: tuple[float, ...] = ()

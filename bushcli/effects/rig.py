@@ -6,8 +6,8 @@ the springs, logged late and read with an offset. Every input may depend on para
 (names such as "C10" and "rig_compliance.compliance") are carried along, those of the law included.
 
 `elastic_response` does everything for a force that is a function of the displacement. A force with a history is
-marched elsewhere: `bushing_path` gives the displacement that drives it, `spring` and `parallel` the springs in series
-and the forces beside it, and `reading` the logged force.
+marched elsewhere: `bushing_path` gives the displacement that drives it, `extension` and `parallel` the springs in
+series and the forces beside it, and `reading` the logged force.
 """
 
 from __future__ import annotations
@@ -73,21 +73,37 @@ def bushing_path(active: Sequence[ActiveEffect], travel: Travel, columns: Sequen
     return q
 
 
-def spring(active: Sequence[ActiveEffect], columns: Sequence[str]) -> Signal:
-    """Return the compliance of all springs in series, mm/N or rad/(N mm), with its derivatives (P,).
+def extension(active: Sequence[ActiveEffect], force: Signal, columns: Sequence[str]) -> Signal:
+    """Return the extension (n,) of all springs in series, mm or rad, with its derivatives (n, P).
+
+    Parameters
+    ----------
+    active : sequence of ActiveEffect
+        Effects of this channel, all parameters given.
+    force : Signal
+        Force that they carry (n,), N or N mm, with derivatives (n, P).
+    columns : sequence of str
+        Full names of the P parameters, in the order of the derivatives.
+    """
+    total = Signal(np.zeros_like(force.value), np.zeros_like(force.slope))
+    for change, given in _changes(active, columns):
+        if change.spring is not None:
+            total = total + change.spring(force, given)
+    return total
+
+
+def has_springs(active: Sequence[ActiveEffect], columns: Sequence[str]) -> bool:
+    """Whether springs in series give way, or derivatives by their compliance are wanted.
 
     Parameters
     ----------
     active : sequence of ActiveEffect
         Effects of this channel, all parameters given.
     columns : sequence of str
-        Full names of the P parameters by which derivatives are wanted.
+        Full names of the parameters by which derivatives are wanted.
     """
-    total = Signal(np.zeros(()), np.zeros(len(columns)))
-    for change, given in _changes(active, columns):
-        if change.spring is not None:
-            total = total + given[change.spring]
-    return total
+    found = extension(active, Signal(np.ones(1), np.zeros((1, len(columns)))), columns)
+    return bool(np.any(found.value) or np.any(found.slope))
 
 
 def parallel(
@@ -236,26 +252,26 @@ def elastic_response(
     ValueError
         A lag without time.
     """
-    driven, compliance = bushing_path(active, travel, columns), spring(active, columns)
+    driven = bushing_path(active, travel, columns)
     # The stiffness is carried as the derivative by one more column, which has no parameter's name.
     local = ("", *columns)
     elapsed = None if travel.time is None else travel.time - travel.time[0]
 
-    def carried(q: Array) -> tuple[Array, Array, Array]:
+    def carried(q: Array) -> Signal:
         force, stiffness, slope = response(q)
         itself = np.zeros((len(q), len(local)))
         itself[:, 0] = 1.0
-        total = parallel(
-            active, Signal(q, itself), Signal(force, np.column_stack([stiffness, slope])), local, elapsed
-        )
-        return total.value, total.slope[:, 0], total.slope[:, 1:]
+        bare = Signal(force, np.column_stack([stiffness, slope]))
+        return parallel(active, Signal(q, itself), bare, local, elapsed)
 
-    q = _shared(driven.value, float(compliance.value), carried)
-    force, stiffness, slope = carried(q)
-    # From q + c F(q, p) = d(p): (1 + c K) dq = dd - c dF - F dc.
-    moved = driven.slope - compliance.value * slope - force[:, None] * compliance.slope
-    moved = moved / (1.0 + compliance.value * stiffness)[:, None]
-    carried_force = Signal(force, slope + stiffness[:, None] * moved)
+    def taken(q: Array) -> Signal:
+        return extension(active, carried(q), local)
+
+    q = _shared(driven.value, taken) if has_springs(active, columns) else driven.value
+    force, springs = carried(q), taken(q)
+    # From q + u(q, p) = d(p): (1 + du/dq) dq = dd - du at fixed q.
+    moved = (driven.slope - springs.slope[:, 1:]) / (1.0 + springs.slope[:, 0])[:, None]
+    carried_force = Signal(force.value, force.slope[:, 1:] + force.slope[:, :1] * moved)
     return reading(active, travel.time, carried_force, columns)
 
 
@@ -280,18 +296,16 @@ def _given(one: ActiveEffect, columns: Sequence[str]) -> Given:
     }
 
 
-def _shared(target: Array, compliance: float, carried: Response) -> Array:
-    """Return q with q + compliance F(q) = target, by Newton's method kept within a shrinking bracket.
+def _shared(target: Array, taken: Callable[[Array], Signal]) -> Array:
+    """Return q with q + u(q) = target, by Newton's method kept within a shrinking bracket; u is what springs take.
 
     If the force has the sign of q, the solution is between 0 and the target. If it is not there, as with a force at
     rest, the bracket is widened by what is missing, which is enough if the force does not fall.
     """
-    if compliance == 0.0:
-        return target
 
     def excess(q: Array) -> tuple[Array, Array]:
-        force, stiffness, _ = carried(q)
-        return q + compliance * force - target, 1.0 + compliance * stiffness
+        springs = taken(q)
+        return q + springs.value - target, 1.0 + springs.slope[:, 0]
 
     low, high = np.minimum(target, 0.0), np.maximum(target, 0.0)
     low = low - np.maximum(excess(low)[0], 0.0)

@@ -11,7 +11,7 @@ from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.change import Signal
 from cases.march import History
-from cases.series import Carried
+from cases.series import Extension
 
 Array = NDArray[np.float64]
 
@@ -74,10 +74,10 @@ def elastic_curve(
     return response
 
 
-def carried_in_series(
+def extension_in_series(
     active: Sequence[ActiveEffect], names: tuple[str, ...], start: float
-) -> Callable[[float, float, float], Carried]:
-    """Return the function for the force that springs in series carry, given one state of the bushing.
+) -> Callable[[float, float, float], Extension]:
+    """Return the function for the extension of springs in series, given one state of the bushing.
 
     Parameters
     ----------
@@ -90,17 +90,18 @@ def carried_in_series(
     """
     local = ("", " ", *names)
 
-    def carried(q: float, force: float, time: float) -> Carried:
+    def extended(q: float, force: float, time: float) -> Extension:
         rows = np.zeros((2, 1, len(local)))
         rows[0, 0, 0] = rows[1, 0, 1] = 1.0
         moved, pushed = Signal(np.array([q]), rows[0]), Signal(np.array([force]), rows[1])
         total = rig.parallel(active, moved, pushed, local, np.array([time - start]))
-        slope = total.slope[0]
-        return Carried(
-            float(total.value[0]),
+        springs = rig.extension(active, total, local)
+        slope = springs.slope[0]
+        return Extension(
+            float(springs.value[0]),
             float(slope[0]),
             float(slope[1]),
             dict(zip(names, map(float, slope[2:]), strict=True)),
         )
 
-    return carried
+    return extended

@@ -20,7 +20,7 @@ from bushcli.effects import rig
 from bushcli.effects.active import ActiveEffect
 from bushcli.effects.assembly import installed
 from bushcli.effects.change import Signal
-from bushcli.simulate.derivatives import carried_in_series, columns, elastic_curve
+from bushcli.simulate.derivatives import columns, elastic_curve, extension_in_series
 from bushcli.simulate.schedule import prescribed, schedule
 from cases.march import History, march
 from cases.mode import Mode
@@ -241,11 +241,9 @@ class Simulation:
         driven = rig.bushing_path(active, rig.Travel(steps.displacement, steps.time), names)
         if not driven.value.any():
             raise rig.NoEquilibrium(STANDS_STILL)
-        compliance = rig.spring(active, names)
         series = None
-        if float(compliance.value) != 0.0 or np.any(compliance.slope):
-            rates = dict(zip(names, map(float, compliance.slope), strict=True))
-            series = Series(float(compliance.value), rates, carried_in_series(active, names, self._clock[0]))
+        if rig.has_springs(active, names):
+            series = Series(extension_in_series(active, names, self._clock[0]))
         path_rates = {name: driven.slope[:, i] for i, name in enumerate(names) if np.any(driven.slope[:, i])}
         # Forces beside the bushing and a late logger do not change the march.
         inner = tuple(n for n in names if series is not None or n in self.model.constants or n in path_rates)

@@ -38,6 +38,7 @@ TYPICAL = {
     "permanent_set.set": 0.06,
     "drift.rate": 1.7,
     "warming.tau": 11.0,
+    "rig_compliance.curvature": -1e-4,
 }
 
 
@@ -95,7 +96,9 @@ def check_derivatives(active: list[ActiveEffect]) -> None:
         # Small against every scale of the curve, large against the rounding of the force.
         step = 1e-5 * {"k": K, "c": C, "bump_stop.stiffness": 400.0, "offset.force": 35.0}.get(column, 1.0)
         # A spring of 1e-9 mm/N is 3e-7 of the bushing; the rate of a curve bends within a sample, 0.05 s.
-        step = {"rig_compliance.compliance": 1e-9, "time_lag.lag": 1e-7}.get(column, step)
+        # The largest force is some 5 kN.
+        fine = {"rig_compliance.compliance": 1e-9, "rig_compliance.curvature": 1e-10, "time_lag.lag": 1e-7}
+        step = fine.get(column, step)
         up, down = moved(active, column, step), moved(active, column, -step)
         exact, difference = slope[:, number], (up - down) / (2 * step)
         # Six digits of the largest derivative, plus the rounding of the force in the difference.
@@ -218,7 +221,8 @@ def test_values_go_through_json(one: Effect) -> None:
     again = ActiveEffect(effect(one.name), json.loads(json.dumps(dict(active.values))))
     assert again == active
     assert active.lacking == ()
-    assert set(ActiveEffect(one).lacking) == {active.full_name(p) for p in active.parameters}
+    needed = {active.full_name(p) for p in active.parameters if p.default is None}
+    assert set(ActiveEffect(one).lacking) == needed
     off = active.off().values
     assert all(off[p.name] == p.off for p in active.parameters if p.off is not None)
 

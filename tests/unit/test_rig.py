@@ -13,9 +13,10 @@ from bushcli.effects.rig import (
     Travel,
     bushing_path,
     elastic_response,
+    extension,
+    has_springs,
     parallel,
     reading,
-    spring,
 )
 
 SWEEP = np.linspace(-5.0, 5.0, 2001)
@@ -181,13 +182,51 @@ def test_the_pieces_for_a_march_make_the_same_force():
         active("offset", force=5.0, displacement=0.1),
     ]
     columns = ["rig_compliance.compliance", "offset.force"]
-    path, compliance = bushing_path(acting, Travel(SWEEP), columns), spring(acting, columns)
+    path = bushing_path(acting, Travel(SWEEP), columns)
     got = force(*acting)
-    q = path.value - compliance.value * (got - 5.0)
-    zero = np.zeros((len(q), 2))
+    zero = np.zeros((len(SWEEP), 2))
+    springs = extension(acting, Signal(got - 5.0, zero), columns)
+    q = path.value - springs.value
     carried = parallel(acting, Signal(q, zero), Signal(300.0 * q, zero), columns)
     np.testing.assert_allclose(reading(acting, None, carried, columns).value, got, atol=1e-9)
-    assert list(compliance.slope) == [1.0, 0.0]
+    np.testing.assert_allclose(springs.slope, np.column_stack([got - 5.0, np.zeros(len(q))]), atol=1e-12)
+
+
+def test_a_spring_counts_where_it_gives_way_or_its_derivative_is_wanted():
+    off = [active("rig_compliance", compliance=0.0)]
+    assert not has_springs(off, ["C10"])
+    assert has_springs(off, ["rig_compliance.compliance"])
+    assert has_springs([active("rig_compliance", compliance=1e-3)], ())
+
+
+@pytest.mark.parametrize("curvature", [2e-3, -2e-3, 0.0])
+def test_a_rig_grows_softer_or_stiffer_under_load(curvature):
+    """Against the extension that the recorded force has by the formula."""
+    got = force(active("rig_compliance", compliance=2e-3, curvature=curvature))
+    x = curvature * np.abs(got)
+    taken = 2e-3 * got * (1 + x if curvature >= 0 else 1 / (1 - x))
+    np.testing.assert_allclose(got / 300.0 + taken, SWEEP, atol=1e-11)
+    # Its stiffness in series at the ends, over that at the centre.
+    stiffness = np.gradient(got, SWEEP)
+    ratio = stiffness[-2] / stiffness[len(SWEEP) // 2]
+    assert np.sign(round(ratio - 1.0, 3)) == -np.sign(curvature)
+
+
+@pytest.mark.parametrize("curvature", [2e-3, -2e-3])
+def test_derivatives_of_a_curved_spring_are_those_of_differences(curvature):
+    columns = ["rig_compliance.compliance", "rig_compliance.curvature", "k"]
+    at = {"compliance": 2e-3, "curvature": curvature}
+
+    def solved(k: float = 300.0, **change: float) -> Signal:
+        slope = lambda q: np.column_stack([0 * q, 0 * q, np.sinh(q / 3)])  # noqa: E731
+        hard = lambda q: (k * np.sinh(q / 3), k / 3 * np.cosh(q / 3), slope(q))  # noqa: E731
+        return elastic_response([active("rig_compliance", **(at | change))], Travel(SWEEP), hard, columns)
+
+    found = solved()
+    for i, (name, step) in enumerate([("compliance", 1e-7), ("curvature", 1e-7), ("k", 1e-3)]):
+        value = at.get(name, 300.0)
+        two = (solved(**{name: value + step}).value - solved(**{name: value - step}).value) / (2 * step)
+        np.testing.assert_allclose(found.slope[:, i], two, rtol=1e-6, atol=1e-6 * np.abs(two).max())
 
 
 # -- effects that depend on time ---------------------------------------------------------------------------------------

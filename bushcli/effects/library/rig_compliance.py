@@ -1,8 +1,10 @@
 """Rig compliance: the displacement that is recorded is shared between the bushing and the rig.
 
-A spring in series: the bushing's displacement q solves q + compliance F(q) = q_rig, with F the whole force that the rig
-carries. The error is worst in the stiffest channel. The spring acts on the modes that are translations, with one
-compliance for all of them; ``channels`` selects those of one rig. The amplitude is 1 / stiffness.
+A spring in series: the bushing's displacement q solves q + u(F(q)) = q_rig, with F the whole force that the rig carries
+and u the spring's extension, u = compliance F g(curvature |F|). The rig is linear with curvature 0; with g(x) = 1 + x
+above zero it grows softer under load, with g(x) = 1 / (1 - x) below zero stiffer, as joints that close, and u never
+falls. The error is worst in the stiffest channel. The spring acts on the modes that are translations, with one
+compliance for all of them; ``channels`` selects those of one rig. The amplitude is 1 / stiffness at small forces.
 
 References
 ----------
@@ -10,10 +12,32 @@ Oliver and Pharr (1992), An improved technique for determining hardness and elas
 7:1564-1583, doi:10.1557/JMR.1992.1564: the compliance of the load frame in series with that of the specimen.
 """
 
-from bushcli.effects.change import RigChange
+import numpy as np
+
+from bushcli.effects.change import Given, RigChange, Signal
 from bushcli.effects.effect import Effect, EffectParameter
 from bushcli.effects.prior import Prior
 from cases.mode import modes
+
+
+def spring(force: Signal, given: Given) -> Signal:
+    """Return the extension of the rig (n,), mm.
+
+    Parameters
+    ----------
+    force : Signal
+        Force that the rig carries (n,), N.
+    given : Given
+        Values of `compliance` (mm/N) and `curvature` (1/N) with their derivatives.
+    """
+    sign = np.sign(force.value)
+    bend = given["curvature"] * Signal(np.abs(force.value), sign[:, None] * force.slope)
+    x = bend.value
+    stiffer = 1.0 / (1.0 - np.minimum(x, 0.0))
+    factor = np.where(x > 0.0, 1.0 + x, stiffer)
+    rate = np.where(x > 0.0, 1.0, stiffer**2)
+    return given["compliance"] * force * Signal(factor, rate[:, None] * bend.slope)
+
 
 EFFECT = Effect(
     name="rig_compliance",
@@ -38,6 +62,23 @@ EFFECT = Effect(
                 "stiffest specimen",
             ),
         ),
+        EffectParameter(
+            "curvature",
+            "1/N",
+            "relative change of the compliance with the force: above 0 softer, below 0 stiffer under load",
+            1e-5,
+            -1.0,
+            1.0,
+            off=0.0,
+            default=0.0,
+            prior=Prior(
+                "t",
+                0.3,
+                of="1/force",
+                source="engineering judgement: clamped joints close, and brackets bend, by some tenths of their "
+                "stiffness over the range of a test",
+            ),
+        ),
     ),
     needs="two channels of different stiffness, or one that stiffens strongly",
     rivals=("compressibility", "sleeve_compliance"),
@@ -47,5 +88,5 @@ EFFECT = Effect(
         for mode in modes().values()
         if mode.specimen == "bushing" and not mode.rotational and mode.follow is None
     ),
-    rig=RigChange(spring="compliance"),
+    rig=RigChange(spring=spring),
 )
